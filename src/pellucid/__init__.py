@@ -1,0 +1,1 @@
+"""pellucid: membranes, fluids and soft tissue with particles and meshless approximants."""
