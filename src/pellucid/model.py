@@ -1,8 +1,8 @@
 """The base of every data model of a case: strict keys, SI numbers, unit strings at the boundary."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
 
@@ -12,20 +12,25 @@ class Model(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
 
-    @model_validator(mode="before")
+    @field_validator("*", mode="before")
     @classmethod
-    def _unit_strings_to_si(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        converted = dict(data)
-        for name, info in cls.model_fields.items():
-            extra = info.json_schema_extra
-            if isinstance(extra, dict) and "unit" in extra and name in converted:
-                converted[name] = _to_si(converted[name], str(extra["unit"]))
-        return converted
+    def _quantity_to_si(cls, value: Any, info: ValidationInfo) -> Any:
+        field = cls.model_fields[str(info.field_name)]
+        extra = field.json_schema_extra
+        if isinstance(extra, dict) and _is_numeric(field.annotation):
+            return _to_si(value, str(extra.get("unit", "")))
+        return value
+
+
+def _is_numeric(annotation: Any) -> bool:
+    """Whether a field holds numbers or vectors, perhaps None, and neither text nor tables nor booleans."""
+    parts = [part for part in get_args(annotation) if part not in (type(None), ...)]
+    return annotation in (float, int) or (bool(parts) and all(_is_numeric(part) for part in parts))
 
 
 def _to_si(value: Any, unit: str) -> Any:
+    if isinstance(value, bool):
+        raise ValueError("must be a number, not a boolean")  # pydantic would read true as 1
     if isinstance(value, str):
         from pellucid.units import to_si  # pint is heavy: only where a unit string enters
 

@@ -1,0 +1,98 @@
+"""What can go wrong, as the user meets it; the command line turns each kind into its exit status."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+
+class PellucidError(Exception):
+    """Base of every error that a user can cause or mend; `exit_status` is what the command line returns."""
+
+    exit_status = 2
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a case."""
+
+    text: str
+    """What is wrong, with the limit that was broken."""
+    key: str = ""
+    """Dotted key as the user writes it, such as `body.driver.material.density`; empty where no key is to blame."""
+    value: object = None
+    """What stands there, if anything."""
+    remedy: str = ""
+    """What to do, such as "did you mean `density`?"."""
+    line: int | None = None
+    """Line of the file, from 1."""
+    setting: str = ""
+    """The setting to blame instead of a line of the file, such as `--set grid.cell=-1`."""
+
+    def message(self, source: str = "") -> str:
+        """Two or three lines for a person; `source` is the file's name."""
+        place = self.setting or (f"{source}:{self.line}" if source and self.line else source or "")
+        head = ": ".join(part for part in (place, self._subject()) if part)
+        lines = [head, self.text, self.remedy] if head else [self.text, self.remedy]
+        return "\n    ".join(line for line in lines if line)
+
+    def _subject(self) -> str:
+        if not self.key or self.setting.startswith(f"--set {self.key}="):
+            return ""
+        return self.key if self.value is None else f"{self.key} = {shown(self.value)}"
+
+
+class CaseError(PellucidError):
+    """A case that cannot be run as it stands: every problem found, each with file, line, key, value, limit and remedy."""
+
+    def __init__(self, problems: "str | Problem | Sequence[Problem]", source: str = "") -> None:
+        if isinstance(problems, str):
+            problems = Problem(problems)
+        self.problems: list[Problem] = [problems] if isinstance(problems, Problem) else list(problems)
+        self.source = source
+        super().__init__(self.problems, source)
+
+    def __str__(self) -> str:
+        messages = [problem.message(self.source) for problem in self.problems]
+        if len(messages) > 1:
+            messages.insert(0, f"{len(messages)} errors in {self.source or 'the case'}:")
+        return "\n".join(messages)
+
+    def blame(self, setting: str, line: int | None = None) -> "CaseError":
+        """The same problems, laid at the door of a setting."""
+        return CaseError([replace(problem, setting=setting, line=line) for problem in self.problems], self.source)
+
+
+class UsageError(PellucidError):
+    """An argument that makes no sense, such as an output folder that holds other things."""
+
+
+class RunStopped(PellucidError):
+    """A run that stopped itself (NaN, inverted point, lost point, collapsed step, energy error), or failed verification."""
+
+    exit_status = 3
+
+
+class Interrupted(PellucidError):
+    """A run that left on SIGTERM or Ctrl-C after writing a checkpoint."""
+
+    exit_status = 143
+
+    def __init__(
+        self, message: str = "the run was interrupted; a checkpoint was written", by_keyboard: bool = False
+    ) -> None:
+        super().__init__(message)
+        self.exit_status = 130 if by_keyboard else 143
+
+
+def shown(value: object, limit: int = 60) -> str:
+    """A value as a user would write it, cut to `limit` characters."""
+    if isinstance(value, str):
+        text = f'"{value}"'
+    elif isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, dict):
+        text = "{ " + ", ".join(f"{key} = {shown(item, limit)}" for key, item in value.items()) + " }"
+    elif isinstance(value, (list, tuple)):
+        text = "[" + ", ".join(shown(item, limit) for item in value) + "]"
+    else:
+        text = str(value)
+    return text if len(text) <= limit else text[: limit - 4] + " ..."

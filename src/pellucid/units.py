@@ -1,0 +1,70 @@
+"""Units at the boundary: "3 kPa" becomes 3000.0, and inside there are only SI numbers. Imports pint only when called."""
+
+import difflib
+from functools import cache
+from typing import Any
+
+COMMON = tuple(
+    "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm Hz kHz "
+    "MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m".split()
+)
+
+
+class UnitError(ValueError):
+    """A text that is no quantity of the wanted dimension."""
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+def to_si(text: str, unit: str) -> float:
+    """The number that `text`, such as "3 kPa", stands for in the SI unit `unit`, such as "Pa" ("" for a pure number).
+
+    Raises UnitError if the text cannot be read, has no unit, or one of another dimension.
+    """
+    import pint
+
+    if _is_number(text):
+        wanted = f'or add a unit, such as "{text.strip()} {unit}"' if unit else "it is a pure number"
+        raise UnitError(f'the text "{text}" has no unit; write {text.strip()} without quotes, {wanted}')
+    try:
+        quantity = _registry().Quantity(text)
+    except pint.UndefinedUnitError as error:
+        names = error.unit_names
+        name = names if isinstance(names, str) else names[0]
+        raise UnitError(f'unknown unit "{name}" in "{text}"{_suggestion(name)}') from None
+    except Exception:  # pint lets tokeniser, arithmetic and type errors through for malformed text
+        kind = f"a number with a unit, such as {_example(unit)}" if unit else "a number"
+        raise UnitError(f'cannot read "{text}" as {kind}') from None
+    try:
+        return float(quantity.to(unit or "dimensionless").magnitude)
+    except pint.DimensionalityError:
+        raise UnitError(
+            f'"{text}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
+        ) from None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _wanted(unit: str) -> str:
+    return f"{_registry().Unit(unit).dimensionality} ({unit})" if unit else "a pure number"
+
+
+def _example(unit: str) -> str:
+    return f'"1 {unit}"' if unit else "0.5"
+
+
+def _suggestion(name: str) -> str:
+    same = [unit for unit in COMMON if unit.lower() == name.lower()]
+    close = same or difflib.get_close_matches(name, COMMON, 1)
+    return f'; did you mean "{close[0]}"?' if close else ""
