@@ -1,0 +1,1 @@
+"""Exact solutions and measured data that gallery cases are compared with."""
