@@ -1,0 +1,152 @@
+"""Compiled kernels and the pointwise functions that they call.
+
+Laws, shape functions and tensor algebra are plain scalar Python, marked with `@pointwise` or registered with
+`@point_function`; nothing here imports numba until the first `@kernel` is met, so data models stay light.
+
+Numba's disk cache does not see edits in other files, so the cache folder is named by a hash of the package's sources.
+"""
+
+import hashlib
+import inspect
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+_helpers: list[Callable[..., Any]] = []
+_generics: "list[Generic]" = []
+_active = False
+
+
+class Generic:
+    """A pointwise operation whose implementation is chosen by the type of its first argument."""
+
+    def __init__(self, signature: Callable[..., Any]) -> None:
+        self.signature = inspect.signature(signature)
+        self.implementations: dict[type, Callable[..., Any]] = {}
+        self.__name__ = signature.__name__
+        self.__doc__ = signature.__doc__
+
+    def implementation(self, kind: type) -> Callable[..., Any]:
+        try:
+            return self.implementations[kind]
+        except KeyError:
+            raise TypeError(f"{self.__name__} is not defined for {kind.__name__}") from None
+
+
+def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
+    """Declare a pointwise operation; the body of `signature` is never run, its arguments and docstring count."""
+    operation = Generic(signature)
+    table = operation.implementations
+
+    def dispatch(first: Any, *rest: Any) -> Any:
+        return table[type(first)](first, *rest)
+
+    dispatch.__name__ = operation.__name__
+    dispatch.__doc__ = operation.__doc__
+    dispatch.operation = operation  # type: ignore[attr-defined]
+    _generics.append(operation)
+    operation.dispatch = dispatch  # type: ignore[attr-defined]
+    if _active:
+        _compile_generic(operation)
+    return dispatch
+
+
+def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register the decorated function as `operation` for a parameter type, for compiled kernels and plain Python."""
+
+    def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
+        operation.operation.implementations[kind] = implementation  # type: ignore[attr-defined]
+        return implementation
+
+    return register
+
+
+def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a small scalar function as callable from kernels."""
+    _helpers.append(function)
+    if _active:
+        _compile_helper(function)
+    return function
+
+
+def kernel(parallel: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a loop over points or nodes; cached on disk under a name that changes with any source of the package."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        _activate()
+        import numba
+
+        previous = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_folder())  # read once, when the decorator runs
+        try:
+            return numba.njit(function, parallel=parallel, cache=True, error_model="numpy", nogil=True)
+        finally:
+            numba.config.CACHE_DIR = previous
+
+    return decorate
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels are kept: one folder for each state of the package's sources."""
+    base = os.environ.get("NUMBA_CACHE_DIR")
+    if base is None:
+        root = os.environ.get("XDG_CACHE_HOME")
+        base = str((Path(root) if root else Path.home() / ".cache") / "pellucid")
+    return Path(base) / source_hash()
+
+
+def source_hash() -> str:
+    """A short hash of every Python source of the package and of the versions that shape compiled code."""
+    global _hash
+    if _hash is None:
+        import numba
+
+        digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+        package = Path(__file__).parent
+        for path in sorted(package.rglob("*.py")):
+            digest.update(str(path.relative_to(package)).encode())
+            digest.update(path.read_bytes())
+        _hash = digest.hexdigest()[:16]
+    return _hash
+
+
+_hash: str | None = None
+
+
+def kernels_are_cached() -> bool:
+    """Whether kernels of this state of the sources were compiled before on this machine."""
+    folder = cache_folder()
+    return folder.is_dir() and any(folder.rglob("*.nbc"))
+
+
+def _activate() -> None:
+    global _active
+    if _active:
+        return
+    _active = True
+    for helper in _helpers:
+        _compile_helper(helper)
+    for operation in _generics:
+        _compile_generic(operation)
+
+
+def _compile_helper(function: Callable[..., Any]) -> None:
+    from numba.extending import register_jitable
+
+    register_jitable(function)
+
+
+def _compile_generic(operation: Generic) -> None:
+    from numba.core import types
+    from numba.extending import overload
+
+    def choose(*arguments: Any) -> Callable[..., Any] | None:
+        first = arguments[0]
+        if isinstance(first, (types.NamedTuple, types.NamedUniTuple)):
+            return operation.implementations.get(first.instance_class)
+        return None
+
+    choose.__signature__ = operation.signature  # type: ignore[attr-defined]
+    overload(operation.dispatch)(choose)  # type: ignore[attr-defined]

@@ -1,0 +1,41 @@
+"""Artificial viscosity that spreads a shock over a few cells. Source: Gan et al. 2011, eq. 32."""
+
+from typing import NamedTuple
+
+from pellucid.jit import pointwise
+from pellucid.model import Model, parameter
+
+
+class ArtificialViscosity(NamedTuple):
+    """q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion. `work` is 1 where q heats the fluid, else 0."""
+
+    quadratic: float
+    linear: float
+    work: float
+
+
+class ArtificialViscosityCase(Model):
+    """Artificial viscosity as the user gives it."""
+
+    quadratic: float = parameter("", "coefficient c₀ of the quadratic term", 0.0, ge=0)
+    linear: float = parameter("", "coefficient c₁ of the linear term", 0.0, ge=0)
+    work: bool = parameter("", "whether q does work in the energy equation; false loses energy in shocks", True)
+
+    def law(self) -> ArtificialViscosity:
+        return ArtificialViscosity(self.quadratic, self.linear, 1.0 if self.work else 0.0)
+
+
+@pointwise
+def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: float, length: float) -> float:
+    """q [Pa] at sound speed a [m/s] and volume rate tr D [1/s] in cells of the given length [m]."""
+    if trD >= 0.0:
+        return 0.0
+    return density * length * (av.quadratic * length * trD * trD - av.linear * a * trD)
+
+
+@pointwise
+def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: float) -> float:
+    """Q = c₁ a + c₀ l |tr D| [m/s]; the signal speed becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual)."""
+    if trD >= 0.0:
+        return 0.0
+    return av.linear * a - av.quadratic * length * trD

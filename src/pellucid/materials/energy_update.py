@@ -1,0 +1,73 @@
+"""The energy equation of a fluid point over a step. Source: Gan et al. 2011, eqs. 25–31, with the limit put right.
+
+The converged energy is that of backward Euler, e = e_k + dt/ρ σ(e):D. `closed` solves it exactly (P is linear in e),
+`iterated` by Newton's method for any equation of state, `explicit` takes the old stress (York's order, the paper's figure 10).
+"""
+
+from math import nan
+from typing import Any, NamedTuple
+
+from pellucid.jit import generic, point_function, pointwise
+from pellucid.materials.eos.equation import lowest_pressure, pressure_line
+
+
+class ClosedEnergy(NamedTuple):
+    order: int = 1  # a NamedTuple without fields has no compiled type
+
+
+class ExplicitEnergy(NamedTuple):
+    order: int = 0
+
+
+class IteratedEnergy(NamedTuple):
+    tolerance: float = 1e-12  # relative to the energy scale of the step
+    limit: int = 50
+
+
+ENERGY_UPDATES = {"closed": ClosedEnergy(), "explicit": ExplicitEnergy(), "iterated": IteratedEnergy()}
+
+
+@generic
+def new_energy(mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float) -> float:  # type: ignore[empty-body]
+    """Specific energy at the end of the step [J/kg]; nan where an iteration does not converge.
+
+    density: at the end of the step; old_work: dt/ρ σ_k:D [J/kg]; other_work: dt/ρ (τ - q I):D, the part without P [J/kg].
+    """
+
+
+@pointwise
+def pressure(eos, density, energy):
+    """P [Pa], not below what the fluid carries."""
+    A, B = pressure_line(eos, density)
+    return max(A + B * energy, lowest_pressure(eos))
+
+
+@point_function(new_energy, ExplicitEnergy)
+def _explicit(mode, eos, energy, density, trD, old_work, other_work, dt):
+    return energy + old_work
+
+
+@point_function(new_energy, ClosedEnergy)
+def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
+    A, B = pressure_line(eos, density)
+    s = dt * trD / density
+    e = (energy + other_work - s * A) / (1.0 + s * B)
+    if A + B * e < lowest_pressure(eos):
+        e = energy + other_work - s * lowest_pressure(eos)
+    return e
+
+
+@point_function(new_energy, IteratedEnergy)
+def _iterated(mode, eos, energy, density, trD, old_work, other_work, dt):
+    s = dt * trD / density
+    e = energy
+    scale = abs(energy) + abs(old_work) + abs(other_work)
+    for _ in range(mode.limit):
+        P = pressure(eos, density, e)
+        step = 1e-6 * (abs(e) + scale) + 1e-300
+        slope = (pressure(eos, density, e + step) - P) / step
+        change = (energy + other_work - s * P - e) / (1.0 + s * slope)
+        e += change
+        if abs(change) <= mode.tolerance * (abs(e) + scale):
+            return e
+    return nan

@@ -1,0 +1,44 @@
+"""Tait's liquid, P = P₀ + ρ₀ c₀²/n [(ρ/ρ₀)ⁿ - 1]; pressure does not depend on the energy."""
+
+from math import inf, sqrt
+from typing import Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
+from pellucid.model import Model, parameter
+
+
+class Tait(NamedTuple):
+    rho0: float
+    p0: float
+    c0: float
+    n: float
+    p_min: float
+
+
+class TaitCase(Model):
+    """Tait's liquid, P = P₀ + ρ₀ c₀²/n [(ρ/ρ₀)ⁿ - 1], about the initial density and pressure."""
+
+    kind: Literal["tait"] = "tait"
+    sound_speed: float = parameter("m/s", "sound speed c₀ at the initial state", gt=0)
+    exponent: float = parameter("", "exponent n", 7.0, ge=1)
+    carries_tension: bool = parameter("", "whether pressure may fall below zero; a free surface should not pull", False)
+
+    def law(self, density: float, pressure: float) -> Tait:
+        return Tait(density, pressure, self.sound_speed, self.exponent, -inf if self.carries_tension else 0.0)
+
+
+@point_function(pressure_line, Tait)
+def _pressure_line(eos, density):
+    stiffness = eos.rho0 * eos.c0 * eos.c0 / eos.n
+    return eos.p0 + stiffness * ((density / eos.rho0) ** eos.n - 1.0), 0.0
+
+
+@point_function(lowest_pressure, Tait)
+def _lowest_pressure(eos):
+    return eos.p_min
+
+
+@point_function(sound_speed, Tait)
+def _sound_speed(eos, density, energy):
+    return eos.c0 * sqrt((density / eos.rho0) ** (eos.n - 1.0))

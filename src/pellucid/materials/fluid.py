@@ -1,0 +1,117 @@
+"""Compressible viscous fluid, σ = 2μD + λ tr(D) I - (P+q) I. Source: Gan et al. 2011, eqs. 23–33."""
+
+from math import sqrt
+from typing import Any, Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.artificial_viscosity import (
+    ArtificialViscosity,
+    ArtificialViscosityCase,
+    artificial_pressure,
+    artificial_speed,
+)
+from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
+from pellucid.materials.eos import EquationOfState
+from pellucid.materials.eos.equation import pressure_line, sound_speed
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.model import Model, parameter
+from pellucid.tensors import Symmetric, double_dot, symmetric_part
+
+
+class NewtonianFluid(NamedTuple):
+    """Parameters of the law; `eos` and `energy_update` are NamedTuples whose types choose their functions."""
+
+    eos: Any
+    energy_update: Any
+    artificial_viscosity: ArtificialViscosity
+    mu: float
+    lam: float
+
+
+class FluidState(NamedTuple):
+    """What a fluid point carries: Cauchy stress [Pa] and specific internal energy [J/kg]."""
+
+    stress: Symmetric
+    energy: float
+
+
+class FluidMaterial(Model):
+    """Compressible viscous fluid with an equation of state."""
+
+    kind: Literal["fluid"] = "fluid"
+    density: float = parameter("kg/m^3", "initial density", gt=0)
+    pressure: float = parameter("Pa", "initial pressure", 0.0)
+    eos: EquationOfState = parameter("", "equation of state")
+    viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
+    second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
+    artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
+    energy_update: Literal["closed", "iterated", "explicit"] = parameter("", "how the energy equation is solved", "closed")
+
+    def law(self) -> NewtonianFluid:
+        """The law as kernels take it."""
+        lam = -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
+        return NewtonianFluid(
+            self.eos.law(self.density, self.pressure),
+            ENERGY_UPDATES[self.energy_update],
+            self.artificial_viscosity.law(),
+            self.viscosity,
+            lam,
+        )
+
+    def initial_state(self) -> FluidState:
+        """Stress and energy at the initial density and pressure."""
+        A, B = pressure_line(self.law().eos, self.density)
+        P = self.pressure
+        return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
+
+
+@point_function(update, NewtonianFluid)
+def _update(law, state, density, L, dt, length):
+    D = symmetric_part(L)
+    trD = D[0] + D[1] + D[2]
+    a = sound_speed(law.eos, density, state.energy)
+    q = artificial_pressure(law.artificial_viscosity, density, a, trD, length)
+    bulk = law.lam * trD
+    viscous_power = 2.0 * law.mu * double_dot(D, D) + bulk * trD
+    heating_q = law.artificial_viscosity.work * q
+    other_work = dt / density * (viscous_power - heating_q * trD)
+    if law.artificial_viscosity.work > 0.0:
+        old_work = dt / density * double_dot(state.stress, D)
+    else:  # the old stress holds the old q: take its pressure anew
+        old_work = dt / density * (viscous_power - pressure(law.eos, density * (1.0 + dt * trD), state.energy) * trD)
+    energy = new_energy(law.energy_update, law.eos, state.energy, density, trD, old_work, other_work, dt)
+    normal = bulk - pressure(law.eos, density, energy) - q
+    two_mu = 2.0 * law.mu
+    stress = (
+        two_mu * D[0] + normal,
+        two_mu * D[1] + normal,
+        two_mu * D[2] + normal,
+        two_mu * D[3],
+        two_mu * D[4],
+        two_mu * D[5],
+    )
+    return FluidState(stress, energy)
+
+
+@point_function(signal_speed, NewtonianFluid)
+def _signal_speed(law, state, density, L, length):
+    a = sound_speed(law.eos, density, state.energy)
+    Q = artificial_speed(law.artificial_viscosity, a, L[0] + L[4] + L[8], length)
+    return Q + sqrt(Q * Q + a * a)
+
+
+@point_function(diffusivity, NewtonianFluid)
+def _diffusivity(law, density):
+    return (2.0 * law.mu + law.lam) / density
+
+
+@point_function(stored_energy, NewtonianFluid)
+def _stored_energy(law, state, density):
+    return state.energy
+
+
+@point_function(artificial_heating, NewtonianFluid)
+def _artificial_heating(law, state, density, L, length):
+    trD = L[0] + L[4] + L[8]
+    a = sound_speed(law.eos, density, state.energy)
+    return -law.artificial_viscosity.work * artificial_pressure(law.artificial_viscosity, density, a, trD, length) * trD / density

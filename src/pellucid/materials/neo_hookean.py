@@ -1,0 +1,77 @@
+"""Compressible neo-Hookean solid, W = μ/2 (I₁-3) - μ ln J + λ/2 (ln J)².
+
+Source: Bonet & Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., eq. 6.28.
+"""
+
+from math import log, sqrt
+from typing import Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.linear_elastic import ElasticMaterial, lame
+from pellucid.model import parameter
+from pellucid.tensors import Symmetric, Tensor, deformed, determinant, largest_row_sum, left_cauchy_green
+
+
+class NeoHookean(NamedTuple):
+    lam: float
+    mu: float
+    rho0: float
+
+
+class FiniteStrainState(NamedTuple):
+    """What a point of a hyperelastic solid carries: Cauchy stress [Pa] and deformation gradient."""
+
+    stress: Symmetric
+    deformation_gradient: Tensor
+
+
+class NeoHookeanMaterial(ElasticMaterial):
+    """Compressible neo-Hookean solid, stress from the deformation gradient: any strain."""
+
+    kind: Literal["neo-hookean"] = "neo-hookean"
+
+    def law(self) -> NeoHookean:
+        """The law as kernels take it."""
+        return NeoHookean(*lame(self.young_modulus, self.poisson_ratio), self.density)
+
+    def initial_state(self) -> FiniteStrainState:
+        """No stress, no deformation."""
+        return FiniteStrainState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+
+
+@point_function(update, NeoHookean)
+def _update(law, state, density, L, dt, length):
+    F = deformed(L, dt, state.deformation_gradient)
+    J = determinant(F)
+    b = left_cauchy_green(F)
+    m = law.mu / J
+    normal = (law.lam * log(J) - law.mu) / J
+    stress = (m * b[0] + normal, m * b[1] + normal, m * b[2] + normal, m * b[3], m * b[4], m * b[5])
+    return FiniteStrainState(stress, F)
+
+
+@point_function(signal_speed, NeoHookean)
+def _signal_speed(law, state, density, L, length):
+    # acoustic tensor of the spatial tangent: ρ c² = (λ + μ - λ ln J + μ n·b n)/J, and ρ J = ρ₀
+    F = state.deformation_gradient
+    stretch = largest_row_sum(left_cauchy_green(F))
+    return sqrt(max(law.lam + law.mu - law.lam * log(determinant(F)) + law.mu * stretch, 0.0) / law.rho0)
+
+
+@point_function(diffusivity, NeoHookean)
+def _diffusivity(law, density):
+    return 0.0
+
+
+@point_function(stored_energy, NeoHookean)
+def _stored_energy(law, state, density):
+    F = state.deformation_gradient
+    b = left_cauchy_green(F)
+    ln_J = log(determinant(F))
+    return (0.5 * law.mu * (b[0] + b[1] + b[2] - 3.0) - law.mu * ln_J + 0.5 * law.lam * ln_J * ln_J) / law.rho0
+
+
+@point_function(artificial_heating, NeoHookean)
+def _artificial_heating(law, state, density, L, length):
+    return 0.0
