@@ -2,11 +2,12 @@
 
 import difflib
 from functools import cache
+from tokenize import TokenError
 from typing import Any
 
-COMMON = tuple(
-    "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm Hz kHz "
-    "MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m".split()
+COMMON = (
+    "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm Hz "
+    "kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
 )
 
 
@@ -28,6 +29,8 @@ def to_si(text: str, unit: str) -> float:
     """
     import pint
 
+    if not any(character.isdigit() for character in text):
+        raise UnitError(f'"{text}" is no number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
     if _is_number(text):
         wanted = f'or add a unit, such as "{text.strip()} {unit}"' if unit else "it is a pure number"
         raise UnitError(f'the text "{text}" has no unit; write {text.strip()} without quotes, {wanted}')
@@ -37,7 +40,16 @@ def to_si(text: str, unit: str) -> float:
         names = error.unit_names
         name = names if isinstance(names, str) else names[0]
         raise UnitError(f'unknown unit "{name}" in "{text}"{_suggestion(name)}') from None
-    except Exception:  # pint lets tokeniser, arithmetic and type errors through for malformed text
+    except (
+        ArithmeticError,
+        AssertionError,
+        AttributeError,
+        SyntaxError,
+        TokenError,
+        TypeError,
+        ValueError,
+        pint.PintError,
+    ):
         kind = f"a number with a unit, such as {_example(unit)}" if unit else "a number"
         raise UnitError(f'cannot read "{text}" as {kind}') from None
     try:
@@ -65,6 +77,7 @@ def _example(unit: str) -> str:
 
 
 def _suggestion(name: str) -> str:
-    same = [unit for unit in COMMON if unit.lower() == name.lower()]
-    close = same or difflib.get_close_matches(name, COMMON, 1)
+    common = COMMON.split()
+    same = [unit for unit in common if unit.lower() == name.lower()]
+    close = same or difflib.get_close_matches(name, common, 1)
     return f'; did you mean "{close[0]}"?' if close else ""

@@ -1,0 +1,175 @@
+"""From pydantic's errors to problems in the user's own words: the key as written, the value, the limit, the remedy."""
+
+from collections import defaultdict
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from pellucid.case.lines import Path
+from pellucid.case.relations import Disagreement, Finding, hint, listed
+from pellucid.case.schema import field_at, keys_at, kinds
+from pellucid.errors import Problem, shown
+
+MISSING = object()
+
+LIMITS = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+
+TYPES = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": 'text in quotes, such as "name"',
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "finite_number": "a finite number",
+}
+
+
+class Detail(NamedTuple):
+    """One of pydantic's errors, at the path that the user wrote."""
+
+    path: Path
+    kind: str
+    context: Mapping[str, Any]
+    message: str
+
+
+def explain(error: ValidationError, data: Any) -> list[Finding]:
+    """What is wrong with the data of a case, each finding at the path that the user wrote, without repetitions."""
+    details = [
+        Detail(written_path(item["loc"], item["type"], data), item["type"], item.get("ctx", {}), item["msg"])
+        for item in error.errors(include_url=False)
+    ]
+    groups: dict[Path, list[Detail]] = defaultdict(list)
+    for detail in details:
+        groups[detail.path].append(detail)
+    found: list[Finding] = []
+    for path, group in groups.items():
+        alternatives = [other for other in groups if len(other) > len(path) and other[: len(path)] == path]
+        if alternatives and all(detail.kind in TYPES or detail.kind == "literal_error" for detail in group):
+            continue  # the value is of the other alternative's type, whose own errors say more
+        found += _findings(path, group, data)
+    return _without_echoes(found)
+
+
+def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
+    """pydantic's location without the names of the alternatives that it tried, which the user never wrote."""
+    path: Path = ()
+    for part in location:
+        following = value_at((part,), data)
+        if following is not MISSING:
+            path += (part,)
+            data = following
+    return (*path, location[-1]) if kind == "missing" else path
+
+
+def value_at(path: Path, data: Any) -> Any:
+    """The value at a path, or MISSING."""
+    for part in path:
+        is_key = isinstance(data, dict) and part in data
+        is_item = isinstance(data, (list, tuple)) and part in range(len(data))
+        if is_key or is_item:
+            data = data[part]
+        else:
+            return MISSING
+    return data
+
+
+def problem(found: Finding, data: Any) -> Problem:
+    """A finding with its key and value as the user wrote them."""
+    value = value_at(found.path, data)
+    return Problem(found.text, dotted(found.path, data), None if value is MISSING else value, found.remedy)
+
+
+def dotted(path: Path, data: Any) -> str:
+    """A path as a dotted key; list items by their name where they have one."""
+    parts = []
+    for part in path:
+        data = data[part] if value_at((part,), data) is not MISSING else None
+        name = data.get("name") if isinstance(part, int) and isinstance(data, dict) else None
+        label = name if isinstance(name, str) and name else str(part)
+        parts.append(f'"{label}"' if "." in label else label)
+    return ".".join(parts)
+
+
+def _findings(path: Path, group: list[Detail], data: Any) -> list[Finding]:
+    first = group[0]
+    value = value_at(path, data)
+    field = field_at(path, data)
+    if first.kind == "value_error" and isinstance(first.context.get("error"), Disagreement):
+        return list(first.context["error"].findings)
+    if first.kind == "value_error":
+        return [Finding(path, str(first.context["error"]))]
+    if first.kind == "missing" and isinstance(path[-1], int):
+        return [
+            Finding(path[:-1], f"must have {_size(field_at(path[:-1], data))} components{_meaning(path[:-1], data)}")
+        ]
+    if first.kind == "missing":
+        return [Finding(path, f"is missing{_meaning(path, data)}", f"add `{path[-1]} = ...`")]
+    if first.kind == "extra_forbidden":
+        keys = keys_at(path[:-1], data)
+        place = f"`{dotted(path[:-1], data)}`" if len(path) > 1 else "a case"
+        return [Finding(path, f"unknown key; {place} has the keys {listed(keys)}", hint(str(path[-1]), keys))]
+    if first.kind in ("union_tag_invalid", "union_tag_not_found"):
+        return [_unknown_kind(path, first, value, field)]
+    if first.kind in LIMITS:
+        name, words = LIMITS[first.kind]
+        limit = " ".join(filter(None, (f"{first.context[name]:g}", field.get("unit"))))
+        return [Finding(path, f"must be {words} {limit}{_meaning(path, data, with_unit=False)}")]
+    if first.kind in ("too_long", "too_short") and "max_length" in first.context:
+        return [Finding(path, f"must have {first.context['max_length']} components{_meaning(path, data)}")]
+    if first.kind == "too_short":
+        return [Finding(path, f"must have at least {first.context['min_length']} item")]
+    if first.kind == "string_pattern_mismatch":
+        return [Finding(path, "must begin with a letter and hold only letters, digits, - and _")]
+    choices = [choice for detail in group if detail.kind == "literal_error" for choice in _choices(detail)]
+    wanted = [TYPES[detail.kind] for detail in group if detail.kind in TYPES]
+    if choices:
+        quoted = [choice if choice.isdecimal() else f'"{choice}"' for choice in choices]
+        wanted = [f"one of {listed(quoted)}" if len(quoted) > 1 else quoted[0], *dict.fromkeys(wanted)]
+    if not wanted:
+        return [Finding(path, first.message)]
+    text = f"must be {' or '.join(dict.fromkeys(wanted))}{_meaning(path, data)}"
+    return [Finding(path, text, hint(value, choices) if isinstance(value, str) else "")]
+
+
+def _unknown_kind(path: Path, detail: Detail, value: Any, field: dict[str, Any]) -> Finding:
+    choices = [choice.strip("'") for choice in detail.context.get("expected_tags", "").split(", ") if choice]
+    choices = choices or kinds(field)
+    text = f"must be one of {listed([shown(choice) for choice in choices])}"
+    if detail.kind == "union_tag_not_found":
+        return Finding((*path, "kind"), f"is missing; it {text}")
+    return Finding((*path, "kind"), text, hint(str(value.get("kind")), choices))
+
+
+def _choices(detail: Detail) -> list[str]:
+    return str(detail.context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
+
+
+def _size(field: dict[str, Any]) -> int:
+    return len(field.get("prefixItems", ())) or 3
+
+
+def _meaning(path: Path, data: Any, with_unit: bool = True) -> str:
+    field = field_at(path, data)
+    unit = f", {field['unit']}" if with_unit and field.get("unit") else ""
+    return f" ({field['description']}{unit})" if field.get("description") else ""
+
+
+def _without_echoes(found: list[Finding]) -> list[Finding]:
+    """Leave out a missing key where a misspelt one in the same table already points to it."""
+    meant = {(*item.path[:-1], item.remedy.split("`")[1]) for item in found if item.remedy.startswith("did you mean `")}
+    return [item for item in found if not (item.text.startswith("is missing") and item.path in meant)]

@@ -1,0 +1,158 @@
+"""Reading a case: TOML text to a `Case`, every problem of the file reported together."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from pellucid.bodies.spec import Body
+from pellucid.case.explain import explain, problem
+from pellucid.case.lines import Path, key_lines
+from pellucid.case.relations import Finding, findings
+from pellucid.case.settings import put
+from pellucid.case.spec import Case, Probe
+from pellucid.conditions.support import Support
+from pellucid.errors import CaseError, Problem, shown
+from pellucid.grid.spec import GridCase
+
+
+def load(case: "str | FilePath") -> Case:
+    """The case of a gallery id, such as "gan2011/shock-tube", or of a TOML file.
+
+    Raises CaseError naming file, line, key, value, limit and remedy of everything that is wrong.
+    """
+    from pellucid import gallery
+
+    if isinstance(case, str) and gallery.has(case):
+        loaded = loads(gallery.text(case), f"{case}.toml")
+        return loaded if loaded.id else loaded.model_copy(update={"id": case})
+    path = FilePath(case)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError):
+        remedy = "" if path.suffix == ".toml" else gallery.suggestion(str(case))
+        raise CaseError(Problem(f"there is no gallery case and no file {case}", remedy=remedy)) from None
+    except IsADirectoryError:
+        raise CaseError(f"{case} is a folder, not a case file") from None
+    except UnicodeDecodeError as error:
+        raise CaseError(f"{case} is no text in UTF-8: {error}") from None
+    except OSError as error:
+        raise CaseError(f"cannot read {case}: {error.strerror}") from None
+    return loads(text, str(case))
+
+
+def loads(text: str, filename: str = "") -> Case:
+    """The case of a TOML text; `filename` is for messages. Raises CaseError as `load` does."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(_syntax_problem(str(error), text), filename) from None
+    lines = key_lines(text)
+    case, found = _validated(data)
+    if case is not None:
+        found = _quick_findings(case)
+    if case is None or found:
+        raise CaseError([_at_line(item, data, lines) for item in found], filename)
+    return case
+
+
+def changed(case: Case, settings: Mapping[str, Any]) -> Case:
+    """The case with `settings` put at their dotted keys; problems name the setting. Raises CaseError."""
+    data = case.to_data()
+    paths: dict[str, Path] = {}
+    problems: list[Problem] = []
+    for key, value in settings.items():
+        try:
+            paths[key] = put(data, key, value)
+        except CaseError as error:
+            problems += error.blame(_setting(key, value)).problems
+    if problems:
+        raise CaseError(problems)
+    result, found = _validated(data)
+    if result is None:
+        raise CaseError([_at_setting(item, data, settings, paths) for item in found])
+    return result
+
+
+def _validated(data: dict[str, Any]) -> tuple[Case | None, list[Finding]]:
+    try:
+        return Case.model_validate(data), []
+    except ValidationError as error:
+        found = explain(error, data)
+        places = {item.path for item in found}
+        return None, found + [item for item in _between_sound_parts(data) if item.path not in places]
+
+
+def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
+    """What does not fit together among the parts that are right in themselves; pydantic stops before it looks at this."""
+    bodies = _sound(data.get("body"), Body)
+    for index, body in enumerate(bodies):
+        written = data["body"][index]
+        if body is None and isinstance(written, dict) and isinstance(written.get("name"), str):
+            bodies[index] = written["name"]
+    grid = _sound([data.get("grid")], GridCase)[0]
+    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe))
+
+
+def _sound(items: Any, kind: Any) -> list[Any]:
+    """Each item as `kind`, or None where it is wrong in itself."""
+    adapter = TypeAdapter(kind)
+    sound: list[Any] = []
+    for item in items if isinstance(items, list) else ():
+        try:
+            sound.append(adapter.validate_python(item))
+        except ValidationError:
+            sound.append(None)
+    return sound
+
+
+def _quick_findings(case: Case) -> list[Finding]:
+    """What is wrong with the quick settings of a case that is itself right."""
+    found = []
+    try:
+        case.quick_variant()
+    except CaseError as error:
+        for item in error.problems:
+            keys = [key for key in case.quick if item.setting == _setting(key, case.quick[key])] or list(case.quick)[:1]
+            text = item.text if item.key in ("", keys[0]) else f"{item.key}: {item.text}"
+            found.append(Finding(("quick", keys[0]), text, item.remedy))
+    return found
+
+
+def _at_line(found: Finding, data: Any, lines: Mapping[Path, int]) -> Problem:
+    item = problem(found, data)
+    line = next((lines[found.path[:n]] for n in range(len(found.path), 0, -1) if found.path[:n] in lines), None)
+    return Problem(item.text, item.key, item.value, item.remedy, line)
+
+
+def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:
+    """A problem laid at the door of the setting that touches its place, else of all settings together."""
+    item = problem(found, data)
+    near = [key for key, path in paths.items() if _related(path, found.path)] or list(settings)
+    return Problem(
+        item.text, item.key, item.value, item.remedy, None, " ".join(_setting(key, settings[key]) for key in near)
+    )
+
+
+def _related(one: Path, other: Path) -> bool:
+    length = min(len(one), len(other))
+    return one[:length] == other[:length]
+
+
+def _setting(key: str, value: Any) -> str:
+    return f"--set {key}={value if isinstance(value, str) else shown(value)}"
+
+
+def _syntax_problem(message: str, text: str) -> Problem:
+    place = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", message)
+    line = int(place[1]) if place and place[1] else text.count("\n") + 1
+    where = f", at column {place[2]} of `{text.splitlines()[line - 1].strip()}`" if place and place[2] else ""
+    reason = message[: place.start()] if place else message
+    return Problem(
+        f"this is no valid TOML: {reason[:1].lower()}{reason[1:]}{where}",
+        remedy='texts stand in quotes, lists in [ ], tables in { }: name = "gas", lower = [0, 0, 0], box = { ... }',
+        line=line,
+    )

@@ -1,0 +1,134 @@
+"""What must hold between the parts of a case: names, places, fields."""
+
+import difflib
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from pellucid.bodies.spec import Body
+from pellucid.case.lines import Path
+from pellucid.conditions.support import BoxRegion, Support
+from pellucid.grid.spec import GridCase
+
+if TYPE_CHECKING:
+    from pellucid.case.spec import Probe
+
+COMPONENTS: dict[int, tuple[str, ...]] = {1: (), 3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
+
+
+class Finding(NamedTuple):
+    """Something wrong at a place of the case's data."""
+
+    path: Path
+    text: str
+    remedy: str = ""
+
+
+class Disagreement(ValueError):
+    """Parts of a case that do not fit together."""
+
+    def __init__(self, findings: list[Finding]) -> None:
+        self.findings = findings
+        super().__init__("; ".join(f"{'.'.join(map(str, found.path))}: {found.text}" for found in findings))
+
+
+def findings(
+    grid: GridCase | None,
+    bodies: Sequence[Body | str | None],
+    supports: Sequence[Support | None],
+    probes: "Sequence[Probe | None]",
+) -> list[Finding]:
+    """Everything that does not fit together. A part that is itself wrong is None; of a wrong body its name may be left."""
+    return [
+        *_repeated_names("body", [_name(body) for body in bodies]),
+        *_repeated_names("probe", [_name(probe) for probe in probes]),
+        *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
+        *(found for i, support in enumerate(supports) for found in _support(i, support, grid)),
+        *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies)),
+    ]
+
+
+def _name(part: "Body | Probe | str | None") -> str | None:
+    return part if part is None or isinstance(part, str) else part.name
+
+
+def _repeated_names(kind: str, names: Sequence[str | None]) -> Iterator[Finding]:
+    for index, name in enumerate(names):
+        if name is not None and name in names[:index]:
+            text = f"{kind} number {names.index(name) + 1} has this name already"
+            yield Finding((kind, index, "name"), text, "give each its own name")
+        if kind == "probe" and name == "time":
+            yield Finding(
+                (kind, index, "name"), "the first column of the history is called time", "choose another name"
+            )
+
+
+def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterator[Finding]:
+    if body is None or isinstance(body, str) or grid is None:
+        return
+    path = ("body", index, "shape")
+    lower, upper = body.shape.geometry().bounds()
+    ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
+    for axis, low, high, grid_low, grid_high, thin in ends:
+        if thin:
+            continue
+        slack = 1e-9 * (grid_high - grid_low)
+        if high <= low:
+            yield Finding(path, f"the body has no extent along {axis}: it reaches from {low:g} to {high:g} m")
+        elif low < grid_low - slack or high > grid_high + slack:
+            yield Finding(
+                path,
+                f"the body reaches from {axis} = {low:g} to {high:g} m, outside the grid ({grid_low:g} to {grid_high:g} m)",
+                "move or shrink the body, or enlarge grid.lower and grid.upper",
+            )
+
+
+def _support(index: int, support: Support | None, grid: GridCase | None) -> Iterator[Finding]:
+    if support is None or grid is None or not isinstance(support.where, BoxRegion):
+        return
+    lower, upper = support.where.box.bounds()
+    for axis, low, high, grid_low, grid_high in zip("xyz", lower, upper, grid.lower, grid.extent_upper(), strict=True):
+        if high < low or high < grid_low or low > grid_high:
+            text = f"the box holds no node: {axis} from {low:g} to {high:g} m, the grid's from {grid_low:g} to {grid_high:g} m"
+            yield Finding(("support", index, "where", "box"), text, "let the box overlap the grid")
+
+
+def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+    from pellucid.state import FIELDS
+
+    if probe is None:
+        return
+    names = [name for name in map(_name, bodies) if name is not None]
+    if probe.body not in names:
+        if len(names) == len(bodies):  # else a body without a readable name may be the one meant
+            text = f"no body has this name; there are {listed(names)}"
+            yield Finding(("probe", index, "body"), text, hint(probe.body, names))
+        return
+    body = next(body for body in bodies if _name(body) == probe.body)
+    fields = list(FIELDS) if body is None or isinstance(body, str) else fields_of(body)
+    if probe.quantity not in fields:
+        text = f"body {probe.body} has no such field; it has {listed(fields)}"
+        yield Finding(("probe", index, "quantity"), text, hint(probe.quantity, fields))
+        return
+    choices = COMPONENTS[FIELDS[probe.quantity].components]
+    if probe.component is not None and probe.component not in choices:
+        text = f"{probe.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
+        yield Finding(("probe", index, "component"), text, "" if choices else "leave `component` out")
+
+
+def fields_of(body: Body) -> list[str]:
+    """The fields that a body writes and probes can read."""
+    from pellucid.state import FIELDS
+
+    return [name for name in FIELDS if name != "internal_energy" or body.material.kind == "fluid"]
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names for a sentence."""
+    return ", ".join(names)
+
+
+def hint(name: str, choices: Sequence[str]) -> str:
+    """ "did you mean ..." where one of the choices is close, else empty."""
+    close = difflib.get_close_matches(name.lower(), {choice.lower(): choice for choice in choices}, 1)
+    found = [choice for choice in choices if close and choice.lower() == close[0]]
+    return f"did you mean `{found[0]}`?" if found else ""

@@ -1,0 +1,78 @@
+"""Settings: dotted keys such as `body.driver.material.eos.gamma` put into the data of a case."""
+
+import difflib
+import re
+import tomllib
+from typing import Any
+
+from pellucid.case.lines import Path
+from pellucid.errors import CaseError, Problem, shown
+
+_PART = re.compile(r'"([^"]*)"|\'([^\']*)\'|([^.\s"\']+)')
+
+
+def parse_setting(text: str) -> tuple[str, Any]:
+    """Split "grid.cell=0.02" into the key and its value, read as TOML or else as plain text.
+
+    Raises CaseError where there is no "=" or no key.
+    """
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise CaseError(Problem("a setting is KEY=VALUE, for example grid.cell=0.02", setting=f"--set {text}"))
+    return key.strip(), parse_value(value.strip())
+
+
+def parse_value(text: str) -> Any:
+    """Read a value in TOML syntax; what is none is plain text, so that `trilinear` and `3 kPa` need no quotes."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def split_key(key: str) -> list[str]:
+    """The parts of a dotted key; quotes keep dots inside a part together."""
+    parts = ["".join(groups) for groups in _PART.findall(key)]
+    if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
+        raise CaseError(f"`{key}` is no dotted key such as grid.cell or body.driver.material.density")
+    return parts
+
+
+def put(data: dict[str, Any], key: str, value: Any) -> Path:
+    """Set `key` in the nested tables and lists of `data`, in place; returns the path that it names.
+
+    Tables on the way are made where they are missing; a list item is named by its number or its `name`.
+    Raises CaseError where the key leads through a value that is no table or to a list item that is not there.
+    """
+    *way, last = split_key(key)
+    here: Any = data
+    path: Path = ()
+    for part in way:
+        step = _step(here, part, path)
+        if isinstance(here, dict) and step not in here:
+            here[step] = {}
+        here = here[step]
+        path += (step,)
+    step = _step(here, last, path)
+    here[step] = value
+    return (*path, step)
+
+
+def _step(here: Any, part: str, path: Path) -> str | int:
+    place = ".".join(str(item) for item in path)
+    if isinstance(here, dict):
+        return part
+    if not isinstance(here, list):
+        raise CaseError(f"`{place}` is {shown(here)}, not a table: it has no `{part}`")
+    if part.isdecimal() and int(part) < len(here):
+        return int(part)
+    names = [str(item["name"]) for item in here if isinstance(item, dict) and "name" in item]
+    if part in names:
+        return names.index(part)
+    close = difflib.get_close_matches(part, names, 1)
+    listed = f"items are named {', '.join(names)}" if names else f"it has {len(here)} items, numbered from 0"
+    raise CaseError(
+        Problem(
+            f"`{place}` has no item `{part}`; {listed}", remedy=f"did you mean `{place}.{close[0]}`?" if close else ""
+        )
+    )

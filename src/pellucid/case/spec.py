@@ -1,0 +1,117 @@
+"""A case: everything that a run needs, as data. The same classes are the case file and the Python interface."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from pellucid.bodies.spec import Body
+from pellucid.conditions.support import Support
+from pellucid.grid.spec import GridCase
+from pellucid.model import Model, Vector, parameter
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+class TimeCase(Model):
+    """The clock: order of the step, length of the run, choice of the step, transfer of velocities."""
+
+    scheme: Literal["musl", "usf", "usl"] = parameter("", "order of the step", "musl")
+    end: float = parameter("s", "time at which the run ends", gt=0)
+    step: float | None = parameter("s", "fixed time step; without it the Courant bound chooses", None, gt=0)
+    courant: float = parameter("", "fraction of the largest stable step", 0.4, gt=0, le=1)
+    transfer: Literal["flip", "pic", "blend", "apic"] = parameter("", "how velocities return to the points", "flip")
+    flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
+
+
+class Probe(Model):
+    """A column of `history.csv`: a field of a body reduced to one number at each probe instant."""
+
+    name: str = parameter("", "name of the column", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    body: str = parameter("", "name of the body")
+    quantity: str = parameter("", "name of a field of the body, such as pressure")
+    component: str | None = parameter("", "component of a vector (x, y, z) or a stress (xx, yy, zz, yz, xz, xy)", None)
+    reduce: Literal["mean", "max", "min", "sum", "nearest"] = parameter("", "how the points become one number", "mean")
+    at: Vector | None = parameter("m", 'place for "nearest"', None)
+
+    @model_validator(mode="after")
+    def _nearest_needs_a_place(self) -> "Probe":
+        if (self.reduce == "nearest") != (self.at is not None):
+            raise ValueError('`at = [x, y, z]` and `reduce = "nearest"` belong together: give both or neither')
+        return self
+
+
+class OutputCase(Model):
+    """How often results are written."""
+
+    history: float | None = parameter("s", "time between rows of history.csv; without it end/200", None, gt=0)
+    frames: float | None = parameter("s", "time between frames of the fields; without it end/10", None, gt=0)
+    checkpoint: float = parameter("s", "wall-clock time between checkpoints", 30.0, gt=0)
+
+
+class EnergyCase(Model):
+    """Limits on the relative error of the energy ledger."""
+
+    warn: float = parameter("", "relative error that is warned of", 0.02, gt=0)
+    stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
+
+
+class TimesCase(Model):
+    """What to expect on two cores, for `pellucid list`."""
+
+    quick: float = parameter("s", "wall-clock time of the quick variant", ge=0)
+    full: float = parameter("s", "wall-clock time of the full case", ge=0)
+
+
+class Case(Model):
+    """A complete case; build it in Python or read it with `pellucid.load`."""
+
+    schema_version: Literal[1] = parameter("", "version of this format", 1, alias="schema")
+    title: str = parameter("", "one line")
+    id: str = parameter("", "gallery case whose metrics and figures apply", "")
+    source: str = parameter("", "where the case comes from", "")
+    description: str = parameter("", "what it shows", "")
+    gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
+    grid: GridCase = parameter("", "the Eulerian grid")
+    time: TimeCase = parameter("", "the clock")
+    body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
+    support: tuple[Support, ...] = parameter("", "held nodes", ())
+    probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
+    output: OutputCase = parameter("", "how often results are written", OutputCase())
+    energy: EnergyCase = parameter("", "limits of the energy ledger", EnergyCase())
+    times: TimesCase | None = parameter("", "expected wall-clock times", None)
+    quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
+
+    @model_validator(mode="after")
+    def _parts_fit_together(self) -> "Case":
+        from pellucid.case.relations import Disagreement, findings
+
+        found = findings(self.grid, list(self.body), list(self.support), list(self.probe))
+        if found:
+            raise Disagreement(found)
+        return self
+
+    def history_interval(self) -> float:
+        """Time between rows of the history [s]."""
+        return self.output.history or self.time.end / 200
+
+    def frame_interval(self) -> float:
+        """Time between frames of the fields [s]."""
+        return self.output.frames or self.time.end / 10
+
+    def with_settings(self, settings: Mapping[str, Any]) -> "Case":
+        """The case with values put at dotted keys, such as {"grid.cell": 0.02, "body.driver.velocity": [1, 0, 0]}.
+
+        Raises CaseError naming the setting where the key or the value is impossible.
+        """
+        from pellucid.case.reading import changed
+
+        return changed(self, settings)
+
+    def quick_variant(self) -> "Case":
+        """The case with its own quick settings, for a look within seconds; the case itself where it has none."""
+        return self.with_settings(self.quick) if self.quick else self
+
+    def to_data(self) -> dict[str, Any]:
+        """The case as plain tables, lists, texts and numbers in SI units, defaults included, None left out."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
