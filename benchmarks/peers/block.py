@@ -1,6 +1,6 @@
 """The problem that both peer scripts step: a box full of points, eight a cell, its walls holding the normal velocity.
 
-Everything is in SI units and double precision. The points are created cell by cell, so they start sorted, which favours the peer.
+SI units, double precision. The points are created cell by cell, so they start sorted, which favours the peer.
 """
 
 import argparse
@@ -26,7 +26,7 @@ LAME_LAMBDA = YOUNG_MODULUS * POISSON_RATIO / ((1.0 + POISSON_RATIO) * (1.0 - 2.
 
 @dataclass(frozen=True)
 class Block:
-    """The initial state: positions [m] and velocities [m/s], shape (n, 3); nodes along an axis; step [s]; point mass [kg]."""
+    """Positions [m] and velocities [m/s], shape (n, 3); nodes along an axis; time step [s]; mass of a point [kg]."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -41,7 +41,8 @@ def make_block(points: int, law: str) -> Block:
     cell = np.stack(np.meshgrid(*[np.arange(cells)] * 3, indexing="ij"), axis=-1).reshape(-1, 1, 3)
     corner = np.stack(np.meshgrid(*[[0.25, 0.75]] * 3, indexing="ij"), axis=-1).reshape(1, 8, 3)
     position = (cell + corner).reshape(-1, 3) * CELL
-    velocity = SPEED[law] * np.sin(2.0 * np.pi * position / (cells * CELL))
+    velocity = np.zeros_like(position)
+    velocity[:, 0] = SPEED[law] * np.sin(2.0 * np.pi * position[:, 0] / (cells * CELL))
     if law == "ideal-gas":
         sound = np.sqrt(GAMMA * PRESSURE / DENSITY)
     else:
@@ -67,7 +68,8 @@ def measure(
 ) -> None:
     """Warm up (which also compiles), time `arguments.steps` steps, and print the particle-steps a second.
 
-    `state` returns the point velocities (n, 3) and waits for work under way; their mean square is printed so that peers can be compared.
+    `state` waits for work under way and returns the point velocities [m/s], shape (n, 3); their mean square is printed
+    so that the results of the programs can be compared.
     """
     for _ in range(3):
         step()
@@ -94,6 +96,7 @@ def measure(
         print(json.dumps(result))
     else:
         print(
-            f"{name}: {result['point_steps_per_second'] / 1e6:.2f} M particle-steps/s ({result['points']} points, {arguments.law}, "
-            f"{arguments.scheme}, {arguments.threads} threads; mean square velocity {result['mean_square_velocity']:.12e})"
+            f"{name}: {result['point_steps_per_second'] / 1e6:.2f} M particle-steps/s "
+            f"({result['points']} points, {arguments.law}, {arguments.scheme}, {arguments.threads} threads; "
+            f"mean square velocity {result['mean_square_velocity']:.12e} m^2/s^2)"
         )

@@ -1,4 +1,4 @@
-"""The material point step of `pellucid bench`, written in Taichi. Run: python taichi_step.py [--points N] [--steps N] [--law ...]."""
+"""The material point step of `pellucid bench`, written in Taichi. Run: python taichi_step.py --help"""
 
 import os
 

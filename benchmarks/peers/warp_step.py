@@ -1,4 +1,4 @@
-"""The material point step of `pellucid bench`, written in Warp. Run: python warp_step.py [--points N] [--steps N] [--law ...].
+"""The material point step of `pellucid bench`, written in Warp. Run: python warp_step.py --help
 
 On a CPU, Warp (1.19) runs a kernel on one core, whatever --threads says; the result reports one thread.
 """

@@ -1,0 +1,43 @@
+"""The same step in other programs: runs the scripts of `benchmarks/peers` where their libraries are installed."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+PEERS = ("taichi", "warp")
+LAWS = ("ideal-gas", "hypoelastic")
+INTERPRETER_VARIABLE = "PELLUCID_PEER_PYTHON"
+
+
+def run_peers(points: int, steps: int, threads: int) -> list[dict[str, Any]]:
+    """One result for each peer and law: what its script prints, or {"peer", "law", "missing": why}."""
+    folder = _scripts()
+    if folder is None:
+        why = "the scripts are in benchmarks/peers of the source tree: run from there"
+        return [{"peer": peer, "law": law, "missing": why} for peer in PEERS for law in LAWS]
+    return [_run_one(folder, peer, law, points, steps, threads) for peer in PEERS for law in LAWS]
+
+
+def _run_one(folder: Path, peer: str, law: str, points: int, steps: int, threads: int) -> dict[str, Any]:
+    command = [os.environ.get(INTERPRETER_VARIABLE, sys.executable), str(folder / f"{peer}_step.py"), "--json"]
+    command += ["--law", law, "--points", str(points), "--steps", str(steps), "--threads", str(threads)]
+    command += ["--scheme", "musl"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    lines = done.stdout.strip().splitlines()
+    if done.returncode != 0 or not lines:
+        reason = (done.stderr.strip().splitlines() or [f"ended with status {done.returncode}"])[-1]
+        return {"peer": peer, "law": law, "missing": reason}
+    result: dict[str, Any] = json.loads(lines[-1])
+    return result
+
+
+def _scripts() -> Path | None:
+    """The folder of the scripts: of the source tree that this module belongs to, or below the working directory."""
+    for root in (Path(__file__).parents[3], Path.cwd()):
+        folder = root / "benchmarks" / "peers"
+        if (folder / "block.py").is_file():
+            return folder
+    return None

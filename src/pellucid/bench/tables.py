@@ -1,0 +1,53 @@
+"""The benchmark's result as tables for the terminal."""
+
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+
+
+def table(result: dict[str, Any]) -> RenderableType:
+    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, the peers."""
+    machine = result["machine"]
+    head = (
+        f"{machine['processor']}, {machine['threads']} threads, "
+        f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s, pellucid {machine['pellucid']}, numba {machine['numba']}"
+    )
+    shown: list[RenderableType] = [head, _bodies(result["bodies"])]
+    if result["peers"]:
+        shown.append(_peers(result["peers"]))
+    return Group(*shown)
+
+
+def _bodies(rows: list[dict[str, Any]]) -> Table:
+    parts = list(dict.fromkeys(part for row in rows for part in row["parts"]))
+    shown = Table(title="a step, everything included; its parts in ns a point")
+    shown.add_column("body")
+    for heading in ("points", "M point-steps/s", "ms/step", "bytes/point", *parts):
+        shown.add_column(heading, justify="right")
+    for row in rows:
+        shown.add_row(
+            row["body"],
+            f"{row['points']:,}",
+            f"{row['point_steps_per_second'] / 1e6:.1f}",
+            f"{row['seconds_per_step'] * 1e3:.2f}",
+            f"{row['bytes_per_point']:.0f}",
+            *(f"{row['parts'][part] / row['points'] * 1e9:.1f}" if part in row["parts"] else "" for part in parts),
+        )
+    return shown
+
+
+def _peers(rows: list[dict[str, Any]]) -> Table:
+    shown = Table(title="the same step in other programs (benchmarks/peers)")
+    shown.add_column("peer")
+    shown.add_column("law")
+    for heading in ("threads", "M point-steps/s", "pellucid is faster by"):
+        shown.add_column(heading, justify="right")
+    for row in rows:
+        if "missing" in row:
+            shown.add_row(row["peer"], row["law"], "", "not run", row["missing"])
+            continue
+        ratio = f"{row['ratio']:.1f} times" if "ratio" in row else ""
+        rate = f"{row['point_steps_per_second'] / 1e6:.1f}"
+        shown.add_row(row["peer"], row["law"], str(row["threads"]), rate, ratio)
+    return shown

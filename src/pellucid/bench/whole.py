@@ -1,0 +1,77 @@
+"""The whole benchmark: the machine, each body at each size, and the peers."""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from typing import Any
+
+import pellucid
+from pellucid.bench.peers import run_peers
+from pellucid.bench.problem import MATERIALS
+
+POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
+PEER_POINTS = 1_000_000
+
+
+def bench(
+    points: list[int] | None = None, steps: int | None = None, threads: int | None = None, peers: bool = False
+) -> dict[str, Any]:
+    """Measure particle-steps a second of each kind of body, everything of the step included.
+
+    points: sizes to measure, about (the body is a cube of whole cells). steps: steps in a block, the median of three
+    blocks counts; None chooses by size. threads: None takes every core. peers: run `benchmarks/peers` as well.
+
+    Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
+    bytes_per_point, peak_bytes, parts: {part: seconds a step}}, ...], "peers": [...]}; SI units.
+    """
+    import numba
+
+    from pellucid.bench.bandwidth import triad_bandwidth
+
+    threads = threads or numba.config.NUMBA_NUM_THREADS
+    machine = {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "threads": threads,
+        "triad_bytes_per_second": triad_bandwidth(threads),
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "pellucid": pellucid.__version__,
+    }
+    bodies = [_measured(body, n, steps or _steps(n), threads) for body in MATERIALS for n in points or POINTS]
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "peers": []}
+    if peers:
+        size = PEER_POINTS if points is None else max(points)
+        result["peers"] = [_with_ratio(peer, bodies) for peer in run_peers(size, steps or _steps(size), threads)]
+    return result
+
+
+def _steps(points: int) -> int:
+    """Long enough for a steady clock, short enough for patience."""
+    return max(20, min(500, 20_000_000 // points))
+
+
+def _measured(body: str, points: int, steps: int, threads: int) -> dict[str, Any]:
+    request = json.dumps({"body": body, "points": points, "steps": steps, "threads": threads})
+    command = [sys.executable, "-m", "pellucid.bench.measure", request]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+    result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    return result
+
+
+def _with_ratio(peer: dict[str, Any], bodies: list[dict[str, Any]]) -> dict[str, Any]:
+    """The peer's result with "ratio": our rate over its rate, for the same law and number of points."""
+    if "missing" in peer:
+        return peer
+    same = [b for b in bodies if b["body"] == peer["law"] and b["points"] == peer["points"]]
+    return {**peer, "ratio": same[0]["point_steps_per_second"] / peer["point_steps_per_second"]} if same else peer
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo") as lines:
+            return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
