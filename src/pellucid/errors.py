@@ -41,7 +41,7 @@ class Problem:
 
 
 class CaseError(PellucidError):
-    """A case that cannot be run as it stands: every problem found, each with file, line, key, value, limit and remedy."""
+    """A case that cannot be run as it stands: every problem, each with file, line, key, value, limit and remedy."""
 
     def __init__(self, problems: "str | Problem | Sequence[Problem]", source: str = "") -> None:
         if isinstance(problems, str):
@@ -66,7 +66,7 @@ class UsageError(PellucidError):
 
 
 class RunStopped(PellucidError):
-    """A run that stopped itself (NaN, inverted point, lost point, collapsed step, energy error), or failed verification."""
+    """A run that stopped itself (NaN, inverted or lost point, collapsed step, energy error), or failed verification."""
 
     exit_status = 3
 

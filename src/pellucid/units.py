@@ -1,4 +1,4 @@
-"""Units at the boundary: "3 kPa" becomes 3000.0, and inside there are only SI numbers. Imports pint only when called."""
+"""Units at the boundary: "3 kPa" becomes 3000.0; inside there are only SI numbers. Imports pint only when called."""
 
 import difflib
 from functools import cache
@@ -6,8 +6,8 @@ from tokenize import TokenError
 from typing import Any
 
 COMMON = (
-    "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm Hz "
-    "kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
+    "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm "
+    "Hz kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
 )
 
 
@@ -37,8 +37,8 @@ def to_si(text: str, unit: str) -> float:
     try:
         quantity = _registry().Quantity(text)
     except pint.UndefinedUnitError as error:
-        names = error.unit_names
-        name = names if isinstance(names, str) else names[0]
+        names: Any = error.unit_names  # one name or several, whatever its annotation says
+        name = names if isinstance(names, str) else str(names[0])
         raise UnitError(f'unknown unit "{name}" in "{text}"{_suggestion(name)}') from None
     except (
         ArithmeticError,

@@ -87,7 +87,7 @@ def _validated(data: dict[str, Any]) -> tuple[Case | None, list[Finding]]:
 
 
 def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
-    """What does not fit together among the parts that are right in themselves; pydantic stops before it looks at this."""
+    """What does not fit together among the parts that are right in themselves; pydantic stops before this."""
     bodies = _sound(data.get("body"), Body)
     for index, body in enumerate(bodies):
         written = data["body"][index]

@@ -37,7 +37,7 @@ def findings(
     supports: Sequence[Support | None],
     probes: "Sequence[Probe | None]",
 ) -> list[Finding]:
-    """Everything that does not fit together. A part that is itself wrong is None; of a wrong body its name may be left."""
+    """Everything that does not fit together. A part that is itself wrong is None, or for a body perhaps its name."""
     return [
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
@@ -77,7 +77,7 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
         elif low < grid_low - slack or high > grid_high + slack:
             yield Finding(
                 path,
-                f"the body reaches from {axis} = {low:g} to {high:g} m, outside the grid ({grid_low:g} to {grid_high:g} m)",
+                f"the body reaches along {axis} from {low:g} to {high:g} m, the grid from {grid_low:g} to {grid_high:g} m",
                 "move or shrink the body, or enlarge grid.lower and grid.upper",
             )
 
@@ -88,7 +88,8 @@ def _support(index: int, support: Support | None, grid: GridCase | None) -> Iter
     lower, upper = support.where.box.bounds()
     for axis, low, high, grid_low, grid_high in zip("xyz", lower, upper, grid.lower, grid.extent_upper(), strict=True):
         if high < low or high < grid_low or low > grid_high:
-            text = f"the box holds no node: {axis} from {low:g} to {high:g} m, the grid's from {grid_low:g} to {grid_high:g} m"
+            box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
+            text = f"the box holds no node: {axis} from {box}, the grid's from {nodes}"
             yield Finding(("support", index, "where", "box"), text, "let the box overlap the grid")
 
 

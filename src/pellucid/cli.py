@@ -1,0 +1,64 @@
+"""The command line: `pellucid COMMAND`. Heavy things are imported inside the commands that need them."""
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from pellucid.errors import PellucidError
+
+
+class Commands(TyperGroup):
+    """The commands, with every expected error turned into a message and an exit status."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except PellucidError as error:
+            typer.echo(f"pellucid: {error}", err=True)
+            raise typer.Exit(error.exit_status) from None
+        except KeyboardInterrupt:
+            typer.echo("pellucid: interrupted", err=True)
+            raise typer.Exit(130) from None
+
+
+app = typer.Typer(
+    name="pellucid",
+    cls=Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Membranes, fluids and soft tissue with particles. A CASE is a gallery id (gan2011/shock-tube) or TOML file.",
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from pellucid import __version__
+
+        typer.echo(f"pellucid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version and leave."
+    ),
+) -> None:
+    """Options before the command."""
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    app()
+
+
+from pellucid.commands import cases, checks, machine, runs  # noqa: E402
+
+for _module in (cases, runs, checks, machine):
+    _module.register(app)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Arguments that several commands share, and how they are read."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pellucid.errors import UsageError
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+CaseArgument = Annotated[
+    str, typer.Argument(metavar="CASE", help="A gallery id, such as gan2011/shock-tube, or a TOML file.")
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set any field, such as grid.cell=0.02; may be given often."),
+]
+Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run of seconds.")]
+Threads = Annotated[
+    int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads.  [default: all cores]")
+]
+Until = Annotated[
+    str | None, typer.Option("--until", metavar="T", help='Simulated time to end at: 0.1 (s) or "20 ms".')
+]
+
+
+def read_case(case: str, quick: bool, settings: list[str] | None) -> "Case":
+    """The case with its quick settings, then the user's own. Raises CaseError."""
+    from pellucid.case import load, parse_setting
+
+    loaded = load(case)
+    if quick:
+        loaded = loaded.quick_variant()
+    return loaded.with_settings(dict(parse_setting(text) for text in settings)) if settings else loaded
+
+
+def read_time(option: str, text: str | None) -> float | None:
+    """A positive time [s] from "0.1" or "20 ms". Raises UsageError naming the option."""
+    from pellucid.units import UnitError, to_si
+
+    if text is None:
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        try:
+            seconds = to_si(text, "s")
+        except UnitError as error:
+            raise UsageError(f"{option}: {error}") from None
+    if not 0.0 < seconds < float("inf"):
+        raise UsageError(f"{option} {text}: the time must be greater than 0 s")
+    return seconds

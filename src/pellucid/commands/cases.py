@@ -1,0 +1,65 @@
+"""Commands on cases: list, show, validate, schema."""
+
+from typing import Annotated
+
+import typer
+
+from pellucid.commands.arguments import CaseArgument
+from pellucid.commands.table import print_table
+
+
+def register(app: typer.Typer) -> None:
+    """Add these commands."""
+    app.command("list")(list_cases)
+    app.command()(show)
+    app.command()(validate)
+    app.command()(schema)
+
+
+def list_cases() -> None:
+    """List the gallery: id, title, source, and wall-clock time of the quick and the full run on two cores."""
+    from pellucid import gallery
+    from pellucid.case import load
+    from pellucid.progress import clock
+
+    rows = []
+    for name in gallery.ids():
+        case = load(name)
+        times = (clock(case.times.quick), clock(case.times.full)) if case.times else ("", "")
+        rows.append((name, case.title, case.source, *times))
+    print_table(("id", "title", "source", "quick", "full"), rows)
+
+
+def show(case: CaseArgument) -> None:
+    """Print a case file, to copy and edit: pellucid show gan2011/shock-tube > mine.toml"""
+    from pathlib import Path
+
+    from pellucid import gallery
+    from pellucid.case import load
+
+    if gallery.has(case):
+        typer.echo(gallery.text(case), nl=False)
+    else:
+        load(case)  # says what is wrong with it, or that it is not there
+        typer.echo(Path(case).read_text(encoding="utf-8"), nl=False)
+
+
+def validate(
+    file: Annotated[str, typer.Argument(metavar="FILE.toml", help="The case file, or a gallery id.")],
+) -> None:
+    """Check a case file without running it: keys, types, units, limits, names, places. Status 2 if any is wrong."""
+    from pellucid.case import load
+
+    case = load(file)
+    cells = " x ".join(str(count) for count in case.grid.counts())
+    bodies = ", ".join(body.name for body in case.body)
+    typer.echo(f"{file} is valid: {case.title}; grid of {cells} cells; bodies {bodies}; to t = {case.time.end:g} s")
+
+
+def schema() -> None:
+    """Print the JSON schema of case files, for editors and other programs."""
+    import json
+
+    from pellucid.case import json_schema
+
+    typer.echo(json.dumps(json_schema(), indent=2))

@@ -1,0 +1,85 @@
+"""Commands that compare with references: verify, converge."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, read_case
+from pellucid.commands.table import number, print_metrics, print_table
+from pellucid.errors import RunStopped, UsageError
+
+
+def register(app: typer.Typer) -> None:
+    """Add these commands."""
+    app.command()(verify)
+    app.command()(converge)
+
+
+def verify(
+    cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids.  [default: all]")] = None,
+    full: Annotated[bool, typer.Option("--full", help="Run the full cases, not their quick variants.")] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Keep the runs, with figures and reports, in DIR/CASE.")
+    ] = None,
+    threads: Threads = None,
+) -> None:
+    """Run cases and compare them with their references; status 3 if any metric falls short."""
+    from pellucid import gallery
+    from pellucid.progress import for_terminal
+    from pellucid.results.verify import verify as run_checks
+
+    for name in cases or ():
+        if not gallery.has(name):
+            raise UsageError(f"there is no gallery case {name}\n    {gallery.suggestion(name)}")
+    progress = for_terminal()
+    try:
+        checks = run_checks(cases or list(gallery.ids()), full=full, out=out, threads=threads, progress=progress)
+    finally:
+        progress.stop()
+    names = {"case": [check.case for check in checks], "metric": [check.name for check in checks]}
+    print_metrics(names, [check.metric for check in checks])
+    short = [check for check in checks if not check.metric.passed]
+    for check in short:
+        typer.echo(f"{check.case}: {check.name}: {check.metric.meaning}", err=True)
+    if short:
+        raise RunStopped(f"{len(short)} of {len(checks)} metrics fall short")
+    typer.echo(f"all {len(checks)} metrics pass")
+
+
+def converge(
+    case: CaseArgument,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            "--over", metavar="KEY=V1,V2,...", help="A field and its values; a second --over goes along in step."
+        ),
+    ],
+    metric: Annotated[str, typer.Option("--metric", metavar="NAME", help="The metric whose error is followed.")],
+    quick: Quick = False,
+    settings: Settings = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Keep the runs here, with convergence.csv and a figure.")
+    ] = None,
+    threads: Threads = None,
+) -> None:
+    """Run a case for several values of a field; print a metric's error, the ratio and the observed order."""
+    from pellucid.convergence import observed_order, read_sweep, study, write_study
+    from pellucid.progress import for_terminal
+
+    sweep = read_sweep(over)
+    base = read_case(case, quick, settings)
+    progress = for_terminal()
+    try:
+        steps = study(base, sweep, metric, out, threads, progress)
+    finally:
+        progress.stop()
+    key = next(iter(sweep))
+    rows = [(str(step.value), number(step.error), number(step.ratio), number(step.order)) for step in steps]
+    print_table((key, f"error of {metric}", "ratio", "order"), rows)
+    order = observed_order(steps)
+    if order is not None:
+        typer.echo(f"observed order, least squares over all values: {order:.2f}")
+    if out:
+        write_study(steps, key, metric, out)
+        typer.echo(f"written: {out / 'convergence.csv'}, {out / 'convergence.png'}")

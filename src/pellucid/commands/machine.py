@@ -1,0 +1,57 @@
+"""Commands about this machine: bench, doctor."""
+
+from typing import Annotated
+
+import typer
+
+from pellucid.commands.arguments import Threads
+from pellucid.commands.table import print_table
+from pellucid.errors import UsageError
+
+
+def register(app: typer.Typer) -> None:
+    """Add these commands."""
+    app.command()(bench)
+    app.command()(doctor)
+
+
+def bench(
+    json_: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    points: Annotated[
+        str | None, typer.Option("--points", metavar="N,N,...", help="Numbers of points.  [default: 1e4 to 4e6]")
+    ] = None,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Run benchmarks/peers beside, where these are installed.")
+    ] = False,
+    threads: Threads = None,
+) -> None:
+    """Measure particle-steps per second for fluid and solid bodies beside the machine's memory bandwidth."""
+    sizes = read_sizes(points)
+
+    import json
+
+    from pellucid.bench import bench as measure
+    from pellucid.bench import table
+
+    result = measure(sizes, threads=threads, peers=peers)
+    typer.echo(json.dumps(result, indent=2) if json_ else table(result))
+
+
+def read_sizes(text: str | None) -> list[int] | None:
+    """Numbers of points from "10000,1e6". Raises UsageError."""
+    if text is None:
+        return None
+    try:
+        sizes = [round(float(item)) for item in text.split(",")]
+    except (ValueError, OverflowError):
+        raise UsageError(f"--points {text}: write numbers with commas between, such as 10000,1e6") from None
+    if min(sizes) < 1:
+        raise UsageError(f"--points {text}: every number must be at least 1")
+    return sizes
+
+
+def doctor() -> None:
+    """Report what this machine offers: versions, threads, kernel cache, drawing, memory, disk."""
+    from pellucid.doctor import examine
+
+    print_table(("what", "found", "advice"), examine())

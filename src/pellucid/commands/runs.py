@@ -1,0 +1,118 @@
+"""Commands on runs: run, resume, report."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, read_case, read_time
+from pellucid.commands.table import print_metrics
+from pellucid.errors import UsageError
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+    from pellucid.results import Run
+
+LEFT_BY_A_RUN = {"history.csv", "summary.json", "checkpoint"}
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add these commands."""
+    app.command()(run)
+    app.command()(resume)
+    app.command()(report)
+
+
+def run(
+    case: CaseArgument,
+    quick: Quick = False,
+    settings: Settings = None,
+    until: Until = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder for the results.  [default: runs/NAME, made unique]"),
+    ] = None,
+    threads: Threads = None,
+    every: Annotated[str | None, typer.Option("--every", metavar="T", help="Simulated time between frames.")] = None,
+) -> None:
+    """Run a case; curves, fields, checkpoints, figures and report.html go to DIR."""
+    chosen = read_case(case, quick, settings)
+    end = read_time("--until", until)
+    interval = read_time("--every", every)
+    if interval is not None:
+        chosen = chosen.with_settings({"output.frames": interval})
+    folder = prepared(out) if out else unused(Path("runs"), case_name(case, chosen))
+
+    from pellucid.progress import for_terminal
+    from pellucid.results import run_case
+
+    progress = for_terminal()
+    try:
+        finished = run_case(chosen, folder, threads=threads, until=end, progress=progress)
+    finally:
+        progress.stop()
+    conclude(finished, folder)
+
+
+def resume(dir_: Folder, until: Until = None, threads: Threads = None) -> None:
+    """Go on with a run from its last checkpoint, bit for bit as if it had not stopped."""
+    end = read_time("--until", until)
+
+    from pellucid.progress import for_terminal
+    from pellucid.results import resume_case
+
+    progress = for_terminal()
+    try:
+        finished = resume_case(dir_, until=end, threads=threads, progress=progress)
+    finally:
+        progress.stop()
+    conclude(finished, dir_)
+
+
+def report(dir_: Folder) -> None:
+    """Draw the figures of a run again and write its report.html."""
+    from pellucid.results.report import write_report
+    from pellucid.results.store import RunFolder
+
+    RunFolder(dir_).read_case()  # says where there is no run
+    write_report(dir_)
+    typer.echo(f"the report is {dir_ / 'report.html'}")
+
+
+def case_name(argument: str, case: "Case") -> str:
+    """The name for a folder: that of the file, or the last part of the id."""
+    return Path(argument).stem if argument.endswith(".toml") else case.id.rpartition("/")[2] or "case"
+
+
+def unused(parent: Path, name: str) -> Path:
+    """A new folder `parent/name`, or with a number behind the name where that is taken."""
+    number = 1
+    while (folder := parent / (name if number == 1 else f"{name}-{number}")).exists():
+        number += 1
+    return folder
+
+
+def prepared(folder: Path) -> Path:
+    """The folder, fit for a new run: an earlier run may be replaced, anything else is refused with UsageError."""
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"--out {folder} is a file; name a folder for the results")
+    if folder.exists() and (names := {item.name for item in folder.iterdir()}):
+        if "case.toml" not in names or (len(names) > 1 and not names & LEFT_BY_A_RUN):
+            raise UsageError(f"--out {folder} holds other files and no run; name a new or empty folder")
+        typer.echo(f"replacing the earlier run in {folder}", err=True)
+    return folder
+
+
+def conclude(finished: "Run", folder: Path) -> None:
+    """Say in a line or two what a run came to."""
+    from pellucid.progress import clock
+
+    summary = finished.summary
+    typer.echo(
+        f"done: t = {summary['end_time']:.6g} s after {summary['steps']} steps of {summary['points']} points "
+        f"in {clock(summary['wall_seconds'])} ({summary['point_steps_per_second'] / 1e6:.1f} M point-steps/s)"
+    )
+    print_metrics({"metric": list(finished.metrics)}, list(finished.metrics.values()))
+    typer.echo(f"results in {folder}")

@@ -1,0 +1,46 @@
+"""Tables on the terminal and in pipes."""
+
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pellucid.results.metrics import Metric
+
+
+def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print aligned columns on stdout; on a terminal too narrow for them, long cells wrap."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for name in header:
+        table.add_column(name, overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 1000
+    Console(width=width, highlight=False, markup=False).print(table)
+
+
+def number(value: float | None) -> str:
+    """A number for a table cell; empty for None."""
+    return "" if value is None else f"{value:.4g}"
+
+
+def print_metrics(names: Mapping[str, Sequence[str]], metrics: Sequence["Metric"]) -> None:
+    """Print metrics against their references, behind columns of `names`; nothing where there are none."""
+    rows = [
+        (
+            *labels,
+            number(metric.value),
+            number(metric.reference),
+            number(metric.error),
+            number(metric.tolerance),
+            verdict,
+        )
+        for *labels, metric in zip(*names.values(), metrics, strict=True)
+        for verdict in ("pass" if metric.passed else "falls short",)
+    ]
+    if rows:
+        print_table((*names, "value", "reference", "error", "tolerance", ""), rows)
