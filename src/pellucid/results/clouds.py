@@ -1,0 +1,156 @@
+"""Pictures of bodies as clouds of points, coloured by a field, in one, two or three dimensions."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.probes import scalar
+from pellucid.results.style import COLOURS, label, new_figure, with_unit
+from pellucid.state import FIELDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PathCollection
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+INSTANTS = 4
+MOST_POINTS = 60_000
+"""More points than this are thinned out evenly: a picture has no more places to show them."""
+
+PROFILES = ("density", "velocity", "pressure", "internal_energy")
+
+VIEW = (np.radians(-50.0), np.radians(22.0))
+"""Where three-dimensional bodies are seen from: turn about z, then height above the horizon."""
+
+Cloud = dict[str, np.ndarray]
+
+
+def pictures(run: "Run") -> dict[str, "Figure"]:
+    """Bodies at some instants by speed and by pressure or stress; along a tube the profiles at the end."""
+    thin = run.case.grid.thin()
+    if sum(thin) == 2:
+        return {"profiles_of_points": _profiles(run, thin.index(False))}
+    return {f"bodies_{name}": _panels(run, name) for name in ("speed", "load")}
+
+
+def _profiles(run: "Run", axis: int) -> "Figure":
+    names = [body.name for body in run.case.body]
+    clouds = {name: _thinned(run.fields(name)) for name in names}
+    wanted = [field for field in PROFILES if all(field in cloud for cloud in clouds.values())]
+    figure = new_figure(9.5, 5.6)
+    grid = figure.subplots(2, 2, sharex=True).flat
+    component = "xyz"[axis]
+    for axes, field in zip(grid, wanted, strict=False):
+        for name, colour in zip(names, COLOURS * len(names), strict=False):
+            cloud = clouds[name]
+            values = scalar(cloud[field], component if cloud[field].ndim > 1 else None)
+            axes.plot(cloud["position"][:, axis], values, ".", markersize=2, color=colour, label=name)
+        label(axes, component, field, "m", FIELDS[field].unit)
+    for axes in list(figure.axes)[len(wanted) :]:
+        axes.remove()
+    figure.axes[0].legend(markerscale=5)
+    figure.suptitle(f"Every point at t = {run.times(names[0])[-1]:.4g} s")
+    return figure
+
+
+def _panels(run: "Run", quantity: str) -> "Figure":
+    names = [body.name for body in run.case.body]
+    times = run.times(names[0])
+    chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
+    scenes = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
+    title, unit = _meaning(scenes[0], quantity)
+    values = [[_values(cloud, quantity) for cloud in scene] for scene in scenes]
+    low, high = _limits(values)
+    flat = _Flat(run.case.grid.thin(), [cloud["position"] for scene in scenes for cloud in scene])
+    width, height = flat.panel_size(len(chosen))
+    figure = new_figure(width * len(chosen) + 0.9, height + 0.75)
+    panels = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
+    for number, (axes, scene, time) in enumerate(zip(panels, scenes, chosen, strict=True)):
+        together = np.concatenate([cloud["position"] for cloud in scene])
+        dots = flat.draw(axes, together, np.concatenate(values[number]), width, (low, high))
+        axes.set_title(f"t = {time:.4g} s")
+    bar = figure.colorbar(dots, ax=list(panels), shrink=0.9, pad=0.01, aspect=25)
+    bar.set_label(with_unit(title, unit))
+    bar.outline.set_visible(False)
+    return figure
+
+
+class _Flat:
+    """How points of space come to lie on the paper, the same for all panels."""
+
+    def __init__(self, thin: tuple[bool, bool, bool], positions: list[np.ndarray]) -> None:
+        self.flat = [axis for axis in range(3) if not thin[axis]]
+        corners = [self.project(p)[0] for p in positions]
+        low, high = np.min([c.min(axis=0) for c in corners], axis=0), np.max([c.max(axis=0) for c in corners], axis=0)
+        margin = 0.04 * float((high - low).max())
+        self.low, self.high = low - margin, high + margin
+
+    def project(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Place on the paper, shape (n, 2), and depth, shape (n,), growing towards the eye."""
+        if len(self.flat) == 2:
+            return position[:, self.flat], np.zeros(len(position))
+        turn, rise = VIEW
+        right = np.array([np.cos(turn + np.pi / 2), np.sin(turn + np.pi / 2), 0.0])
+        eye = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        up = np.cross(eye, right)
+        return position @ np.stack([right, up], axis=1), position @ eye
+
+    def panel_size(self, panels: int) -> tuple[float, float]:
+        """Width and height of a panel [inch]."""
+        ratio = (self.high - self.low)[1] / (self.high - self.low)[0]
+        width = min(11.0 / panels, 4.2 / ratio)
+        return max(width, 1.6), max(width, 1.6) * ratio
+
+    def draw(
+        self, axes: "Axes", position: np.ndarray, values: np.ndarray, width: float, limits: tuple[float, float]
+    ) -> "PathCollection":
+        paper, depth = self.project(position)
+        order = np.argsort(depth, kind="stable")
+        extent = self.high - self.low
+        spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
+        size = float(np.clip(spacing, 1.0, 8.0)) ** 2
+        x, y = paper[order].T
+        dots = axes.scatter(x, y, c=values[order], s=size, linewidths=0, vmin=limits[0], vmax=limits[1])
+        axes.set_xlim(self.low[0], self.high[0])
+        axes.set_ylim(self.low[1], self.high[1])
+        axes.set_aspect("equal")
+        axes.grid(False)
+        if len(self.flat) == 3:
+            axes.set_axis_off()
+        else:
+            label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
+            axes.label_outer()
+        return dots
+
+
+def _meaning(scene: list[Cloud], quantity: str) -> tuple[str, str]:
+    if quantity == "speed":
+        return "speed", FIELDS["velocity"].unit
+    return ("pressure" if _is_fluid(scene) else "von Mises stress"), FIELDS["stress"].unit
+
+
+def _values(cloud: Cloud, quantity: str) -> np.ndarray:
+    if quantity == "speed":
+        return scalar(cloud["velocity"])
+    return cloud["pressure"] if "internal_energy" in cloud else scalar(cloud["stress"])
+
+
+def _is_fluid(scene: list[Cloud]) -> bool:
+    return all("internal_energy" in cloud for cloud in scene)
+
+
+def _limits(values: list[list[np.ndarray]]) -> tuple[float, float]:
+    """Common limits of the colours; a few extreme points do not wash out the rest."""
+    everything = np.concatenate([part for scene in values for part in scene])
+    everything = everything[np.isfinite(everything)]
+    if not everything.size:
+        return 0.0, 1.0
+    low, high = (float(value) for value in np.percentile(everything, (0.5, 99.5)))
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
+
+
+def _thinned(cloud: Cloud) -> Cloud:
+    stride = -(-len(cloud["position"]) // MOST_POINTS)
+    return {name: values[::stride] for name, values in cloud.items()}

@@ -1,0 +1,93 @@
+"""The figures of a run: those of its gallery case, its bodies, the energy ledger, the momentum, the probes."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results import clouds
+from pellucid.results.files import explained, replacing
+from pellucid.results.style import LINES, house_style, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+PANELS_ACROSS = 3
+
+
+def write_figures(run: "Run") -> list[Path]:
+    """Draw every figure of the run to `figures/<name>.png` and return the paths in the order of the report."""
+    from pellucid import gallery
+
+    folder = run.folder.figures
+    paths = []
+    with house_style():
+        module = gallery.module(run.case.id)
+        figures = dict(module.figures(run)) if module else {}
+        figures |= clouds.pictures(run) | {"energies": energies(run), "momentum": momentum(run)}
+        if run.case.probe:
+            figures["probes"] = probes(run)
+        with explained(run.out):
+            folder.mkdir(exist_ok=True)
+            for name, figure in figures.items():
+                paths.append(folder / f"{name}.png")
+                with replacing(paths[-1]) as temporary:
+                    figure.savefig(temporary, format="png", dpi=144)
+    return paths
+
+
+def energy_columns(run: "Run") -> list[str]:
+    """The columns of the history that hold energies."""
+    return [
+        name for name, unit in run.units.items() if unit == "J" and name not in {probe.name for probe in run.case.probe}
+    ]
+
+
+def energies(run: "Run") -> "Figure":
+    """The ledger: every energy against time, and its relative error beside the limits of the case."""
+    figure = new_figure(9.5, 3.6)
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    times = run.history["time"]
+    for number, name in enumerate(energy_columns(run)):
+        values = run.history[name]
+        if np.any(values != 0.0):
+            left.plot(times, values, LINES[number // 7 % 4], label=name.removesuffix("_energy").replace("_", " "))
+    label(left, "time", "energy", "s", "J")
+    left.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    right.plot(times, 100.0 * run.history["energy_error"], color="black")
+    right.axhline(0.0, color="#889", linewidth=0.8)
+    label(right, "time", "error of the ledger", "s", "%")
+    largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
+    warn = 100.0 * run.case.energy.warn
+    if largest > 0.3 * warn:
+        for limit in (-warn, warn):
+            right.axhline(limit, color="#D55E00", linestyle="--", linewidth=1.0)
+        right.annotate("limit of the warning", (times[0], warn), color="#D55E00", fontsize=8, va="bottom")
+    return figure
+
+
+def momentum(run: "Run") -> "Figure":
+    """The three components of the momentum against time."""
+    figure = new_figure(9.5, 2.8)
+    axes = figure.subplots()
+    for axis, line in zip("xyz", LINES, strict=False):
+        axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
+    label(axes, "time", "momentum", "s", "kg m/s")
+    axes.legend(ncols=3, loc="best")
+    return figure
+
+
+def probes(run: "Run") -> "Figure":
+    """Every probe against time."""
+    across = min(PANELS_ACROSS, len(run.case.probe))
+    down = -(-len(run.case.probe) // across)
+    figure = new_figure(9.5 if across > 1 else 6.0, 2.8 * down)
+    panels = figure.subplots(down, across, sharex=True, squeeze=False).ravel()
+    for axes, probe in zip(panels, run.case.probe, strict=False):
+        axes.plot(run.history["time"], run.history[probe.name])
+        label(axes, "time", probe.name, "s", run.units[probe.name])
+    for axes in panels[len(run.case.probe) :]:
+        axes.remove()
+    return figure

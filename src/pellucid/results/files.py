@@ -1,0 +1,70 @@
+"""Files that are either whole or not there, whatever ends the process."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from pellucid.errors import PellucidError
+
+
+class OutputError(PellucidError):
+    """Results that cannot be written or read: a full disk, a missing permission, a damaged file."""
+
+    exit_status = 3
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside `path`; when the block ends well, it takes the place of `path` atomically.
+
+    The file is on the disk before it gets its name, and the name before the block is left. If the block fails,
+    `path` stays as it was and the temporary file is removed.
+    """
+    temporary = path.with_name(f".{path.name}.writing")
+    try:
+        yield temporary
+        sync(temporary)
+        os.replace(temporary, path)
+    except BaseException:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+    sync(path.parent)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write `text` to `path` atomically (UTF-8, no translation of line ends)."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(text.encode())
+
+
+def sync(path: Path) -> None:
+    """Have the system bring a file or a folder to the disk."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except PermissionError:  # some systems do not open folders
+        if path.is_dir():
+            return
+        raise
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def explained(folder: Path) -> Iterator[None]:
+    """Turn an error of the operating system into an `OutputError` that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error) or type(error).__name__
+        checkpoints = folder / "checkpoint"
+        kept = any(checkpoints.glob("*.npz")) if checkpoints.is_dir() else False
+        remedy = (
+            f"the earlier checkpoints are intact: make room, then `pellucid resume {folder}` goes on from the last one"
+            if kept
+            else "no checkpoint had been written yet: make room and start again"
+        )
+        raise OutputError(f"cannot write the results to {folder}: {reason}\n    {remedy}") from error

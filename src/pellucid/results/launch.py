@@ -1,0 +1,86 @@
+"""From a case to a finished run in a folder, and from a folder on."""
+
+import warnings
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from pellucid.results import checkpoint
+from pellucid.results.recorder import Recorder
+from pellucid.results.run import Run
+from pellucid.results.store import RunFolder
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+    from pellucid.progress import Progress
+
+
+def run_case(
+    case: "Case",
+    out: Path | str | None = None,
+    threads: int | None = None,
+    until: float | None = None,
+    progress: "Progress | None" = None,
+    report: bool = True,
+) -> Run:
+    """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
+
+    `until` [s] stops early, `report=False` leaves out figures and report. Raises `UsageError` for a folder with other
+    things in it, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
+    """
+    from pellucid.simulation import Simulation
+
+    temporary = TemporaryDirectory(prefix="pellucid-") if out is None else None
+    folder = RunFolder(temporary.name if temporary else out)  # type: ignore[arg-type]
+    simulation = Simulation(case, threads)  # before the folder is touched: a case that cannot be set up erases nothing
+    folder.start(case)
+    return _finish(simulation, Recorder(folder, case), until, progress, report, temporary)
+
+
+def resume_case(
+    out: Path | str,
+    until: float | None = None,
+    threads: int | None = None,
+    progress: "Progress | None" = None,
+    report: bool = True,
+) -> Run:
+    """Go on with the run in `out` from its last checkpoint, bit for bit; from the start where it has none yet.
+
+    Raises `UsageError` where there is no run, otherwise as `run_case`.
+    """
+    from pellucid.simulation import Simulation
+
+    folder = RunFolder(out)
+    case = folder.read_case()
+    simulation = Simulation(case, threads)
+    say = progress.message if progress else warnings.warn
+    found = checkpoint.read_latest(folder.checkpoint, say)
+    if found is None:
+        say(f"there is no checkpoint in {folder.path} yet: the run begins again")
+        folder.start(case)
+        return _finish(simulation, Recorder(folder, case), until, progress, report)
+    arrays, numbers = found
+    simulation.restore(arrays, numbers["simulation"])
+    folder.reopen()
+    return _finish(simulation, Recorder(folder, case, numbers["recorder"]), until, progress, report)
+
+
+def _finish(
+    simulation: Any,
+    recorder: Recorder,
+    until: float | None,
+    progress: "Progress | None",
+    report: bool,
+    temporary: "TemporaryDirectory[str] | None" = None,
+) -> Run:
+    simulation.run(recorder, until=until, progress=progress)
+    folder = recorder.folder
+    folder.write_summary(recorder.facts, {})
+    run = Run(folder.path, temporary)
+    folder.write_summary(recorder.facts, run.metrics)
+    run = Run(folder.path, temporary)
+    if report:
+        from pellucid.results.report import write_report
+
+        write_report(folder.path)
+    return run

@@ -1,0 +1,70 @@
+"""A run that lies in a folder, opened for reading."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.results import frames, history
+from pellucid.results.metrics import Metric, evaluate
+from pellucid.results.store import RunFolder
+
+if TYPE_CHECKING:
+    from tempfile import TemporaryDirectory
+
+    from pellucid.case import Case
+
+
+class Run:
+    """What a run left in the folder `out`. Everything is read when it is first asked for."""
+
+    def __init__(self, out: Path | str, temporary: "TemporaryDirectory[str] | None" = None) -> None:
+        self.folder = RunFolder(out)
+        self._temporary = temporary  # the folder lives as long as the run that was not given one
+
+    @property
+    def out(self) -> Path:
+        """The folder."""
+        return self.folder.path
+
+    @cached_property
+    def case(self) -> "Case":
+        """The resolved case."""
+        return self.folder.read_case()
+
+    @cached_property
+    def history(self) -> dict[str, np.ndarray]:
+        """Columns of `history.csv` by name, each of shape (rows,)."""
+        return history.read(self.folder.history)
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units of the columns of the history ("1" for a pure number)."""
+        return history.read_units(self.folder.history)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """`summary.json`. Raises `UsageError` where the run has not ended."""
+        return self.folder.read_summary()
+
+    @cached_property
+    def metrics(self) -> dict[str, Metric]:
+        """The metrics of the gallery case by name, computed from the files; empty for a case of the user's own."""
+        return evaluate(self)
+
+    def times(self, body: str) -> np.ndarray:
+        """Instants of the frames of a body [s], shape (frames,)."""
+        return frames.times(self.folder.fields(body))
+
+    def fields(self, body: str, time: float | None = None) -> dict[str, np.ndarray]:
+        """Fields of a body at the frame nearest to `time` [s], the last by default.
+
+        Shapes (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. Points keep their
+        order from frame to frame.
+        """
+        index = -1 if time is None else int(np.argmin(np.abs(self.times(body) - time)))
+        return frames.read(self.folder.fields(body), index)
+
+    def __repr__(self) -> str:
+        return f"Run({str(self.out)!r})"

@@ -1,0 +1,78 @@
+"""The look of every figure: quiet axes with units, colours that the colour-blind can tell apart."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, the yellow left out: it is too faint for lines on white
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+LINES = ("-", "--", "-.", ":")
+SEQUENTIAL = "viridis"
+DPI = 144
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Within the block new figures have the house style, those of the gallery's modules too."""
+    import matplotlib
+    from cycler import cycler
+
+    look: dict[Any, Any] = {
+        "axes.axisbelow": True,
+        "axes.edgecolor": "#667",
+        "axes.formatter.limits": (-3, 4),
+        "axes.formatter.use_mathtext": True,
+        "axes.grid": True,
+        "axes.labelcolor": "#223",
+        "axes.linewidth": 0.8,
+        "axes.prop_cycle": cycler(color=COLOURS),
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlesize": 10,
+        "figure.titlesize": 11,
+        "font.size": 9.5,
+        "grid.alpha": 0.35,
+        "grid.color": "#aab",
+        "grid.linewidth": 0.6,
+        "image.cmap": SEQUENTIAL,
+        "legend.frameon": False,
+        "lines.linewidth": 1.6,
+        "savefig.dpi": DPI,
+        "xtick.color": "#445",
+        "ytick.color": "#445",
+    }
+    with matplotlib.rc_context(look):
+        yield
+
+
+def new_figure(width: float = 9.0, height: float = 3.6) -> "Figure":
+    """An empty figure [inch] that is drawn without a screen and known to nobody else."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def label(axes: "Axes", x: str, y: str, x_unit: str = "", y_unit: str = "") -> None:
+    """Name both axes with their units."""
+    axes.set_xlabel(with_unit(x, x_unit))
+    axes.set_ylabel(with_unit(y, y_unit))
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A quantity with its unit: "kinetic energy [J]"; without one "step"."""
+    words = name.replace("_", " ")
+    return f"{words} [{pretty(unit)}]" if unit and unit != "1" else words
+
+
+def pretty(unit: str) -> str:
+    """A unit for the eye: "kg/m^3" with a raised 3."""
+    for power, raised in (("^2", "²"), ("^3", "³"), ("^-1", "⁻¹")):
+        unit = unit.replace(power, raised)
+    return unit.replace("*", " ")
