@@ -18,7 +18,7 @@ TORO = [
 ]
 
 
-@pytest.mark.parametrize("left, right, pressure, velocity, rho_left, rho_right", TORO)
+@pytest.mark.parametrize(("left", "right", "pressure", "velocity", "rho_left", "rho_right"), TORO)
 def test_toro_table(left, right, pressure, velocity, rho_left, rho_right):
     solution = solve(GasState(*left), GasState(*right))
     found = (solution.pressure, solution.velocity, solution.left_density, solution.right_density)
@@ -43,7 +43,7 @@ def test_tube_of_gan2011():
 
 
 @pytest.mark.parametrize(
-    "left, right",
+    ("left", "right"),
     [
         (GasState(1.0, -4.0, 0.4), GasState(1.0, 4.0, 0.4)),
         (GasState(1.0, 0.0, 1.0, gamma=5 / 3), GasState(1.0, 6.0, 0.1, gamma=1.1 + 2.0)),

@@ -113,9 +113,8 @@ def solve(left: GasState, right: GasState) -> RiemannSolution:
     """
     reach = sum(2.0 * gas.sound_speed / (gas.gamma - 1.0) for gas in (left, right))
     if right.velocity - left.velocity >= reach:
-        raise VacuumError(
-            f"the states part at {right.velocity - left.velocity:g} m/s, which is at least {reach:g} m/s: a vacuum opens"
-        )
+        parting = right.velocity - left.velocity
+        raise VacuumError(f"a vacuum opens: the states part at {parting:g} m/s, which is not less than {reach:g} m/s")
     pressure = _star_pressure(left, right)
     velocity = left.velocity - _velocity_change(left, pressure)[0]
     return RiemannSolution(left, right, pressure, velocity, _wave(left, pressure), _wave(right.mirrored(), pressure))

@@ -1,0 +1,116 @@
+"""Two colliding discs: symmetry, energy, contact and rebound."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.metrics import Metric
+from pellucid.results.style import label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.run import Run
+
+    Array = NDArray[np.float64]
+
+# Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
+CONTACT_DURATION = 1.101  # s
+RESTITUTION = 0.905
+SETTLED = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Momentum, mirror symmetry, energy; where the case is Sulsky's, also when and how long they touch, and rebound."""
+    times, lower, upper = _mean_velocities(run)
+    speed = float(np.linalg.norm(lower[0]))
+    bodies = [run.fields(body.name) for body in run.case.body]
+    momentum = sum(np.sum(np.asarray(b["mass"])[:, None] * np.asarray(b["velocity"]), axis=0) for b in bodies)
+    scale = sum(np.sum(np.asarray(b["mass"]) * np.linalg.norm(np.asarray(b["velocity"]), axis=1)) for b in bodies)
+    drift = float(np.linalg.norm(momentum) / scale)
+    asymmetry = float(np.max(np.abs(lower + upper)) / speed)
+    off_line = float(np.max(np.abs(lower[:, 0] - lower[:, 1])) / speed)
+    energy = abs(float(run.summary["conservation"]["energy"]))
+    result = {
+        "momentum": Metric(drift, 0.0, drift, 1e-12, "", "|sum m v| over sum m |v| at the end: rounding only"),
+        "mirror": Metric(asymmetry, 0.0, asymmetry, 1e-9, "", "largest sum of the two mean velocities over the speed"),
+        "diagonal": Metric(off_line, 0.0, off_line, 1e-6, "", "largest vx - vy of a disc over the speed"),
+        "energy": Metric(energy, 0.0, energy, 0.05, "", "relative energy error of the ledger at the end"),
+    }
+    if _as_published(run):
+        result |= _contact(run, times, lower, speed)
+    return result
+
+
+def _contact(run: "Run", times: "Array", lower: "Array", speed: float) -> dict[str, Metric]:
+    """Contact is when the mean velocity changes: from 1 % off the approach to within 1 % of the rebound."""
+    along = lower @ lower[0] / speed**2
+    begins = _crossing(times, along, 0.99)
+    rebound = float(np.mean(along[times > times[-1] - 0.4]))
+    ends = _crossing(times, along, 0.99 * rebound + 0.01)
+    (one, other) = (body.shape.geometry() for body in run.case.body)
+    diameters = 0.5 * float(sum((bounds[1] - bounds[0])[0] for bounds in (one.bounds(), other.bounds())))
+    touch = (float(np.linalg.norm(other.centre() - one.centre())) - diameters) / (2.0 * speed)
+    # Discs feel each other when they share nodes, up to two cells apart along each axis: earlier, and so much longer.
+    early = 2.0 * np.sqrt(2.0) * run.case.grid.cell / (2.0 * speed)
+    length = ends - begins
+    slower = abs(-rebound / RESTITUTION - 1.0)
+    return {
+        "contact_begins": Metric(begins, touch, abs(begins - touch) / touch, early / touch, "s", "when the discs meet"),
+        "contact_duration": Metric(
+            length, CONTACT_DURATION, abs(length / CONTACT_DURATION - 1.0), early / CONTACT_DURATION, "s", "how long"
+        ),
+        "rebound": Metric(-rebound, RESTITUTION, slower, 0.1, "", "speed of a disc's centre after over before"),
+    }
+
+
+def _crossing(times: "Array", signal: "Array", level: float) -> float:
+    """When a falling signal first passes a level [s]; nan where it never does."""
+    below = np.flatnonzero(signal < level)
+    if len(below) == 0 or below[0] == 0:
+        return float("nan")
+    i = below[0]
+    return float(times[i - 1] + (signal[i - 1] - level) / (signal[i - 1] - signal[i]) * (times[i] - times[i - 1]))
+
+
+def _as_published(run: "Run") -> bool:
+    case = run.case
+    same = all(getattr(body.material, key, None) == value for body in case.body for key, value in SETTLED.items())
+    return same and np.linalg.norm(case.body[0].velocity) == np.linalg.norm([0.1, 0.1]) and case.time.end > 3.3
+
+
+def _mean_velocities(run: "Run") -> "tuple[Array, Array, Array]":
+    history = run.history
+    lower, upper = (np.column_stack([history[f"{name}_x"], history[f"{name}_y"]]) for name in ("lower", "upper"))
+    return np.asarray(history["time"]), lower, upper
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """The discs at six instants, coloured by mean stress, and their speeds along the line of centres."""
+    names = [body.name for body in run.case.body]
+    frames = np.asarray(run.times(names[0]), dtype=float)
+    discs = new_figure(10.0, 6.6)
+    for axes, index in zip(discs.subplots(2, 3).flat, np.linspace(0, len(frames) - 1, 6).astype(int), strict=True):
+        for name in names:
+            points = run.fields(name, float(frames[index]))
+            x, y = np.asarray(points["position"])[:, :2].T
+            dots = axes.scatter(x, y, c=np.asarray(points["pressure"]), s=1, cmap="coolwarm", vmin=-60.0, vmax=60.0)
+        axes.set_aspect("equal")
+        axes.set_xlim(run.case.grid.lower[0], run.case.grid.upper[0])
+        axes.set_ylim(run.case.grid.lower[1], run.case.grid.upper[1])
+        axes.set_title(f"t = {frames[index]:.2f} s", fontsize=9)
+    discs.colorbar(dots, ax=discs.axes, label="pressure [Pa]", shrink=0.7)
+
+    times, lower, upper = _mean_velocities(run)
+    direction = lower[0] / np.linalg.norm(lower[0])
+    speeds = new_figure(7.0, 4.0)
+    axes = speeds.subplots()
+    axes.plot(times, lower @ direction, label="lower disc")
+    axes.plot(times, upper @ direction, label="upper disc")
+    if _as_published(run):
+        for value in (-RESTITUTION, RESTITUTION):
+            axes.axhline(value * float(np.linalg.norm(lower[0])), color="black", linewidth=0.8, linestyle=":")
+    label(axes, "time", "mean velocity along the line of centres", "s", "m/s")
+    axes.legend()
+    return {"discs": discs, "velocities": speeds}

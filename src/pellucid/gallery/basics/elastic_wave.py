@@ -1,0 +1,73 @@
+"""Standing wave of an elastic bar against the exact solution."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.references.elastic_wave import StandingWave, period_of
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.run import Run
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Relative L2 errors of velocity and displacement at the end, and the error of the period."""
+    wave = StandingWave.of(run.case)
+    x, displacement, velocity, time = _state(run)
+    cell_phase = wave.wave_number * run.case.grid.cell
+    # Linear functions and central stepping: second order in k h (1/12 (kh)² for a lumped mass), and the phase error
+    # grows with the time. The order of the step itself (velocities half a step behind) adds the courant part below.
+    turns = wave.frequency * time
+    phase = turns * cell_phase**2 / 12.0 + cell_phase**2
+    lag = run.case.time.courant * cell_phase
+    result = {}
+    for name, found, exact in (
+        ("velocity_l2", velocity, wave.velocity(x, time)),
+        ("displacement_l2", displacement, wave.displacement(x, time)),
+    ):
+        scale = abs(wave.amplitude) * (1.0 if name == "velocity_l2" else 1.0 / wave.frequency)
+        error = float(np.sqrt(np.mean((found - exact) ** 2)) / (scale * np.sqrt(0.5)))
+        text = f"L2 error of the {name.split('_')[0]} over the norm of its amplitude"
+        result[name] = Metric(error, 0.0, error, phase + lag, "", text)
+    period = period_of(run.history["time"], run.history["antinode"])
+    result["period"] = Metric(
+        period, wave.period, abs(period / wave.period - 1.0), cell_phase**2 / 12.0, "s", "period at the antinode"
+    )
+    return result
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Velocity and displacement along the bar at the end, and the velocity of the antinode against time."""
+    wave = StandingWave.of(run.case)
+    x, displacement, velocity, time = _state(run)
+    order = np.argsort(x)
+    figure = new_figure(10.0, 3.4)
+    along, across, swing = figure.subplots(1, 3)
+    for axes, name, unit, found, exact in (
+        (along, "velocity", "m/s", velocity, wave.velocity(x, time)),
+        (across, "displacement", "m", displacement, wave.displacement(x, time)),
+    ):
+        axes.plot(x[order], exact[order], color="black", linewidth=1, label="exact")
+        axes.plot(x[order], found[order], ".", color=COLOURS[1], markersize=3, label="points")
+        label(axes, "x", name, "m", unit)
+    times = run.history["time"]
+    swing.plot(times, wave.velocity(np.array(0.25), 0.0) * np.cos(wave.frequency * times), color="black", linewidth=1)
+    swing.plot(times, run.history["antinode"], "--", color=COLOURS[1])
+    label(swing, "time", "velocity at x = 0.25 m", "s", "m/s")
+    along.legend()
+    figure.suptitle(f"{run.case.title}, t = {time:.4g} s")
+    return {"wave": figure}
+
+
+def _state(run: "Run") -> "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]":
+    """Initial position, displacement [m], velocity [m/s] along x, each (n,), and the time [s] at the end."""
+    name = run.case.body[0].name
+    times = run.times(name)
+    start, end = run.fields(name, float(times[0])), run.fields(name, float(times[-1]))
+    x = np.asarray(start["position"])[:, 0]
+    return x, np.asarray(end["position"])[:, 0] - x, np.asarray(end["velocity"])[:, 0], float(times[-1])

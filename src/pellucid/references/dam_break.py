@@ -1,0 +1,58 @@
+"""Collapse of a water column on a dry floor: Martin and Moyce's experiment, and Ritter's bound."""
+
+import csv
+from dataclasses import dataclass
+from importlib.resources import files
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+Array = NDArray[np.float64]
+
+
+def martin_moyce(quantity: str) -> tuple[Array, Array]:
+    """Time and value of `front` (T = n t sqrt(g/a), Z = x/a) or `height` (tau = t sqrt(g/a), H = y/(n² a)), for n² = 2.
+
+    The experimenters could not see when the flow began: they shifted each series in time to agree at Z = 1.44.
+    """
+    text = files("pellucid.references").joinpath("martin_moyce_1952.csv").read_text(encoding="utf-8")
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    pairs = np.array([(float(row["time"]), float(row["value"])) for row in rows if row["quantity"] == quantity])
+    return pairs[:, 0], pairs[:, 1]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A water column at a wall: width a [m], height [m], gravity g [m/s^2]."""
+
+    width: float
+    height: float
+    gravity: float
+
+    @classmethod
+    def of(cls, case: "Case") -> "Column":
+        """The column of a case: its first body, a box, with gravity along -y."""
+        lower, upper = case.body[0].shape.geometry().bounds()
+        return cls(float(upper[0] - lower[0]), float(upper[1] - lower[1]), -case.gravity[1])
+
+    @property
+    def aspect(self) -> float:
+        """n² = height over width."""
+        return self.height / self.width
+
+    def front_time(self, time: ArrayLike) -> Array:
+        """T = n t sqrt(g/a) of times [s]."""
+        return np.asarray(time, dtype=float) * sqrt(self.aspect * self.gravity / self.width)
+
+    def height_time(self, time: ArrayLike) -> Array:
+        """tau = t sqrt(g/a) of times [s]."""
+        return np.asarray(time, dtype=float) * sqrt(self.gravity / self.width)
+
+    def ritter(self, time: ArrayLike) -> Array:
+        """Front x/a of a frictionless thin sheet (shallow water), 1 + 2T: faster than any column falls."""
+        return 1.0 + 2.0 * self.front_time(time)

@@ -1,0 +1,63 @@
+"""Standing wave in an elastic bar between two walls or along a periodic stretch of it: v = V sin(kx+φ) cos(ωt)."""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StandingWave:
+    """Amplitude V [m/s], wave number k [rad/m], phase φ [rad], wave speed c [m/s]."""
+
+    amplitude: float
+    wave_number: float
+    phase: float
+    speed: float
+
+    @classmethod
+    def of(cls, case: "Case") -> "StandingWave":
+        """The wave that the first body of a case starts with. In a bar held sideways the wave's modulus is λ + 2μ."""
+        body = case.body[0]
+        material, wave = body.material, body.velocity_wave
+        if wave is None or material.kind == "fluid":
+            raise ValueError(f"body {body.name!r} must be an elastic solid with a velocity_wave")
+        nu = material.poisson_ratio
+        modulus = material.young_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+        return cls(wave.amplitude[0], wave.wave_vector[0], wave.phase, sqrt(modulus / material.density))
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency ω = kc [rad/s]."""
+        return abs(self.wave_number) * self.speed
+
+    @property
+    def period(self) -> float:
+        """Period [s]."""
+        return 2.0 * np.pi / self.frequency
+
+    def velocity(self, x: Array, time: float) -> Array:
+        """Velocity along the bar [m/s] at initial positions x [m]."""
+        return self.amplitude * np.sin(self.wave_number * x + self.phase) * np.cos(self.frequency * time)
+
+    def displacement(self, x: Array, time: float) -> Array:
+        """Displacement along the bar [m] at initial positions x [m]."""
+        swing = np.sin(self.frequency * time) / self.frequency
+        return self.amplitude * np.sin(self.wave_number * x + self.phase) * swing
+
+
+def period_of(times: Array, signal: Array) -> float:
+    """Period [s] of a swing about zero, from its zero crossings by linear interpolation; nan for fewer than two."""
+    before = np.flatnonzero(signal[:-1] * signal[1:] < 0.0)
+    if len(before) < 2:
+        return float("nan")
+    share = signal[before] / (signal[before] - signal[before + 1])
+    crossings = times[before] + share * (times[before + 1] - times[before])
+    return float(2.0 * (crossings[-1] - crossings[0]) / (len(crossings) - 1))

@@ -1,0 +1,122 @@
+"""Shock tubes: the exact profile of a case, and profiles of a run averaged over a few grid cells."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pellucid.references.riemann import GasState, RiemannSolution, solve
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+Array = NDArray[np.float64]
+QUANTITIES = {"density": "kg/m^3", "pressure": "Pa", "velocity": "m/s", "internal_energy": "J/kg"}
+
+
+@dataclass(frozen=True)
+class Tube:
+    """A tube along x: its exact solution, the diaphragm [m], both ends [m] and the cell [m]."""
+
+    solution: RiemannSolution
+    diaphragm: float
+    lower: float
+    upper: float
+    cell: float
+
+    @classmethod
+    def of(cls, case: "Case") -> "Tube":
+        """The tube of a case whose first body is the gas on the left, its second the gas on the right."""
+        left, right = (_gas(body) for body in case.body)
+        diaphragm = float(case.body[0].shape.geometry().bounds()[1][0])
+        return cls(solve(left, right), diaphragm, case.grid.lower[0], case.grid.upper[0], case.grid.cell)
+
+    def exact(self, x: Array, time: float) -> dict[str, Array]:
+        """Exact fields at positions x [m], any shape, as long as no wave has met an end of the tube."""
+        return self.solution.sample((x - self.diaphragm) / time)
+
+    def fronts(self, time: float) -> dict[str, float]:
+        """Where the fan on the left begins and ends, the contact, and the shock on the right [m]."""
+        speeds = {
+            "fan head": self.solution.left_speeds[0],
+            "fan tail": self.solution.left_speeds[1],
+            "contact": self.solution.velocity,
+            "shock": self.solution.right_speeds[0],
+        }
+        return {name: self.diaphragm + speed * time for name, speed in speeds.items()}
+
+    def mean_profile(self, time: float, cells: int = 4, samples: int = 400) -> "Profile":
+        """Exact means over bins of `cells` cells, weighted as `Profile.of_points` does, by the midpoint rule."""
+        edges = self.edges(cells)
+        inside = (np.arange(samples) + 0.5) / samples
+        fields = self.exact(edges[:-1, None] + np.diff(edges)[:, None] * inside, time)
+        density = fields["density"].mean(axis=1)
+        means = {"density": density, "pressure": fields["pressure"].mean(axis=1)}
+        for name in ("velocity", "internal_energy"):
+            means[name] = (fields["density"] * fields[name]).mean(axis=1) / density
+        return Profile(edges, means)
+
+    def edges(self, cells: int) -> Array:
+        """Edges of bins of `cells` grid cells along the tube [m]; the last may be shorter."""
+        count = max(1, round((self.upper - self.lower) / self.cell / cells))
+        return np.linspace(self.lower, self.upper, count + 1)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Means over bins along x: `edges` [m], shape (n+1,), and one array of shape (n,) for each quantity."""
+
+    edges: Array
+    means: dict[str, Array]
+
+    @property
+    def centres(self) -> Array:
+        """Middles of the bins [m], shape (n,)."""
+        return 0.5 * (self.edges[:-1] + self.edges[1:])
+
+    @classmethod
+    def of_points(cls, points: dict[str, Array], edges: Array) -> "Profile":
+        """Means of the points that lie in each bin now: density is mass over volume, pressure is weighted by volume,
+        velocity and internal energy by mass. A bin without points is nan.
+        """
+        x, mass = points["position"][:, 0], points["mass"]
+        volume = mass / points["density"]
+
+        def total(weight: Array) -> Array:
+            return np.histogram(x, bins=edges, weights=weight)[0]
+
+        with np.errstate(invalid="ignore"):
+            in_bin, filled = total(mass), total(volume)
+            means = {"density": in_bin / filled, "pressure": total(volume * points["pressure"]) / filled}
+            means["velocity"] = total(mass * points["velocity"][:, 0]) / in_bin
+            means["internal_energy"] = total(mass * points["internal_energy"]) / in_bin
+        return cls(edges, means)
+
+    def relative_l1(self, exact: "Profile", name: str) -> float:
+        """sum |mean - exact mean| / sum |exact mean| over the bins that hold points."""
+        width, found, wanted = np.diff(self.edges), self.means[name], exact.means[name]
+        known = np.isfinite(found)
+        return float(np.sum((width * np.abs(found - wanted))[known]) / np.sum(width * np.abs(wanted)))
+
+    def relative_variation(self, name: str) -> float:
+        """Total variation over the integral of the modulus [1/m].
+
+        A profile moved by d has an L1 error of at most d times its variation: this turns a length into an error.
+        """
+        values = self.means[name]
+        return float(np.sum(np.abs(np.diff(values))) / np.sum(np.diff(self.edges) * np.abs(values)))
+
+
+def points_of(run: Any, time: float | None = None) -> dict[str, Array]:
+    """The points of all bodies of a run as one set (at the end of the run where no time is given)."""
+    frames = [run.fields(body.name, time) for body in run.case.body]
+    names = ("position", "velocity", "density", "pressure", "internal_energy", "mass")
+    return {name: np.concatenate([np.asarray(frame[name], dtype=float) for frame in frames]) for name in names}
+
+
+def _gas(body: Any) -> GasState:
+    material = body.material
+    if material.kind != "fluid" or material.eos.kind != "ideal-gas":
+        raise ValueError(f"body {body.name!r} is not an ideal gas: the exact solution of the tube is for ideal gases")
+    return GasState(material.density, body.velocity[0], material.pressure, material.eos.gamma)
