@@ -1,0 +1,86 @@
+"""The documents say what the code does: snippets validate, links lead somewhere, generated pages are fresh."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomlkit
+
+from case_reference import PAGE, reference
+from pellucid import loads
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)(?:#[^)]*)?\)")
+
+# what a fragment in the documents is put into
+FRAME = """
+schema = 1
+title = "frame"
+[grid]
+lower = [0, 0, 0]
+upper = [1, 1, 0]
+cell = 0.05
+[time]
+end = 1.0
+[[body]]
+name = "block"
+kind = "material-points"
+shape = { box = { lower = [0, 0, 0], upper = [0.5, 0.5, 0] } }
+points_per_cell = [2, 2, 1]
+material = { kind = "linear-elastic", density = 1000, young_modulus = 1e6, poisson_ratio = 0.3 }
+"""
+
+
+def snippets(language: str) -> list[Any]:
+    """Every fenced block of a language, named by its page."""
+    return [
+        pytest.param(text, id=f"{page.relative_to(ROOT)}-{number}")
+        for page in PAGES
+        for number, (tag, text) in enumerate(FENCE.findall(page.read_text(encoding="utf-8")))
+        if tag == language
+    ]
+
+
+def readme_command(ending: str) -> str:
+    lines = [line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if line.endswith(ending)]
+    assert len(lines) == 1
+    return lines[0]
+
+
+@pytest.mark.parametrize("text", snippets("toml"))
+def test_toml_snippet_validates(text: str) -> None:
+    if "schema" not in tomlkit.parse(text):
+        whole = tomlkit.parse(FRAME).unwrap() | tomlkit.parse(text).unwrap()
+        text = tomlkit.dumps(whole)
+    loads(text, "snippet.toml")
+
+
+@pytest.mark.parametrize("text", snippets("python"))
+def test_python_snippet_compiles(text: str) -> None:
+    compile(text, "snippet.py", "exec")
+
+
+def test_readme_commands_do_their_own_setup() -> None:
+    setup = "python3 -m venv --without-pip .venv && python3 -m pip --python .venv install "
+    assert readme_command("pellucid run gan2011/shock-tube").startswith(setup)
+    assert readme_command("-m pytest").startswith(setup)
+
+
+def test_ci_takes_the_test_command_from_the_readme() -> None:
+    pattern = re.search(r"grep -E '(.*)' README.md", (ROOT / ".ci" / "run").read_text(encoding="utf-8"))
+    assert pattern
+    found = re.findall(pattern[1], (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert found == [readme_command("-m pytest")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files(page: Path) -> None:
+    missing = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if not (page.parent / link).exists()]
+    assert not missing
+
+
+def test_case_reference_is_fresh() -> None:
+    assert reference() == PAGE.read_text(encoding="utf-8"), "run `python docs/case_reference.py`"
