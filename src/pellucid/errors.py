@@ -28,11 +28,11 @@ class Problem:
     """The setting to blame instead of a line of the file, such as `--set grid.cell=-1`."""
 
     def message(self, source: str = "") -> str:
-        """Two or three lines for a person; `source` is the file's name."""
+        """One to three lines for a person; `source` is the file's name."""
         place = self.setting or (f"{source}:{self.line}" if source and self.line else source or "")
-        head = ": ".join(part for part in (place, self._subject()) if part)
-        lines = [head, self.text, self.remedy] if head else [self.text, self.remedy]
-        return "\n    ".join(line for line in lines if line)
+        subject = self._subject()
+        head = ": ".join(part for part in (place, subject or self.text) if part)
+        return "\n    ".join(line for line in (head, self.text if subject else "", self.remedy) if line)
 
     def _subject(self) -> str:
         if not self.key or self.setting.startswith(f"--set {self.key}="):

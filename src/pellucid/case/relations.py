@@ -72,14 +72,12 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
         if thin:
             continue
         slack = 1e-9 * (grid_high - grid_low)
+        reach = f"along {axis} the body reaches from {low:g} to {high:g} m"
         if high <= low:
-            yield Finding(path, f"the body has no extent along {axis}: it reaches from {low:g} to {high:g} m")
+            yield Finding(path, f"{reach}: it has no extent there", "let the upper end lie above the lower one")
         elif low < grid_low - slack or high > grid_high + slack:
-            yield Finding(
-                path,
-                f"the body reaches along {axis} from {low:g} to {high:g} m, the grid from {grid_low:g} to {grid_high:g} m",
-                "move or shrink the body, or enlarge grid.lower and grid.upper",
-            )
+            text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
+            yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
 
 
 def _support(index: int, support: Support | None, grid: GridCase | None) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from pellucid.commands.arguments import Threads
-from pellucid.commands.table import print_table
+from pellucid.commands.table import console, print_table
 from pellucid.errors import UsageError
 
 
@@ -34,7 +34,10 @@ def bench(
     from pellucid.bench import table
 
     result = measure(sizes, threads=threads, peers=peers)
-    typer.echo(json.dumps(result, indent=2) if json_ else table(result))
+    if json_:
+        typer.echo(json.dumps(result, indent=2))
+    else:
+        console().print(table(result))
 
 
 def read_sizes(text: str | None) -> list[int] | None:

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from pellucid.results.metrics import Metric
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print aligned columns on stdout; on a terminal too narrow for them, long cells wrap."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
@@ -19,8 +20,15 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         table.add_column(name, overflow="fold")
     for row in rows:
         table.add_row(*row)
+    console().print(table)
+
+
+def console() -> "Console":
+    """A console on stdout, as wide as the terminal; in a pipe lines never wrap."""
+    from rich.console import Console
+
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 1000
-    Console(width=width, highlight=False, markup=False).print(table)
+    return Console(width=width, highlight=False, markup=False)
 
 
 def number(value: float | None) -> str:

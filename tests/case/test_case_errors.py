@@ -1,0 +1,254 @@
+"""Every kind of mistake in a case file, read as a user reads it: through `pellucid validate`."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from pellucid.cli import app
+
+# name: (what is replaced, by what, text on the line to blame ("" for the replacement, None for the file), words)
+MISTAKES = {
+    "unknown key": (
+        "density = 1000.0",
+        "desnity = 1000.0",
+        "",
+        ["body.drop.material.desnity", "did you mean `density`?"],
+    ),
+    "unknown table": ("[time]", "[tiem]", "", ["tiem", "unknown key", "did you mean `time`?"]),
+    "unknown key in a table of a chosen kind": (
+        "sound_speed = 20.0",
+        "sound_speed = 20.0, gama = 1",
+        "",
+        [
+            "body.drop.material.eos.gama = 1",
+            "has the keys kind, sound_speed, exponent",
+        ],
+    ),
+    "unknown kind": ('kind = "tait"', 'kind = "tiat"', "", ["eos.kind", '"ideal-gas"', "did you mean `tait`?"]),
+    "missing kind": (
+        'kind = "tait", ',
+        "",
+        'material = { kind = "fluid',
+        ["body.drop.material.eos.kind", "is missing", '"tait"'],
+    ),
+    "missing key": ("end = 0.1\n", "", "[time]", ["time.end", "is missing", "time at which the run ends, s"]),
+    "missing table": ("[time]\nend = 0.1\ncourant = 0.5\n", "", None, ["time", "is missing", "the clock"]),
+    "negative density": (
+        "density = 1200.0",
+        "density = -1",
+        "",
+        ["body.block.material.density = -1", "greater than 0 kg/m^3"],
+    ),
+    "poisson's ratio of a half": ("ratio = 0.3", "ratio = 0.5", "", ["poisson_ratio = 0.5", "less than 0.5"]),
+    "courant above one": ("courant = 0.5", "courant = 1.5", "", ["time.courant = 1.5", "at most 1"]),
+    "text for a number": ("cell = 0.05", 'cell = "fine"', "", ['grid.cell = "fine"', "no number", '"1 m"']),
+    "boolean for a number": ("cell = 0.05", "cell = true", "", ["grid.cell = true", "must be a number"]),
+    "number in quotes": ("cell = 0.05", 'cell = "0.05"', "", ["has no unit", "0.05 without quotes", '"0.05 m"']),
+    "wrong dimension": ("cell = 0.05", 'cell = "5 kg"', "", ["[mass]", "[length] (m)"]),
+    "unknown unit": ("cell = 0.05", 'cell = "5 Cm"', "", ['unknown unit "Cm"', "did you mean"]),
+    "number for a text": ('title = "A drop and a block"', "title = 3", "", ["title = 3", "must be text in quotes"]),
+    "number for a table": ("[quick]", "[quick]\ntime = 3\n[quick.a]", "time = 3", ["quick", "must be a table"]),
+    "not finite": ("end = 0.1", "end = inf", "", ["time.end = inf", "finite"]),
+    "two components": (
+        "velocity = [1.0, 0, 0]",
+        "velocity = [1.0, 0]",
+        "",
+        ["velocity = [1.0, 0]", "must have 3 components"],
+    ),
+    "four components": (
+        "lower = [0, 0, 0]\nupper = [1.0",
+        "lower = [0, 0, 0, 0]\nupper = [1.0",
+        "",
+        ["must have 3 components"],
+    ),
+    "text in a vector": ("velocity = [1.0, 0, 0]", 'velocity = ["x", 0, 0]', "", ["body.drop.velocity", "no number"]),
+    "fraction of a point": (
+        "points_per_cell = 4",
+        "points_per_cell = 4.5",
+        "",
+        ["points_per_cell = 4.5", "whole number"],
+    ),
+    "no points": ("points_per_cell = 4", "points_per_cell = 0", "", ["points_per_cell", "at least 1"]),
+    "unknown choice": ('functions = "gimp"', 'functions = "gipm"', "", ['"trilinear"', "did you mean `gimp`?"]),
+    "unknown face": (
+        'where = "x-lower"',
+        'where = "x-lowr"',
+        "",
+        ["support.0.where", '"all-nodes"', "did you mean `x-lower`?"],
+    ),
+    "normal without a face": (
+        'where = "x-lower"',
+        'where = "all-nodes"',
+        '[[support]]\nwhere = "all',
+        ["support.0", "needs a face"],
+    ),
+    "bad direction": ('fix = ["x", "y"]', 'fix = ["x", "w"]', "", ["support.1.fix.1", '"w"', '"x", "y", "z"']),
+    "partial cells": ("cell = 0.05", "cell = 0.03", "[grid]", ["grid", "whole number of cells"]),
+    "grid upside down": ("upper = [1.0, 0.5", "upper = [-1.0, 0.5", "[grid]", ["grid.upper", "below grid.lower"]),
+    "body outside the grid": (
+        "[0.25, 0.25, 0]",
+        "[0.05, 0.25, 0]",
+        "",
+        [
+            "body.drop.shape",
+            "along x",
+            "-0.05 to 0.15 m",
+            "outside the grid: 0 to 1 m",
+        ],
+    ),
+    "body without extent": (
+        "upper = [0.8, 0.4, 0]",
+        "upper = [0.8, 0.1, 0]",
+        "shape = { box",
+        ["body.block.shape", "no extent"],
+    ),
+    "unknown shape": ("cylinder =", "cylindre =", "", ["body.drop.shape.cylindre", "did you mean `cylinder`?"]),
+    "two shapes": (
+        "radius = 0.1 } }",
+        "radius = 0.1 }, sphere = { centre = [0, 0, 0], radius = 1 } }",
+        "shape = { cylinder",
+        [
+            "body.drop.shape",
+            "exactly one of the keys box, sphere, cylinder",
+        ],
+    ),
+    "support off the grid": (
+        "lower = [0.9, 0, 0], upper = [1, 0.5, 0]",
+        "lower = [2, 0, 0], upper = [3, 1, 0]",
+        "",
+        [
+            "support.1.where.box",
+            "holds no node",
+        ],
+    ),
+    "the same name twice": (
+        'name = "block"',
+        'name = "drop"',
+        "",
+        ["body.drop.name", "number 1 has this name already"],
+    ),
+    "a name with a space": ('name = "block"', 'name = "a block"', "", ["name", "begin with a letter"]),
+    "a probe of no body": (
+        'body = "drop"',
+        'body = "dorp"',
+        "",
+        ["probe.front.body", "drop, block", "did you mean `drop`?"],
+    ),
+    "a probe of no field": (
+        'quantity = "position"',
+        'quantity = "postion"',
+        "",
+        ["velocity", "did you mean `position`?"],
+    ),
+    "a probe of another material's field": (
+        'body = "drop"\nquantity = "position"\ncomponent = "x"',
+        'body = "block"\nquantity = "internal_energy"',
+        "quantity = ",
+        [
+            "probe.front.quantity",
+            "body block has no such field",
+        ],
+    ),
+    "a probe of no component": ('component = "x"', 'component = "xx"', "", ["position has the components x, y, z"]),
+    "a probe without its place": (
+        'reduce = "max"',
+        'reduce = "nearest"',
+        "[[probe]]",
+        ["probe.front", "at = [x, y, z]"],
+    ),
+    "no body": (
+        None,
+        'schema = 1\ntitle = "t"\nbody = []\n[grid]\nlower = [0,0,0]\nupper = [1,1,1]\ncell = 1\n[time]\nend = 1\n',
+        "body = []",
+        ["body"],
+    ),
+    "a later format": ("schema = 1", "schema = 2", "", ["schema = 2", "must be 1"]),
+    "a bad quick setting": ('"grid.cell" = 0.1', '"grid.cel" = 0.1', "", ['quick."grid.cel"', "did you mean `cell`?"]),
+    "an impossible quick setting": (
+        '"grid.cell" = 0.1',
+        '"grid.cell" = 0.3',
+        "",
+        ['quick."grid.cell"', "whole number"],
+    ),
+    "a bracket left open": (
+        "upper = [1.0, 0.5, 0.0]",
+        "upper = [1.0, 0.5, 0.0",
+        "cell = 0.05",
+        ["no valid TOML", "lists in [ ]"],
+    ),
+    "a key without a value": ("end = 0.1", "end =", "", ["no valid TOML"]),
+    "a text without quotes": ('functions = "gimp"', "functions = gimp", "", ["no valid TOML", "texts stand in quotes"]),
+    "a key twice": ("end = 0.1", "end = 0.1\nend = 0.2", "end = 0.2", ["no valid TOML", "overwrite"]),
+}
+
+
+def line_of(marker: str, written: str) -> int:
+    """The line, from 1, where a text last stands."""
+    return written[: written.rindex(marker)].count("\n") + 1
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_named_with_file_line_key_limit_and_remedy(mistake: str, text: str, tmp_path: Path) -> None:
+    before, after, marker, words = MISTAKES[mistake]
+    assert before is None or before in text
+    written = after if before is None else text.replace(before, after, 1)
+    file = tmp_path / "my.toml"
+    file.write_text(written, encoding="utf-8")
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 2
+    place = file if marker is None else f"{file}:{line_of(marker or after.splitlines()[0], written)}"
+    assert f"{place}: " in result.stderr
+    for word in words:
+        assert word in result.stderr
+    for internal in ("pydantic", "Traceback", "literal[", "validation error", "Value error", "Input should"):
+        assert internal not in result.stderr
+
+
+def test_all_mistakes_of_a_file_are_reported_together(text: str, tmp_path: Path) -> None:
+    for before, after in [
+        ("cell = 0.05", "cell = -1"),
+        ("density = 1000.0", "densty = 1000.0"),
+        ('name = "block"', 'name = "drop"'),
+        ('body = "drop"', 'body = "rock"'),
+        ("end = 0.1", 'end = "3 m"'),
+    ]:
+        text = text.replace(before, after, 1)
+    file = tmp_path / "my.toml"
+    file.write_text(text, encoding="utf-8")
+    message = CliRunner().invoke(app, ["validate", str(file)]).stderr
+    assert f"5 errors in {file}" in message
+    for marker in ("cell = -1", "densty", 'end = "3 m"', 'body = "rock"'):
+        assert f"{file}:{line_of(marker, text)}: " in message
+    assert "body number 1 has this name already" in message
+
+
+def test_a_misspelt_key_is_not_also_reported_as_missing(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(text.replace("cell = 0.05", "cel = 0.05"), encoding="utf-8")
+    message = CliRunner().invoke(app, ["validate", str(file)]).stderr
+    assert "did you mean `cell`?" in message
+    assert "missing" not in message
+
+
+@pytest.mark.parametrize(
+    ("argument", "words"),
+    [
+        ("basics/sodd", ["no gallery case and no file basics/sodd", "did you mean `basics/sod`?"]),
+        ("nothing.toml", ["no file nothing.toml"]),
+        (".", ["is a folder"]),
+    ],
+)
+def test_a_case_that_is_not_there_is_named(argument: str, words: list[str]) -> None:
+    result = CliRunner().invoke(app, ["validate", argument])
+    assert result.exit_code == 2
+    for word in words:
+        assert word in result.stderr
+
+
+def test_a_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_bytes('title = "Tröpfchen"'.encode("latin-1"))
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 2
+    assert "UTF-8" in result.stderr

@@ -1,0 +1,106 @@
+import pytest
+
+from pellucid.case import loads, parse_setting, parse_value
+from pellucid.case.settings import split_key
+from pellucid.errors import CaseError
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.02", 0.02),
+        ("3", 3),
+        ("true", True),
+        ("[1, 2]", [1, 2]),
+        ('"usl"', "usl"),
+        ("usl", "usl"),
+        ("3 kPa", "3 kPa"),
+        ('{ kind = "ideal-gas", gamma = 1.4 }', {"kind": "ideal-gas", "gamma": 1.4}),
+    ],
+)
+def test_values_are_toml_or_else_plain_text(text: str, value: object) -> None:
+    assert parse_value(text) == value
+
+
+def test_keys_are_split_at_dots_outside_quotes() -> None:
+    assert split_key('quick."grid.cell"') == ["quick", "grid.cell"]
+    for bad in ("a..b", ".a", "a.", ""):
+        with pytest.raises(CaseError):
+            split_key(bad)
+
+
+@pytest.mark.parametrize(
+    ("setting", "key", "value"),
+    [
+        ("grid.cell=0.1", ["grid", "cell"], 0.1),
+        ("grid.cell=10 cm", ["grid", "cell"], 0.1),
+        ("title=Two words", ["title"], "Two words"),
+        ("time.step=1e-5", ["time", "step"], 1e-5),
+        ("body.drop.material.eos.sound_speed=30", ["body", 0, "material", "eos", "sound_speed"], 30.0),
+        ("body.1.material.poisson_ratio=0.2", ["body", 1, "material", "poisson_ratio"], 0.2),
+        ("body.drop.velocity.1=-2", ["body", 0, "velocity", 1], -2.0),
+        (
+            "body.drop.velocity_wave={amplitude=[1,0,0],wave_vector=[2,0,0]}",
+            ["body", 0, "velocity_wave", "amplitude"],
+            (1, 0, 0),
+        ),
+        (
+            "body.drop.material.artificial_viscosity.linear=0.5",
+            ["body", 0, "material", "artificial_viscosity", "linear"],
+            0.5,
+        ),
+        ("support.0.velocity=[1,0,0]", ["support", 0, "velocity"], (1, 0, 0)),
+        ("probe.front.reduce=min", ["probe", 0, "reduce"], "min"),
+        ("energy.stop=0.5", ["energy", "stop"], 0.5),
+    ],
+)
+def test_a_setting_reaches_any_field(text: str, setting: str, key: list, value: object) -> None:
+    case = loads(text).with_settings(dict([parse_setting(setting)]))
+    found: object = case
+    for part in key:
+        found = found[part] if isinstance(part, int) else getattr(found, part)  # type: ignore[index]
+    assert found == value
+
+
+def test_settings_are_checked_together_and_leave_the_case_as_it_was(text: str) -> None:
+    case = loads(text)
+    finer = case.with_settings({"grid.upper": [1.2, 0.6, 0], "grid.cell": 0.06})
+    assert finer.grid.counts() == (20, 10, 1)
+    assert case.grid.cell == 0.05
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("grid.cell=-1", ["--set grid.cell=-1", "greater than 0 m", "edge of the cubic cells"]),
+        ("grid.cel=1", ["--set grid.cel=1", "unknown key", "did you mean `cell`?"]),
+        ("gird.cell=1", ["--set gird.cell=1", "did you mean `grid`?"]),
+        ("grid.cell=0.03", ["--set grid.cell=0.03", "whole number of cells"]),
+        ("grid.cell.x=1", ["--set grid.cell.x=1", "`grid.cell` is 0.05, not a table"]),
+        ("grid.upper=[0.7, 0.5, 0]", ["--set grid.upper=[0.7, 0.5, 0]", "body.block.shape", "outside the grid"]),
+        ("body.dorp.velocity=[0,0,0]", ["`body` has no item `dorp`", "drop, block", "did you mean `body.drop`?"]),
+        ("body.drop.velocity=[0,0]", ["--set body.drop.velocity=[0, 0]", "must have 3 components"]),
+        ("support.5.fix=normal", ["`support` has no item `5`", "2 items, numbered from 0"]),
+        ("time.end=3 kg", ["--set time.end=3 kg", "[mass]", "[time]"]),
+        ("time.scheme=mulls", ["--set time.scheme=mulls", '"musl", "usf", "usl"', "did you mean `musl`?"]),
+        ("a..b=1", ["is no dotted key"]),
+    ],
+)
+def test_a_bad_setting_is_named(text: str, setting: str, words: list[str]) -> None:
+    with pytest.raises(CaseError) as caught:
+        loads(text, "my.toml").with_settings(dict([parse_setting(setting)]))
+    for word in words:
+        assert word in str(caught.value)
+    assert "my.toml" not in str(caught.value)
+
+
+@pytest.mark.parametrize("setting", ["grid.cell", "=3"])
+def test_a_setting_needs_key_and_value(setting: str) -> None:
+    with pytest.raises(CaseError, match="KEY=VALUE"):
+        parse_setting(setting)
+
+
+def test_every_bad_setting_is_reported(text: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        loads(text).with_settings({"grid.cell": -1, "time.end": -2, "body.drop.material.density": 0})
+    assert "3 errors" in str(caught.value)

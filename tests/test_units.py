@@ -1,0 +1,54 @@
+import subprocess
+import sys
+
+import pytest
+
+from pellucid.units import UnitError, to_si
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("3 kPa", "Pa", 3000.0),
+        ("8 um", "m", 8e-6),
+        ("8 µm", "m", 8e-6),
+        ("1 g/cm^3", "kg/m^3", 1000.0),
+        ("-2.5 mm/s", "m/s", -2.5e-3),
+        ("60 rpm", "rad/s", 6.283185307179586),
+        ("1e-3 s", "s", 1e-3),
+        ("1 mPa*s", "Pa*s", 1e-3),
+        ("20 degC", "K", 293.15),
+    ],
+)
+def test_a_text_with_a_unit_becomes_its_si_number(text: str, unit: str, value: float) -> None:
+    assert to_si(text, unit) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "words"),
+    [
+        ("1 kg", "m", ["dimension [mass]", "[length] (m)", '"1 m"']),
+        ("3 kpa", "Pa", ['unknown unit "kpa"', 'did you mean "kPa"?']),
+        ("3", "Pa", ["has no unit", "3 without quotes", '"3 Pa"']),
+        ("0.5", "", ["0.5 without quotes"]),
+        ("3 ++ m", "m", ['cannot read "3 ++ m"']),
+        ("3 (m", "m", ['cannot read "3 (m"']),
+        ("1/0 m", "m", ['cannot read "1/0 m"']),
+        ("fast", "m/s", ['"fast" is no number', '"1 m/s"']),
+        ("", "m", ["is no number"]),
+        ("5 m", "", ["[length]", "a pure number"]),
+    ],
+)
+def test_what_is_no_such_quantity_is_explained(text: str, unit: str, words: list[str]) -> None:
+    with pytest.raises(UnitError) as caught:
+        to_si(text, unit)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_pint_is_imported_only_where_a_unit_is_met() -> None:
+    source = (
+        "import sys, pellucid.units; assert 'pint' not in sys.modules; "
+        "pellucid.units.to_si('1 m', 'm'); assert 'pint' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", source], check=True)
