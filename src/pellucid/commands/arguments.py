@@ -18,7 +18,7 @@ Settings = Annotated[
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run of seconds.")]
 Threads = Annotated[
-    int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads.  [default: all cores]")
+    int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: all cores).")
 ]
 Until = Annotated[
     str | None, typer.Option("--until", metavar="T", help='Simulated time to end at: 0.1 (s) or "20 ms".')

@@ -17,7 +17,7 @@ def register(app: typer.Typer) -> None:
 
 
 def verify(
-    cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids.  [default: all]")] = None,
+    cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids (default: all).")] = None,
     full: Annotated[bool, typer.Option("--full", help="Run the full cases, not their quick variants.")] = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Keep the runs, with figures and reports, in DIR/CASE.")

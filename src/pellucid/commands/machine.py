@@ -18,7 +18,7 @@ def register(app: typer.Typer) -> None:
 def bench(
     json_: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     points: Annotated[
-        str | None, typer.Option("--points", metavar="N,N,...", help="Numbers of points.  [default: 1e4 to 4e6]")
+        str | None, typer.Option("--points", metavar="N,N,...", help="Numbers of points (default: 1e4 to 4e6).")
     ] = None,
     peers: Annotated[
         bool, typer.Option("--peers", help="Run benchmarks/peers beside, where these are installed.")
