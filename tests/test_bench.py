@@ -1,0 +1,113 @@
+"""The benchmark: its problem, what it measures, and that the peers step the same problem."""
+
+import importlib.util
+import json
+import sys
+from io import StringIO
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from pellucid import Simulation
+from pellucid.bench import bench, peers, table
+from pellucid.bench.bandwidth import triad_bandwidth
+from pellucid.bench.problem import MATERIALS, bench_case
+
+PEER_SCRIPTS = Path(__file__).parents[1] / "benchmarks" / "peers"
+
+
+@pytest.fixture(scope="module")
+def block() -> ModuleType:
+    """The module that the peer scripts share."""
+    spec = importlib.util.spec_from_file_location("block", PEER_SCRIPTS / "block.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["block"] = module  # its dataclass looks itself up
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def result() -> dict[str, Any]:
+    """A benchmark of a thousand points."""
+    return bench(points=[1000], steps=2, threads=1)
+
+
+def shown(result: dict[str, Any]) -> str:
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(table(result))
+    return console.export_text()
+
+
+@pytest.mark.parametrize("body", MATERIALS)
+@pytest.mark.parametrize("points", [64, 10_000, 1_000_000])
+def test_problem_has_about_the_points_asked_for(body: str, points: int) -> None:
+    counts = bench_case(body, points).grid.counts()
+    assert np.prod(counts) * 8 == pytest.approx(points, rel=0.1)
+
+
+@pytest.mark.parametrize(("body", "law"), [("ideal-gas", "ideal-gas"), ("hypoelastic", "hypoelastic")])
+def test_peers_start_from_the_same_state(block: ModuleType, body: str, law: str) -> None:
+    frame = Simulation(bench_case(body, 1000)).bodies[0].frame()
+    theirs = block.make_block(1000, law)
+
+    def in_order(position: np.ndarray) -> np.ndarray:
+        return np.lexsort(np.round(position / block.CELL, 6).T)
+
+    mine, other = in_order(frame["position"]), in_order(theirs.position)
+    np.testing.assert_allclose(frame["position"][mine], theirs.position[other], rtol=1e-12)
+    np.testing.assert_allclose(frame["velocity"][mine], theirs.velocity[other], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(frame["mass"], theirs.mass, rtol=1e-12)
+
+
+def test_every_body_is_measured(result: dict[str, Any]) -> None:
+    assert [row["body"] for row in result["bodies"]] == list(MATERIALS)
+    for row in result["bodies"]:
+        assert row["points"] == 1000
+        assert row["point_steps_per_second"] == pytest.approx(1000 / row["seconds_per_step"])
+        assert row["bytes_per_point"] >= 0.0
+
+
+def test_parts_make_up_the_step(result: dict[str, Any]) -> None:
+    for row in result["bodies"]:
+        assert row["parts"]
+        assert all(seconds >= 0.0 for seconds in row["parts"].values())
+
+
+def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:
+    json.dumps(result, allow_nan=False)
+    text = shown(result)
+    assert "M point-steps/s" in text
+    assert all(body in text for body in MATERIALS)
+
+
+def test_bandwidth_is_that_of_a_computer() -> None:
+    assert 1e8 < triad_bandwidth(threads=1, length=1_000_000) < 1e13
+
+
+def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bare = tmp_path / "python"
+    bare.write_text("#!/bin/sh\necho \"ModuleNotFoundError: No module named 'taichi'\" >&2\nexit 1\n")
+    bare.chmod(0o755)
+    monkeypatch.setenv(peers.INTERPRETER_VARIABLE, str(bare))
+    rows = peers.run_peers(points=1000, steps=1, threads=1)
+    assert {row["peer"] for row in rows} == set(peers.PEERS)
+    assert all("No module named" in row["missing"] for row in rows)
+    assert "not run" in shown({"machine": MACHINE, "bodies": [], "peers": rows})
+
+
+def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -> None:
+    from pellucid.bench import whole
+
+    row = {"body": "hypoelastic", "points": 1000, "point_steps_per_second": 30.0}
+    peer = {"peer": "taichi", "law": "hypoelastic", "points": 1000, "point_steps_per_second": 5.0, "threads": 2}
+    assert whole._with_ratio(peer, [row])["ratio"] == 6.0
+    assert "ratio" not in whole._with_ratio({**peer, "points": 8000}, [row])
+
+
+MACHINE = {"processor": "a", "threads": 1, "triad_bytes_per_second": 1e10, "pellucid": "0", "numba": "0"}
