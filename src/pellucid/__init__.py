@@ -16,21 +16,23 @@ if TYPE_CHECKING:
     from pellucid.errors import PellucidError as PellucidError
     from pellucid.errors import RunStopped as RunStopped
     from pellucid.results import Run as Run
-    from pellucid.results import run as run
+    from pellucid.results import run_case
     from pellucid.simulation import Simulation as Simulation
 
+    run = run_case
+
 _HOMES = {
-    "Case": "pellucid.case",
-    "dumps": "pellucid.case",
-    "load": "pellucid.case",
-    "loads": "pellucid.case",
-    "CaseError": "pellucid.errors",
-    "Interrupted": "pellucid.errors",
-    "PellucidError": "pellucid.errors",
-    "RunStopped": "pellucid.errors",
-    "Run": "pellucid.results",
-    "run": "pellucid.results",
-    "Simulation": "pellucid.simulation",
+    "Case": "case.Case",
+    "dumps": "case.dumps",
+    "load": "case.load",
+    "loads": "case.loads",
+    "CaseError": "errors.CaseError",
+    "Interrupted": "errors.Interrupted",
+    "PellucidError": "errors.PellucidError",
+    "RunStopped": "errors.RunStopped",
+    "Run": "results.Run",
+    "run": "results.run_case",
+    "Simulation": "simulation.Simulation",
 }
 
 __all__ = ["__version__", *_HOMES]
@@ -42,7 +44,8 @@ def __getattr__(name: str) -> Any:
 
         return version("pellucid")
     if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
+        module, attribute = _HOMES[name].split(".")
+        return getattr(import_module(f"pellucid.{module}"), attribute)
     raise AttributeError(f"module 'pellucid' has no attribute '{name}'")
 
 

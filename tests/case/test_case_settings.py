@@ -94,6 +94,29 @@ def test_a_bad_setting_is_named(text: str, setting: str, words: list[str]) -> No
     assert "my.toml" not in str(caught.value)
 
 
+def test_another_kind_starts_from_its_own_defaults(text: str) -> None:
+    case = loads(text).with_settings(
+        {
+            "body.drop.material.eos.kind": "stiffened-gas",
+            "body.drop.material.eos.gruneisen": 4,
+            "body.drop.material.eos.p_infinity": 1e8,
+        }
+    )
+    assert case.body[0].material.eos.p_infinity == 1e8
+    solid = case.with_settings(
+        {
+            "body.drop.material.kind": "neo-hookean",
+            "body.drop.material.young_modulus": 1e5,
+            "body.drop.material.poisson_ratio": 0.4,
+        }
+    )
+    assert solid.body[0].material.density == 1000.0
+    with pytest.raises(CaseError, match="sound_speed\n    is missing"):
+        case.with_settings({"body.drop.material.eos.kind": "tait"})
+    with pytest.raises(CaseError, match="unknown key"):
+        case.with_settings({"body.drop.material.eos.kind": "ideal-gas", "body.drop.material.eos.p_infinity": 1})
+
+
 @pytest.mark.parametrize("setting", ["grid.cell", "=3"])
 def test_a_setting_needs_key_and_value(setting: str) -> None:
     with pytest.raises(CaseError, match="KEY=VALUE"):

@@ -1,6 +1,7 @@
 """Where each key of a TOML text stands, for error messages; the text itself is read by `tomllib`."""
 
 import re
+import tomllib
 from bisect import bisect_right
 
 Path = tuple[str | int, ...]
@@ -66,7 +67,7 @@ class _Scanner:
             found = _STRING.match(self.text, self.at) or _BARE_KEY.match(self.text, self.at)
             if found is None:
                 raise ValueError(f"no key at offset {self.at}")
-            parts.append(found.group().strip("\"'"))
+            parts.append(next(iter(tomllib.loads(f"{found.group()} = 0"))))
             self.at = found.end()
             self.skip(_SPACE)
             if not self.text.startswith(".", self.at):

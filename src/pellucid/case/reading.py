@@ -9,9 +9,10 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from pellucid.bodies.spec import Body
-from pellucid.case.explain import explain, problem
+from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
 from pellucid.case.relations import Finding, findings
+from pellucid.case.schema import keys_at
 from pellucid.case.settings import put
 from pellucid.case.spec import Case, Probe
 from pellucid.conditions.support import Support
@@ -31,7 +32,7 @@ def load(case: "str | FilePath") -> Case:
         return loaded if loaded.id else loaded.model_copy(update={"id": case})
     path = FilePath(case)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
         remedy = "" if path.suffix == ".toml" else gallery.suggestion(str(case))
         raise CaseError(Problem(f"there is no gallery case and no file {case}", remedy=remedy)) from None
@@ -71,10 +72,22 @@ def changed(case: Case, settings: Mapping[str, Any]) -> Case:
             problems += error.blame(_setting(key, value)).problems
     if problems:
         raise CaseError(problems)
+    _forget_other_kinds(data, list(paths.values()))
     result, found = _validated(data)
     if result is None:
         raise CaseError([_at_setting(item, data, settings, paths) for item in found])
     return result
+
+
+def _forget_other_kinds(data: dict[str, Any], paths: list[Path]) -> None:
+    """Where a `kind` was set, drop what only the kind before it knew, so that the new one starts from its defaults."""
+    for path in paths:
+        if path[-1] == "kind" and (known := keys_at(path[:-1], data)):
+            table = value_at(path[:-1], data)
+            for key in [
+                key for key in table if key not in known and not any(_related(p, (*path[:-1], key)) for p in paths)
+            ]:
+                del table[key]
 
 
 def _validated(data: dict[str, Any]) -> tuple[Case | None, list[Finding]]:

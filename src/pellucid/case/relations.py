@@ -8,10 +8,12 @@ from pellucid.bodies.spec import Body
 from pellucid.case.lines import Path
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.grid.spec import GridCase
+from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
     from pellucid.case.spec import Probe
 
+PROBED = ("position", "velocity", "density", "pressure", "internal_energy", "stress", "mass")
 COMPONENTS: dict[int, tuple[str, ...]] = {1: (), 3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
 
@@ -92,8 +94,6 @@ def _support(index: int, support: Support | None, grid: GridCase | None) -> Iter
 
 
 def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
-    from pellucid.state import FIELDS
-
     if probe is None:
         return
     names = [name for name in map(_name, bodies) if name is not None]
@@ -103,7 +103,7 @@ def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None
             yield Finding(("probe", index, "body"), text, hint(probe.body, names))
         return
     body = next(body for body in bodies if _name(body) == probe.body)
-    fields = list(FIELDS) if body is None or isinstance(body, str) else fields_of(body)
+    fields = list(PROBED) if body is None or isinstance(body, str) else fields_of(body)
     if probe.quantity not in fields:
         text = f"body {probe.body} has no such field; it has {listed(fields)}"
         yield Finding(("probe", index, "quantity"), text, hint(probe.quantity, fields))
@@ -116,9 +116,7 @@ def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None
 
 def fields_of(body: Body) -> list[str]:
     """The fields that a body writes and probes can read."""
-    from pellucid.state import FIELDS
-
-    return [name for name in FIELDS if name != "internal_energy" or body.material.kind == "fluid"]
+    return [name for name in PROBED if name != "internal_energy" or body.material.kind == "fluid"]
 
 
 def listed(names: Sequence[str]) -> str:
