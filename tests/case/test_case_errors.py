@@ -157,6 +157,18 @@ MISTAKES = {
         "[[probe]]",
         ["probe.front", "at = [x, y, z]"],
     ),
+    "a fixed step above the stable one": (
+        "courant = 0.5",
+        "step = 5e-3",
+        "",
+        ["time.step = 0.005", "above 0.00238 s", "stable step at the start: body drop", "make time.step smaller"],
+    ),
+    "a fluid without a sound speed": (
+        'kind = "tait", sound_speed = 20.0',
+        'kind = "stiffened-gas", gruneisen = 4, p_infinity = 1e5 }, pressure = -1e6, artificial_viscosity = {',
+        "material = ",
+        ["body.drop.material.pressure", "no real sound speed", "raise the pressure"],
+    ),
     "no body": (
         None,
         'schema = 1\ntitle = "t"\nbody = []\n[grid]\nlower = [0,0,0]\nupper = [1,1,1]\ncell = 1\n[time]\nend = 1\n',

@@ -14,7 +14,7 @@ from pellucid.case.lines import Path, key_lines
 from pellucid.case.relations import Finding, findings
 from pellucid.case.schema import keys_at
 from pellucid.case.settings import put
-from pellucid.case.spec import Case, Probe
+from pellucid.case.spec import Case, Probe, TimeCase
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError, Problem, shown
 from pellucid.grid.spec import GridCase
@@ -106,8 +106,8 @@ def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
         written = data["body"][index]
         if body is None and isinstance(written, dict) and isinstance(written.get("name"), str):
             bodies[index] = written["name"]
-    grid = _sound([data.get("grid")], GridCase)[0]
-    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe))
+    grid, time = _sound([data.get("grid")], GridCase)[0], _sound([data.get("time")], TimeCase)[0]
+    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe), time)
 
 
 def _sound(items: Any, kind: Any) -> list[Any]:

@@ -2,17 +2,20 @@
 
 import difflib
 from collections.abc import Iterator, Sequence
+from math import hypot, inf
 from typing import TYPE_CHECKING, NamedTuple
 
 from pellucid.bodies.spec import Body
 from pellucid.case.lines import Path
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.grid.spec import GridCase
+from pellucid.materials.law import diffusivity, signal_speed
 from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
-    from pellucid.case.spec import Probe
+    from pellucid.case.spec import Probe, TimeCase
 
+AT_REST = (0.0,) * 9
 PROBED = ("position", "velocity", "density", "pressure", "internal_energy", "stress", "mass")
 COMPONENTS: dict[int, tuple[str, ...]] = {1: (), 3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
@@ -38,12 +41,14 @@ def findings(
     bodies: Sequence[Body | str | None],
     supports: Sequence[Support | None],
     probes: "Sequence[Probe | None]",
+    time: "TimeCase | None",
 ) -> list[Finding]:
     """Everything that does not fit together. A part that is itself wrong is None, or for a body perhaps its name."""
     return [
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
+        *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time)),
         *(found for i, support in enumerate(supports) for found in _support(i, support, grid)),
         *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies)),
     ]
@@ -80,6 +85,33 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
         elif low < grid_low - slack or high > grid_high + slack:
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
+
+
+def _fixed_step(
+    index: int, body: Body | str | None, grid: GridCase | None, time: "TimeCase | None"
+) -> Iterator[Finding]:
+    """A fixed step that cannot be stable even at the start, with signals that cross more than a cell in it."""
+    if body is None or isinstance(body, str) or grid is None or time is None:
+        return
+    material, h = body.material, grid.cell
+    law = material.law()
+    speed = signal_speed(law, material.initial_state(), material.density, AT_REST, h)
+    if material.kind == "fluid" and material.pressure < 0.0 and not speed:
+        text = f"the fluid has no real sound speed at density {material.density:g} kg/m^3"
+        yield Finding(
+            ("body", index, "material", "pressure"), text, "raise the pressure, or p_infinity where there is one"
+        )
+        return
+    crossing = h / (speed + hypot(*body.velocity)) if speed or any(body.velocity) else inf
+    spread = diffusivity(law, material.density)
+    limit = min(crossing, h * h / (2.0 * spread) if spread else inf)
+    if time.step is not None and time.step > limit:
+        reason = f"body {body.name} has the signal speed {speed:.4g} m/s in cells of {h:g} m"
+        yield Finding(
+            ("time", "step"),
+            f"above {limit:.3g} s, the largest stable step at the start: {reason}",
+            "make time.step smaller, or leave it out and let time.courant choose",
+        )
 
 
 def _support(index: int, support: Support | None, grid: GridCase | None) -> Iterator[Finding]:

@@ -88,7 +88,7 @@ class Case(Model):
     def _parts_fit_together(self) -> "Case":
         from pellucid.case.relations import Disagreement, findings
 
-        found = findings(self.grid, list(self.body), list(self.support), list(self.probe))
+        found = findings(self.grid, list(self.body), list(self.support), list(self.probe), self.time)
         if found:
             raise Disagreement(found)
         return self
