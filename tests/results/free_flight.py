@@ -29,7 +29,7 @@ name = "block"
 kind = "material-points"
 shape = { box = { lower = [2.5, 0.5, 0], upper = [3.0, 1.5, 0] } }
 points_per_cell = [4, 4, 1]
-material = { kind = "linear-elastic", density = 1000, young_modulus = 1e6, poisson_ratio = 0.3 }
+material = { kind = "linear-elastic", density = 1000, young_modulus = 1e3, poisson_ratio = 0.3 }
 [[probe]]
 name = "front"
 body = "gas"

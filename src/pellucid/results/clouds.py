@@ -21,6 +21,8 @@ MOST_POINTS = 60_000
 
 PROFILES = ("density", "velocity", "pressure", "internal_energy")
 
+FIGURE_WIDTH, MOST_HEIGHT = 9.5, 6.5  # [inch]
+
 VIEW = (np.radians(-50.0), np.radians(22.0))
 """Where three-dimensional bodies are seen from: turn about z, then height above the horizon."""
 
@@ -64,9 +66,12 @@ def _panels(run: "Run", quantity: str) -> "Figure":
     values = [[_values(cloud, quantity) for cloud in scene] for scene in scenes]
     low, high = _limits(values)
     flat = _Flat(run.case.grid.thin(), [cloud["position"] for scene in scenes for cloud in scene])
-    width, height = flat.panel_size(len(chosen))
-    figure = new_figure(width * len(chosen) + 0.9, height + 0.75)
-    panels = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
+    down, width, height = flat.arrangement(len(chosen))
+    figure = new_figure(FIGURE_WIDTH, height * down + 0.75)
+    panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
+    for unused in panels[len(chosen) :]:
+        unused.remove()
+    panels = panels[: len(chosen)]
     for number, (axes, scene, time) in enumerate(zip(panels, scenes, chosen, strict=True)):
         together = np.concatenate([cloud["position"] for cloud in scene])
         dots = flat.draw(axes, together, np.concatenate(values[number]), width, (low, high))
@@ -97,11 +102,16 @@ class _Flat:
         up = np.cross(eye, right)
         return position @ np.stack([right, up], axis=1), position @ eye
 
-    def panel_size(self, panels: int) -> tuple[float, float]:
-        """Width and height of a panel [inch]."""
+    def arrangement(self, panels: int) -> tuple[int, float, float]:
+        """Rows of panels that make them largest on the paper, and width and height of a panel [inch]."""
         ratio = (self.high - self.low)[1] / (self.high - self.low)[0]
-        width = min(11.0 / panels, 4.2 / ratio)
-        return max(width, 1.6), max(width, 1.6) * ratio
+        best = (1, 0.0, 0.0)
+        for down in range(1, panels + 1):
+            across = -(-panels // down)
+            width = min((FIGURE_WIDTH - 1.4) / across, (MOST_HEIGHT / down - 0.3) / ratio)
+            if width > best[1]:
+                best = (down, width, width * ratio + 0.3)
+        return best
 
     def draw(
         self, axes: "Axes", position: np.ndarray, values: np.ndarray, width: float, limits: tuple[float, float]
@@ -118,7 +128,7 @@ class _Flat:
         axes.set_aspect("equal")
         axes.grid(False)
         if len(self.flat) == 3:
-            axes.set_axis_off()
+            axes.set_axis_off()  # a projection has no axes to read from; the title says the time
         else:
             label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
             axes.label_outer()
@@ -128,17 +138,18 @@ class _Flat:
 def _meaning(scene: list[Cloud], quantity: str) -> tuple[str, str]:
     if quantity == "speed":
         return "speed", FIELDS["velocity"].unit
-    return ("pressure" if _is_fluid(scene) else "von Mises stress"), FIELDS["stress"].unit
+    kinds = dict.fromkeys("pressure" if _is_fluid(cloud) else "von Mises stress" for cloud in scene)
+    return " or ".join(kinds), FIELDS["stress"].unit
 
 
 def _values(cloud: Cloud, quantity: str) -> np.ndarray:
     if quantity == "speed":
         return scalar(cloud["velocity"])
-    return cloud["pressure"] if "internal_energy" in cloud else scalar(cloud["stress"])
+    return cloud["pressure"] if _is_fluid(cloud) else scalar(cloud["stress"])
 
 
-def _is_fluid(scene: list[Cloud]) -> bool:
-    return all("internal_energy" in cloud for cloud in scene)
+def _is_fluid(cloud: Cloud) -> bool:
+    return "internal_energy" in cloud
 
 
 def _limits(values: list[list[np.ndarray]]) -> tuple[float, float]:

@@ -83,7 +83,7 @@ def probes(run: "Run") -> "Figure":
     """Every probe against time."""
     across = min(PANELS_ACROSS, len(run.case.probe))
     down = -(-len(run.case.probe) // across)
-    figure = new_figure(9.5 if across > 1 else 6.0, 2.8 * down)
+    figure = new_figure(9.5, 2.8 * down)
     panels = figure.subplots(down, across, sharex=True, squeeze=False).ravel()
     for axes, probe in zip(panels, run.case.probe, strict=False):
         axes.plot(run.history["time"], run.history[probe.name])

@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+
+from pellucid.case import Probe
+from pellucid.results import probes
+
+FRAME = {
+    "position": np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]),
+    "velocity": np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.0, 0.0]]),
+    "pressure": np.array([1.0, 5.0, 3.0]),
+    "stress": np.array(
+        [[7.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [4.0, 4.0, 4.0, 0.0, 0.0, 0.0]]
+    ),
+}
+
+
+def probe(quantity, reduce="mean", component=None, at=None):
+    return Probe(name="p", body="gas", quantity=quantity, reduce=reduce, component=component, at=at)
+
+
+@pytest.mark.parametrize(
+    ("asked", "value"),
+    [
+        (probe("pressure"), 3.0),
+        (probe("pressure", "max"), 5.0),
+        (probe("pressure", "min"), 1.0),
+        (probe("pressure", "sum"), 9.0),
+        (probe("pressure", "nearest", at=(1.4, 0.3, 0.0)), 5.0),
+        (probe("velocity", "min", "y"), -2.0),
+        (probe("velocity", "max"), 5.0),
+        (probe("stress", "max", "xy"), 2.0),
+        (probe("stress", "max"), 7.0),
+        (probe("stress", "nearest", at=(1.0, 0.0, 0.0)), 2.0 * np.sqrt(3.0)),
+        (probe("stress", "min"), 0.0),
+    ],
+)
+def test_reduces_a_field_to_a_number(asked, value):
+    assert probes.reduce(asked, FRAME) == pytest.approx(value, rel=1e-15)
+
+
+def test_a_frame_is_fetched_once_for_all_probes_of_a_body():
+    class Body:
+        name, fetched = "gas", 0
+
+        def frame(self):
+            self.fetched += 1
+            return FRAME
+
+    body = Body()
+    assert probes.evaluate([probe("pressure"), probe("velocity", "max")], [body]) == [3.0, 5.0]
+    assert body.fetched == 1

@@ -1,0 +1,185 @@
+"""Whole runs of the fake simulation: what they leave behind, and that a broken-off run ends as an undisturbed one."""
+
+import json
+import os
+import resource
+import signal
+import time
+
+import numpy as np
+import pytest
+from free_flight import FakeSimulation, free_flight
+
+from pellucid.errors import RunStopped, UsageError
+from pellucid.results import Run, resume_case, run_case
+from pellucid.results.files import OutputError
+
+pytestmark = pytest.mark.usefixtures("fake")
+
+SUMMARY = {
+    "case", "version", "commit", "threads", "points", "steps", "wall_seconds", "point_steps_per_second", "end_time",
+    "conservation", "energies", "metrics",
+}  # fmt: skip
+
+
+def results(out) -> dict[str, object]:
+    """Everything that must not depend on how often a run was broken off."""
+    summary = json.loads((out / "summary.json").read_text())
+    for name in ("wall_seconds", "point_steps_per_second"):
+        del summary[name]
+    fields = {path.name: path.read_bytes() for path in (out / "fields").iterdir() if path.suffix == ".vtkhdf"}
+    return {"history": (out / "history.csv").read_bytes(), "summary": summary, "fields": fields}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    return tmp_path_factory.mktemp("undisturbed") / "run"
+
+
+@pytest.fixture
+def expected(undisturbed, fake):
+    if not undisturbed.exists():
+        run_case(free_flight(), undisturbed, report=False)
+    return results(undisturbed)
+
+
+def test_a_run_leaves_what_was_promised(tmp_path):
+    case = free_flight()
+    run = run_case(case, tmp_path / "run", threads=2)
+    names = {str(path.relative_to(run.out)) for path in run.out.rglob("*") if path.is_file()}
+    assert {
+        "case.toml",
+        "history.csv",
+        "summary.json",
+        "report.html",
+        "fields/gas.vtkhdf",
+        "fields/block.vtkhdf",
+    } <= names
+    assert {"figures/energies.png", "figures/momentum.png", "figures/bodies_speed.png"} <= names
+    assert run.case == case
+    assert run.summary.keys() == SUMMARY
+    assert run.summary["threads"] == 2
+    assert run.summary["points"] == 112
+    assert run.summary["conservation"].keys() == {"mass", "momentum", "energy"}
+    assert run.metrics == {}
+
+
+def test_rows_and_frames_come_at_the_first_step_at_or_after_each_instant(tmp_path):
+    run = run_case(free_flight(), tmp_path / "run", report=False)
+    assert run.history["time"] == pytest.approx([0.0, 0.12, 0.21, 0.3, 0.42, 0.51, 0.6, 0.72, 0.81, 0.9, 1.0])
+    assert run.times("gas") == pytest.approx([0.0, 0.27, 0.51, 0.75, 1.0])
+    assert list(run.history)[:3] == ["time", "step", "dt"]
+    assert {"kinetic_energy", "internal_energy", "energy_error", "momentum_z", "front"} < set(run.history)
+    assert run.history["front"][-1] == run.fields("gas")["position"][:, 0].max()
+
+
+def test_fields_are_those_of_the_nearest_frame(tmp_path):
+    run = run_case(free_flight(), tmp_path / "run", report=False)
+    start = FakeSimulation(free_flight()).bodies[0].frame()
+    for name, values in run.fields("gas", 0.1).items():
+        assert np.array_equal(values, start[name])
+
+
+def test_without_a_folder_the_results_live_as_long_as_the_run(tmp_path):
+    run = run_case(free_flight(), report=False)
+    out = run.out
+    assert run.summary["steps"] == 34
+    del run
+    assert not out.exists()
+
+
+def test_a_second_run_replaces_the_first(tmp_path):
+    run_case(free_flight(), tmp_path / "run")
+    run = run_case(free_flight(**{"time.end": 0.5}), tmp_path / "run", report=False)
+    assert run.summary["end_time"] == 0.5
+    assert not (run.out / "report.html").exists()
+
+
+def test_a_folder_with_other_things_is_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(UsageError, match="other things than a run"):
+        run_case(free_flight(), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("until", [0.1, 0.3, 0.5, 0.99])
+def test_stopped_early_and_resumed_ends_in_the_same_bits(tmp_path, expected, until):
+    early = run_case(free_flight(), tmp_path / "run", until=until, report=False)
+    assert until <= early.summary["end_time"] < 1.0
+    assert early.times("gas")[-1] == early.history["time"][-1] == early.summary["end_time"]
+    resume_case(tmp_path / "run", report=False)
+    assert results(tmp_path / "run") == expected
+
+
+def test_stopped_early_again_and_again(tmp_path, expected):
+    run_case(free_flight(), tmp_path / "run", until=0.2, report=False)
+    for until in (0.2, 0.4, 0.4, 0.7):
+        resume_case(tmp_path / "run", until=until, report=False)
+    resume_case(tmp_path / "run", report=False)
+    assert results(tmp_path / "run") == expected
+
+
+def test_resuming_a_finished_run_changes_nothing(tmp_path, expected):
+    run_case(free_flight(), tmp_path / "run", report=False)
+    resume_case(tmp_path / "run", report=False)
+    assert results(tmp_path / "run") == expected
+
+
+def test_resuming_from_the_checkpoint_before_a_damaged_one(tmp_path, expected):
+    run = run_case(free_flight(**{"output.checkpoint": 1e-9}), tmp_path / "run", report=False)
+    newest = max((run.out / "checkpoint").glob("*.npz"))
+    newest.write_bytes(newest.read_bytes()[:-1])
+    with pytest.warns(UserWarning, match="damaged"):
+        resume_case(run.out, report=False)
+    assert results(run.out) == expected
+
+
+def test_killed_at_any_moment_and_resumed_ends_in_the_same_bits(tmp_path, expected):
+    out, generator = tmp_path / "run", np.random.default_rng(11)
+    for attempt in range(12):
+        child = os.fork()
+        if child == 0:
+            try:
+                if attempt == 0 or not (out / "case.toml").exists():
+                    run_case(free_flight(**{"output.checkpoint": 1e-9}), out, report=False)
+                else:
+                    resume_case(out, report=False)
+            finally:
+                os._exit(0)
+        time.sleep(0.01 + 0.04 * generator.random())
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    resume_case(out, report=False)
+    assert results(out) == expected
+
+
+def test_resuming_where_there_is_no_run_is_told(tmp_path):
+    with pytest.raises(UsageError, match=r"no run in .*it has no case\.toml"):
+        resume_case(tmp_path)
+
+
+def test_a_run_that_stops_itself_leaves_a_forensic_dump(tmp_path, fake, monkeypatch):
+    monkeypatch.setattr(fake, "breaks_at", 9)
+    with pytest.raises(RunStopped, match="point 7"):
+        run_case(free_flight(), tmp_path / "run")
+    failure = json.loads((tmp_path / "run/forensics/failure.json").read_text())
+    assert failure["message"] == "point 7 of gas is lost"
+    assert (failure["step"], failure["body"], failure["point"]) == (9, "gas", 7)
+    with np.load(tmp_path / "run/forensics/state.npz") as dump:
+        assert dump["gas/position"].shape == (80, 3)
+    with pytest.raises(UsageError, match="has not ended"):
+        _ = Run(tmp_path / "run").summary
+
+
+def test_a_full_disk_ends_in_a_message_and_the_run_goes_on_later(tmp_path, expected):
+    out = tmp_path / "run"
+    run_case(free_flight(), out, until=0.2, report=False)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (600, limits[1]))  # as a disk with no more room
+    try:
+        with pytest.raises(OutputError, match="make room, then `pellucid resume"):
+            resume_case(out, report=False)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    resume_case(out, report=False)
+    assert results(out) == expected
