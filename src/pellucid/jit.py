@@ -23,16 +23,11 @@ class Generic:
     """A pointwise operation whose implementation is chosen by the type of its first argument."""
 
     def __init__(self, signature: Callable[..., Any]) -> None:
-        self.signature = inspect.signature(signature)
+        bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
+        self.signature = inspect.Signature(bare)  # implementations are not annotated, and numba compares
         self.implementations: dict[type, Callable[..., Any]] = {}
         self.__name__ = signature.__name__
         self.__doc__ = signature.__doc__
-
-    def implementation(self, kind: type) -> Callable[..., Any]:
-        try:
-            return self.implementations[kind]
-        except KeyError:
-            raise TypeError(f"{self.__name__} is not defined for {kind.__name__}") from None
 
 
 def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
@@ -81,7 +76,7 @@ def kernel(parallel: bool = False) -> Callable[[Callable[..., Any]], Any]:
         previous = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(cache_folder())  # read once, when the decorator runs
         try:
-            return numba.njit(function, parallel=parallel, cache=True, error_model="numpy", nogil=True)
+            return numba.njit(function, parallel=parallel, cache=True, error_model="numpy", fastmath={"contract"}, nogil=True)
         finally:
             numba.config.CACHE_DIR = previous
 
@@ -150,3 +145,14 @@ def _compile_generic(operation: Generic) -> None:
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
     overload(operation.dispatch)(choose)  # type: ignore[attr-defined]
+
+
+def set_threads(threads: int | None) -> int:
+    """Use this many threads, all cores where None; the number in use. Results do not depend on it."""
+    if threads is not None and "numba" not in sys.modules:
+        os.environ["NUMBA_NUM_THREADS"] = str(max(threads, os.cpu_count() or 1))
+    import numba
+
+    most = numba.config.NUMBA_NUM_THREADS
+    numba.set_num_threads(min(threads or most, most))
+    return int(numba.get_num_threads())

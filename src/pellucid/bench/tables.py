@@ -9,10 +9,9 @@ from rich.table import Table
 def table(result: dict[str, Any]) -> RenderableType:
     """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, the peers."""
     machine = result["machine"]
-    head = (
-        f"{machine['processor']}, {machine['threads']} threads, "
-        f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s, pellucid {machine['pellucid']}, numba {machine['numba']}"
-    )
+    bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
+    versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
+    head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
     shown: list[RenderableType] = [head, _bodies(result["bodies"])]
     if result["peers"]:
         shown.append(_peers(result["peers"]))

@@ -41,20 +41,20 @@ def create(path: Path, capacity: int, time: float, frame: Frame) -> None:
 def append(path: Path, time: float, frame: Frame) -> None:
     """Write one more frame; a file that is full is first laid out anew with twice the room."""
     places = _layout(path)
-    if places.count == places.capacity:
+    if places.frames == places.capacity:
         with replacing(path) as temporary:
             lay_out(temporary, 2 * places.capacity, frame)
             new = layout(temporary)
             for index, earlier in enumerate(times(path)):
                 _write(temporary, new, index, earlier, read(path, index))
-        places = new._replace(count=places.count)
-    _write(path, places, places.count, time, frame)
+        places = new._replace(frames=places.frames)
+    _write(path, places, places.frames, time, frame)
 
 
 def cut(path: Path, count: int) -> None:
     """Keep the first `count` frames; the resumed run writes the others again."""
     places = _layout(path)
-    if places.count < count:
+    if places.frames < count:
         raise OutputError(f"{path} has fewer than the {count} frames that its checkpoint counts: it was changed")
     with _raw(path) as file:
         set_count(file, places, count)

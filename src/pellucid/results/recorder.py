@@ -146,7 +146,7 @@ class Recorder:
 
 def column_of(energy: str) -> str:
     """The history's column of an entry of the energy ledger."""
-    return energy if energy.endswith(("_energy", "_work", "_heat")) else f"{energy}_energy"
+    return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
 
 
 def _plain(value: Any) -> Any:

@@ -34,7 +34,7 @@ class Place(NamedTuple):
 class Layout(NamedTuple):
     """Where everything lies that a new frame changes."""
 
-    count: int
+    frames: int
     capacity: int
     fields: dict[str, Place]
     values: int
@@ -93,7 +93,7 @@ def layout(path: Path) -> Layout:
         values = steps["Values"]
         chunk = values.id.get_chunk_info_by_coord((0,))
         found = Layout(
-            count=len(values),
+            frames=len(values),
             capacity=len(steps["PointOffsets"]),
             fields=fields,
             values=chunk.byte_offset,
@@ -105,7 +105,7 @@ def layout(path: Path) -> Layout:
     return found
 
 
-def put(file: BinaryIO, offset: int, data: bytes | memoryview) -> None:
+def put(file: BinaryIO, offset: int, data: bytes | bytearray | memoryview) -> None:
     """Write all of `data` at `offset` of an unbuffered file."""
     file.seek(offset)
     rest = memoryview(data).cast("B")

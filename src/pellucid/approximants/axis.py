@@ -1,0 +1,70 @@
+"""What every grid approximant answers. Grid shape functions are products of functions along the axes.
+
+A node beyond a wall is folded onto the wall by linear extrapolation, u₋₁ = 2u₀ - u₁. That keeps partition of unity and linear
+fields, and makes the wall's node interpolate there (Steffen, Kirby & Berzins 2008, Int. J. Numer. Methods Eng. 76, 922, have
+the same boundary functions for cubic splines).
+"""
+
+from typing import Any
+
+from pellucid.jit import generic, pointwise
+
+
+@generic
+def axis_weights(fn: Any, axis: int, u: float, n: int) -> Any:  # type: ignore[empty-body]
+    """First node, weights, and derivatives by u of the functions that reach coordinate u (in cells from the wall).
+
+    axis: 0, 1 or 2; n: number of cells along it. The tuples have as many entries as `stencil(fn)`.
+    """
+
+
+@generic
+def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:  # type: ignore[empty-body]
+    """What takes the place of derivatives in the affine field of APIC: w (x_I - x) / Σ w (x_I - x)², in cells.
+
+    offset: first node minus the point, in cells; w, g: weights and derivatives there.
+    """
+
+
+@pointwise
+def spread3(offset, w, g):
+    """`affine_weights` of three nodes; on a wall, where the functions interpolate and do not spread, derivatives."""
+    r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
+    spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
+    if spread < 1e-8:
+        return g
+    return (r0 / spread, r1 / spread, r2 / spread)
+
+
+@pointwise
+def spread4(offset, w, g):
+    """`affine_weights` of four nodes."""
+    r0, r1, r2, r3 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0), w[3] * (offset + 3.0)
+    spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0) + r3 * (offset + 3.0)
+    if spread < 1e-8:
+        return g
+    return (r0 / spread, r1 / spread, r2 / spread, r3 / spread)
+
+
+@pointwise
+def fold3(first, n, w):
+    """Weights of three nodes with those beyond the walls folded back. Node n+1 exists in memory, with weight zero."""
+    if first < 0:
+        w = (w[1] + 2.0 * w[0], w[2] - w[0], 0.0)
+        first = 0
+    if first + 2 > n:
+        w = (w[0] - w[2], w[1] + 2.0 * w[2], 0.0)
+    return first, w
+
+
+@pointwise
+def fold4(first, n, w):
+    """As `fold3`, for four nodes."""
+    if first < 0:
+        w = (w[1] + 2.0 * w[0], w[2] - w[0], w[3], 0.0)
+        first = 0
+    if first + 2 > n:
+        w = (w[0] - w[2], w[1] + 2.0 * w[2], 0.0, 0.0)
+    elif first + 3 > n:
+        w = (w[0], w[1] - w[3], w[2] + 2.0 * w[3], 0.0)
+    return first, w

@@ -1,0 +1,77 @@
+"""Time and the choice of the step."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pellucid.errors import CaseError, Problem, RunStopped
+
+if TYPE_CHECKING:
+    from pellucid.case import TimeCase
+
+MARGIN = 0.05  # by which a fixed step may exceed the stable one before the run stops
+COLLAPSED = 1e-6  # of the largest step so far
+
+
+class Clock:
+    """Counts steps and time. The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ))."""
+
+    def __init__(self, case: "TimeCase") -> None:
+        self.case = case
+        self.n_steps = 0
+        self.time = 0.0
+        self.dt = 0.0
+        self.largest = 0.0
+
+    def next_step(self, bodies: Sequence[Any]) -> float:
+        """The length of the coming step [s]; the last one ends at the end of the case.
+
+        Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed.
+        """
+        body = max(bodies, key=lambda b: b.sums["rate"])
+        stable = 1.0 / body.sums["rate"] if body.sums["rate"] > 0.0 else float("inf")
+        if self.case.step is not None:
+            self._check_fixed(self.case.step, stable, body.name)
+            remaining = self.case.end / self.case.step - self.n_steps
+            return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
+        dt = min(self.case.courant * stable, self.case.end)
+        self.largest = max(self.largest, dt)
+        if dt < COLLAPSED * self.largest:
+            raise RunStopped(
+                f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{body.name}` collapsed to {dt:.3g} s, "
+                f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s); something moves or stiffens without bound"
+            )
+        remaining = self.case.end - self.time
+        if remaining <= dt * (1.0 + 1e-9):
+            return remaining
+        return min(dt, 0.5 * remaining)  # no sliver at the end
+
+    def advance(self, dt: float) -> None:
+        """Count a step."""
+        self.n_steps += 1
+        self.dt = dt
+        fixed = self.case.step
+        self.time = self.n_steps * fixed if fixed is not None and dt == fixed else self.time + dt
+        if self.case.end - self.time < 1e-9 * dt:
+            self.time = self.case.end
+
+    def finished(self, until: float | None) -> bool:
+        """Whether the end, or an earlier stop, is reached."""
+        return self.time >= (self.case.end if until is None else min(until, self.case.end))
+
+    def _check_fixed(self, step: float, stable: float, body: str) -> None:
+        if step <= stable * (1.0 + MARGIN):
+            return
+        text = f"the largest stable step of body `{body}` is {stable:.4g} s"
+        remedy = f"use time.step = {0.8 * stable:.2g} or less, or leave it out and let time.courant choose"
+        if self.n_steps == 0:
+            raise CaseError(Problem(text, "time.step", step, remedy))
+        raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: time.step = {step:g} s, but {text} now; {remedy}")
+
+    def state_numbers(self) -> dict[str, float]:
+        """What a checkpoint keeps."""
+        return {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint."""
+        self.n_steps, self.time = numbers["n_steps"], numbers["time"]
+        self.dt, self.largest = numbers["dt"], numbers["largest"]

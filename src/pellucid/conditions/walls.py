@@ -1,0 +1,48 @@
+"""Supports on the nodes of the grid."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.conditions.support import BoxRegion, Support
+from pellucid.errors import CaseError, Problem
+from pellucid.grid.grid import Grid
+
+REACH = 1e-6  # of a cell, by which a node may lie outside a box and still be held
+
+
+def hold_nodes(grid: Grid, supports: Sequence[Support]) -> np.ndarray:
+    """Mark the held directions of the nodes; the velocities [m/s] of the supports, shape (supports + 1, 3).
+
+    Where supports overlap the later one counts. The last row holds the thin axes.
+    """
+    index, position = grid.where()
+    hold = grid.nodes.hold
+    for number, support in enumerate(supports):
+        inside = _nodes_of(support, grid, position)
+        if not inside.any():
+            raise CaseError(
+                Problem(
+                    "holds no node of the grid: the box lies between nodes or outside",
+                    f"support.{number}.where",
+                    remedy=f"make the box at least one cell ({grid.lattice.cell:g} m) wide",
+                )
+            )
+        for axis in np.flatnonzero(support.axes()):
+            hold[index[inside], axis] = number + 1
+    for axis in np.flatnonzero(grid.thin):
+        hold[:, axis] = len(supports) + 1
+    return np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
+
+
+def _nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
+    if isinstance(support.where, BoxRegion):
+        lower, upper = support.where.box.bounds()
+        reach = REACH * grid.lattice.cell
+        inside = (position >= lower - reach) & (position <= upper + reach)
+        return np.asarray(np.all(inside[:, ~np.array(grid.thin)], axis=1))
+    if support.where == "all-nodes":
+        return np.ones(len(position), bool)
+    axis, side = "xyz".index(support.where[0]), support.where[2:]
+    cells = np.rint((position[:, axis] - grid.lattice.lower[axis]) / grid.lattice.cell)
+    return np.asarray(cells == (0 if side == "lower" else grid.lattice.counts[axis]))

@@ -1,0 +1,107 @@
+"""The nodes' equation of motion, with supports."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from pellucid.bundle import Bundle
+from pellucid.jit import kernel
+from pellucid.reductions import ordered_sum
+
+CHUNK = 4096
+NOTHING = 1e-290  # kg; a node below this carries no point
+INTERNAL, GRAVITY, SUPPORT, MASS, WORKS = range(5)
+
+
+class StepWork(NamedTuple):
+    """What the nodes did over a step."""
+
+    internal: float  # dt Σ f·v̄ of the internal forces [J]
+    gravity: float  # [J]
+    support: float  # work of the supports' reactions on moving supports [J]
+    mass: float  # on the nodes [kg]
+    impulses: np.ndarray  # (supports, 3) impulses of the reactions [N s]
+
+
+@kernel()
+def _advance_chunk(bundle, chunk):
+    nodes, walls, gravity, dt, small, work = bundle.content
+    mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
+    change, deforming, hold = nodes.change, nodes.deforming, nodes.hold
+    internal = fall = pushed = total = 0.0
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+        m = mass[I]
+        if m < NOTHING:
+            for d in range(3):
+                velocity[I, d] = change[I, d] = deforming[I, d] = 0.0
+            continue
+        total += m
+        for d in range(3):
+            v = momentum[I, d] / m
+            f = force[I, d]
+            new = v + dt * (f / m + gravity[d])
+            s = hold[I, d]
+            if s > 0:
+                wall = walls[s - 1, d]
+                impulse = m * (wall - new)
+                pushed += impulse * wall
+                work[chunk, WORKS + 3 * (s - 1) + d] += impulse
+                new = wall
+            mean = 0.5 * (v + new)
+            internal += dt * f * mean
+            fall += dt * m * gravity[d] * mean
+            change[I, d] = new - v
+            # a node that hardly any mass reaches moves with its points, without the unbounded f/m
+            velocity[I, d] = new if m > small or s > 0 else v
+            deforming[I, d] = velocity[I, d]
+    work[chunk, INTERNAL] = internal
+    work[chunk, GRAVITY] = fall
+    work[chunk, SUPPORT] = pushed
+    work[chunk, MASS] = total
+
+
+@kernel(parallel=True)
+def _advance(chunks, bundle):
+    for chunk in prange(chunks):
+        _advance_chunk(bundle, chunk)
+
+
+@kernel()
+def _project_chunk(bundle, chunk):
+    nodes, walls = bundle.content
+    mass, momentum, deforming, hold = nodes.mass, nodes.momentum, nodes.deforming, nodes.hold
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+        m = mass[I]
+        for d in range(3):
+            s = hold[I, d]
+            if s > 0:
+                deforming[I, d] = walls[s - 1, d]
+            else:
+                deforming[I, d] = momentum[I, d] / m if m >= NOTHING else 0.0
+
+
+@kernel(parallel=True)
+def _project(chunks, bundle):
+    for chunk in prange(chunks):
+        _project_chunk(bundle, chunk)
+
+
+def advance(nodes, walls, gravity, dt, small_mass):
+    """p + dt (f + m g) on every node, then the supports; fills velocity, change and deforming.
+
+    walls: velocities of the supports [m/s], shape (supports, 3); small_mass: nodes below it do not move by their own
+    acceleration [kg].
+    """
+    chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
+    work = np.zeros((chunks, WORKS + 3 * len(walls)))
+    _advance(chunks, Bundle(nodes, walls, gravity, dt, small_mass, work))
+    sums = ordered_sum(work)
+    return StepWork(
+        float(sums[INTERNAL]), float(sums[GRAVITY]), float(sums[SUPPORT]), float(sums[MASS]), sums[WORKS:].reshape(-1, 3)
+    )
+
+
+def project(nodes, walls):
+    """Velocities p/m of the mapped momentum, with supports, into `deforming`."""
+    _project((len(nodes.mass) + CHUNK - 1) // CHUNK, Bundle(nodes, walls))

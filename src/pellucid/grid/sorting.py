@@ -1,0 +1,87 @@
+"""Sorting points by cell and sharing them out in slabs."""
+
+import numpy as np
+from numba import prange
+
+from pellucid.bundle import Bundle
+from pellucid.grid.grid import Lattice
+from pellucid.grid.points import COLUMNS, Slabs
+from pellucid.jit import kernel
+
+MOST_SLABS = 64
+
+
+@kernel()
+def _order_by_cell(position, lattice, layer_count):
+    """Stable counting sort: the order of the points by cell, and the number of points up to each layer of cells."""
+    n, low, h, axis = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis
+    second, third = (1 if axis == 0 else 0), (1 if axis == 2 else 2)
+    cells = np.empty(len(position), np.int64)
+    count = np.zeros(n[0] * n[1] * n[2] + 1, np.int64)
+    for p in range(len(position)):
+        i = min(int((position[p, axis] - low[axis]) * h), n[axis] - 1)
+        j = min(int((position[p, second] - low[second]) * h), n[second] - 1)
+        k = min(int((position[p, third] - low[third]) * h), n[third] - 1)
+        cell = (i * n[second] + j) * n[third] + k
+        cells[p] = cell
+        count[cell + 1] += 1
+        layer_count[i + 1] += 1
+    for c in range(1, len(count)):
+        count[c] += count[c - 1]
+    for c in range(1, len(layer_count)):
+        layer_count[c] += layer_count[c - 1]
+    order = np.empty(len(position), np.int64)
+    for p in range(len(position)):
+        order[count[cells[p]]] = p
+        count[cells[p]] += 1
+    return order
+
+
+@kernel(parallel=True)
+def _reorder_rows(n, bundle):
+    for chunk in prange((n + 4095) // 4096):
+        _reorder_chunk(bundle, 4096 * chunk, min(4096 * (chunk + 1), n))
+
+
+@kernel()
+def _reorder_chunk(bundle, first, last):
+    source, target, order = bundle.content
+    for p in range(first, last):
+        for c in range(source.shape[1]):
+            target[p, c] = source[order[p], c]
+
+
+def sort_by_cell(arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], lattice: Lattice, stencil: int) -> Slabs:
+    """Sort every array of a body (first axis: points) by cell, in place, and cut the sorted points into slabs.
+
+    scratch: kept by the body between calls, one array for each row width and type.
+    """
+    layers = np.zeros(lattice.counts[lattice.slab_axis] + 1, np.int64)
+    order = _order_by_cell(arrays["position"], lattice, layers)
+    if not np.array_equal(order, np.arange(len(order))):
+        for array in arrays.values():
+            rows = array.reshape(len(array), -1)
+            key = rows.shape[1] if rows.dtype == np.float64 else -rows.shape[1]
+            spare = scratch.setdefault(key, np.empty_like(rows))
+            _reorder_rows(len(rows), Bundle(rows, spare, order))
+            rows[...] = spare
+    edges = _slab_edges(layers, 3 if stencil == 2 else 5)
+    return empty_slabs(layers[edges], edges)
+
+
+def empty_slabs(first: np.ndarray, layer: np.ndarray) -> Slabs:
+    """Slabs with nothing reported yet."""
+    n = len(layer) - 1
+    return Slabs(first, layer, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
+
+
+def _slab_edges(layers: np.ndarray, width: int) -> np.ndarray:
+    """Layers where slabs begin and end: each at least `width` layers, with shares of the points as equal as that allows."""
+    total, n = layers[-1], len(layers) - 1
+    most = max(min(MOST_SLABS, n // width), 1)
+    edges = [0]
+    for i in range(1, n):
+        due = layers[i] * most >= len(edges) * total
+        if due and i - edges[-1] >= width and n - i >= width:
+            edges.append(i)
+    return np.array([*edges, n], dtype=np.int64)

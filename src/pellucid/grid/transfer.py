@@ -1,0 +1,366 @@
+"""Transfers between points and nodes: scatter and gather, generic in shape functions, transfer and law.
+
+Work is shared by slabs of cells. Slabs of one colour never reach the same node, so no scatter needs atomics, and every nodal
+sum is added in the order of the points: the same bits on any number of threads. Sums over tensor products are factored line by
+line (along z), which halves the work of the plain triple loop.
+"""
+
+from math import inf, sqrt
+
+from numba import prange
+
+from pellucid.approximants.axis import affine_weights, axis_weights
+from pellucid.bodies.point_state import load, store
+from pellucid.bundle import Bundle
+from pellucid.grid.points import (
+    HEATING,
+    INVERTED,
+    KINETIC,
+    LOST,
+    MOMENTUM_X,
+    MOMENTUM_Y,
+    MOMENTUM_Z,
+    NOT_FINITE,
+    OK,
+    RATE,
+    SPEED,
+    STORED,
+)
+from pellucid.grid.velocity_transfer import affine_of, carried, new_velocity
+from pellucid.jit import kernel, pointwise
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+
+
+@kernel()
+def _scatter_slab(bundle, s):
+    fn, transfer, lattice, nodes, points, slabs, affine, inertia, force = bundle.content
+    first, last = slabs.first[s], slabs.first[s + 1]
+    x, v, sig = points.position, points.velocity, points.stress
+    mass, momentum, f = nodes.mass, nodes.momentum, nodes.force
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    for p in range(first, last):
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        i, wx, gx = axis_weights(fn, 0, X, n[0])
+        j, wy, gy = axis_weights(fn, 1, Y, n[1])
+        k, wz, gz = axis_weights(fn, 2, Z, n[2])
+        start = i * stride[0] + j * stride[1] + k * stride[2]
+        if inertia:
+            C = affine_of(transfer, affine, p)
+            m = points.mass[p]
+            for a in range(len(wx)):
+                dx = (i + a - X) * lattice.cell
+                for b in range(len(wy)):
+                    dy = (j + b - Y) * lattice.cell
+                    row = start + a * stride[0] + b * stride[1]
+                    wm = wx[a] * wy[b] * m
+                    for c in range(len(wz)):
+                        dz = (k + c - Z) * lattice.cell
+                        I = row + c * stride[2]
+                        w = wm * wz[c]
+                        mass[I] += w
+                        momentum[I, 0] += w * carried(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
+                        momentum[I, 1] += w * carried(transfer, v[p, 1], C[3], C[4], C[5], dx, dy, dz)
+                        momentum[I, 2] += w * carried(transfer, v[p, 2], C[6], C[7], C[8], dx, dy, dz)
+        if force:
+            V = -points.volume[p] * h
+            sxx, syy, szz = V * sig[p, 0], V * sig[p, 1], V * sig[p, 2]
+            syz, sxz, sxy = V * sig[p, 3], V * sig[p, 4], V * sig[p, 5]
+            for a in range(len(wx)):
+                for b in range(len(wy)):
+                    row = start + a * stride[0] + b * stride[1]
+                    w, dx, dy = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
+                    tx, ty, tz = sxx * dx + sxy * dy, sxy * dx + syy * dy, sxz * dx + syz * dy
+                    ux, uy, uz = sxz * w, syz * w, szz * w
+                    for c in range(len(wz)):
+                        I = row + c * stride[2]
+                        f[I, 0] += tx * wz[c] + ux * gz[c]
+                        f[I, 1] += ty * wz[c] + uy * gz[c]
+                        f[I, 2] += tz * wz[c] + uz * gz[c]
+
+
+@kernel(parallel=True)
+def _scatter(n, bundle):
+    for colour in range(2):
+        for half in prange((n + 1 - colour) // 2):
+            _scatter_slab(bundle, 2 * half + colour)
+
+
+def scatter(fn, transfer, lattice, nodes, points, slabs, affine, inertia, force):
+    """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""
+    _scatter(len(slabs.layer) - 1, Bundle(fn, transfer, lattice, nodes, points, slabs, affine, inertia, force))
+
+
+@pointwise
+def _misplaced(X, Y, Z, n):
+    """What is wrong with a point at (X, Y, Z), in cells from the walls."""
+    if X >= 0.0 and X <= n[0] and Y >= 0.0 and Y <= n[1] and Z >= 0.0 and Z <= n[2]:
+        return OK
+    return LOST if abs(X + Y + Z) < inf else NOT_FINITE
+
+
+@kernel()
+def _accelerate_slab(bundle, s):
+    fn, transfer, lattice, nodes, points, slabs, affine, remap = bundle.content
+    x, v = points.position, points.velocity
+    momentum, new, change = nodes.momentum, nodes.velocity, nodes.change
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    kinetic = px = py = pz = speed = 0.0
+    for p in range(slabs.first[s], slabs.first[s + 1]):
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        i, wx, _ = axis_weights(fn, 0, X, n[0])
+        j, wy, _ = axis_weights(fn, 1, Y, n[1])
+        k, wz, _ = axis_weights(fn, 2, Z, n[2])
+        start = i * stride[0] + j * stride[1] + k * stride[2]
+        nx = ny = nz = cx = cy = cz = 0.0
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                row = start + a * stride[0] + b * stride[1]
+                w = wx[a] * wy[b]
+                for c in range(len(wz)):
+                    I = row + c * stride[2]
+                    W = w * wz[c]
+                    nx += W * new[I, 0]
+                    ny += W * new[I, 1]
+                    nz += W * new[I, 2]
+                    cx += W * change[I, 0]
+                    cy += W * change[I, 1]
+                    cz += W * change[I, 2]
+        vx = new_velocity(transfer, v[p, 0], nx, cx)
+        vy = new_velocity(transfer, v[p, 1], ny, cy)
+        vz = new_velocity(transfer, v[p, 2], nz, cz)
+        v[p, 0] = vx
+        v[p, 1] = vy
+        v[p, 2] = vz
+        m = points.mass[p]
+        vv = vx * vx + vy * vy + vz * vz
+        kinetic += 0.5 * m * vv
+        px += m * vx
+        py += m * vy
+        pz += m * vz
+        speed += m * sqrt(vv)
+        if remap:
+            C = affine_of(transfer, affine, p)
+            for a in range(len(wx)):
+                dx = (i + a - X) * lattice.cell
+                for b in range(len(wy)):
+                    dy = (j + b - Y) * lattice.cell
+                    row = start + a * stride[0] + b * stride[1]
+                    wm = wx[a] * wy[b] * m
+                    for c in range(len(wz)):
+                        dz = (k + c - Z) * lattice.cell
+                        I = row + c * stride[2]
+                        w = wm * wz[c]
+                        momentum[I, 0] += w * carried(transfer, vx, C[0], C[1], C[2], dx, dy, dz)
+                        momentum[I, 1] += w * carried(transfer, vy, C[3], C[4], C[5], dx, dy, dz)
+                        momentum[I, 2] += w * carried(transfer, vz, C[6], C[7], C[8], dx, dy, dz)
+    slabs.sums[s, KINETIC] = kinetic
+    slabs.sums[s, MOMENTUM_X] = px
+    slabs.sums[s, MOMENTUM_Y] = py
+    slabs.sums[s, MOMENTUM_Z] = pz
+    slabs.sums[s, SPEED] = speed
+
+
+@kernel(parallel=True)
+def _accelerate(n, bundle):
+    for colour in range(2):
+        for half in prange((n + 1 - colour) // 2):
+            _accelerate_slab(bundle, 2 * half + colour)
+
+
+def accelerate(fn, transfer, lattice, nodes, points, slabs, affine, remap):
+    """New velocities of the points; where `remap` (MUSL) their momentum on the nodes anew."""
+    _accelerate(len(slabs.layer) - 1, Bundle(fn, transfer, lattice, nodes, points, slabs, affine, remap))
+
+
+@kernel()
+def _gather_affine_slab(bundle, s):
+    fn, lattice, nodes, points, slabs, affine = bundle.content
+    first, last = slabs.first[s], slabs.first[s + 1]
+    x, new = points.position, nodes.velocity
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    for p in range(first, last):
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        i, wx, gx = axis_weights(fn, 0, X, n[0])
+        j, wy, gy = axis_weights(fn, 1, Y, n[1])
+        k, wz, gz = axis_weights(fn, 2, Z, n[2])
+        bx = affine_weights(fn, i - X, wx, gx)
+        by = affine_weights(fn, j - Y, wy, gy)
+        bz = affine_weights(fn, k - Z, wz, gz)
+        affine[p, :] = 0.0
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                row = i * stride[0] + j * stride[1] + k * stride[2] + a * stride[0] + b * stride[1]
+                for c in range(len(wz)):
+                    I = row + c * stride[2]
+                    for d in range(3):
+                        affine[p, 3 * d] += h * bx[a] * wy[b] * wz[c] * new[I, d]
+                        affine[p, 3 * d + 1] += h * wx[a] * by[b] * wz[c] * new[I, d]
+                        affine[p, 3 * d + 2] += h * wx[a] * wy[b] * bz[c] * new[I, d]
+
+
+@kernel(parallel=True)
+def _gather_affine(n, bundle):
+    for s in prange(n):
+        _gather_affine_slab(bundle, s)
+
+
+def gather_affine(fn, lattice, nodes, points, slabs, affine):
+    """The affine velocity field about each point, for APIC."""
+    _gather_affine(len(slabs.layer) - 1, Bundle(fn, lattice, nodes, points, slabs, affine))
+
+
+@kernel()
+def _deform_slab(bundle, s):
+    fn, lattice, nodes, points, slabs, law, carried_state, move, dt = bundle.content
+    x, v = points.position, points.velocity
+    mass, volume = points.mass, points.volume
+    new, deforming = nodes.velocity, nodes.deforming
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    stored = heating = rate = 0.0
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    strayed = first_fault = at_fault = 0
+    for p in range(slabs.first[s], slabs.first[s + 1]):
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        i, wx, gx = axis_weights(fn, 0, X, n[0])
+        j, wy, gy = axis_weights(fn, 1, Y, n[1])
+        k, wz, gz = axis_weights(fn, 2, Z, n[2])
+        start = i * stride[0] + j * stride[1] + k * stride[2]
+        xx = xy = xz = yx = yy = yz = zx = zy = zz = nx = ny = nz = 0.0
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                row = start + a * stride[0] + b * stride[1]
+                lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
+                for c in range(len(wz)):
+                    I = row + c * stride[2]
+                    lx += wz[c] * deforming[I, 0]
+                    ly += wz[c] * deforming[I, 1]
+                    lz += wz[c] * deforming[I, 2]
+                    dx += gz[c] * deforming[I, 0]
+                    dy += gz[c] * deforming[I, 1]
+                    dz += gz[c] * deforming[I, 2]
+                    mx += wz[c] * new[I, 0]
+                    my += wz[c] * new[I, 1]
+                    mz += wz[c] * new[I, 2]
+                w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
+                xx += gX * lx
+                xy += gY * lx
+                xz += w * dx
+                yx += gX * ly
+                yy += gY * ly
+                yz += w * dy
+                zx += gX * lz
+                zy += gY * lz
+                zz += w * dz
+                nx += w * mx
+                ny += w * my
+                nz += w * mz
+        L = (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
+        fault = OK
+        if move:
+            x[p, 0] += dt * nx
+            x[p, 1] += dt * ny
+            x[p, 2] += dt * nz
+            X += dt * h * nx
+            Y += dt * h * ny
+            Z += dt * h * nz
+            along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
+            if along < lowest or along >= highest:
+                strayed = 1
+            fault = _misplaced(X, Y, Z, n)
+        growth = 1.0 + dt * (L[0] + L[4] + L[8])
+        if growth > 0.0:
+            volume[p] *= growth
+            m = mass[p]
+            density = m / volume[p]
+            state = update(law, load(carried_state, p), density, L, dt, lattice.cell)
+            store(carried_state, p, state)
+            energy = stored_energy(law, state, density)
+            c = signal_speed(law, state, density, L, lattice.cell)
+            speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
+            stored += m * energy
+            heating += m * artificial_heating(law, state, density, L, lattice.cell)
+            rate = max(rate, h * (c + speed), 2.0 * h * h * diffusivity(law, density))
+            if not abs(energy + state.stress[0] + state.stress[1] + state.stress[2] + speed + c) < inf:
+                fault = NOT_FINITE
+        else:
+            fault = INVERTED if growth <= 0.0 else NOT_FINITE
+        if fault != OK and first_fault == OK:
+            first_fault = fault
+            at_fault = p
+    slabs.strayed[s] = strayed
+    slabs.fault[s, 0] = first_fault
+    slabs.fault[s, 1] = at_fault
+    slabs.sums[s, STORED] = stored
+    slabs.sums[s, HEATING] = heating
+    slabs.sums[s, RATE] = rate
+
+
+@kernel(parallel=True)
+def _deform(n, bundle):
+    for s in prange(n):
+        _deform_slab(bundle, s)
+
+
+def deform(fn, lattice, nodes, points, slabs, law, carried_state, move, dt):
+    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, HEATING, RATE of the sums."""
+    _deform(len(slabs.layer) - 1, Bundle(fn, lattice, nodes, points, slabs, law, carried_state, move, dt))
+
+
+@kernel()
+def _move_slab(bundle, s):
+    fn, lattice, nodes, points, slabs, dt = bundle.content
+    x, new = points.position, nodes.velocity
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    strayed = first_fault = at_fault = 0
+    for p in range(slabs.first[s], slabs.first[s + 1]):
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        i, wx, _ = axis_weights(fn, 0, X, n[0])
+        j, wy, _ = axis_weights(fn, 1, Y, n[1])
+        k, wz, _ = axis_weights(fn, 2, Z, n[2])
+        vx = vy = vz = 0.0
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
+                for c in range(len(wz)):
+                    w = wx[a] * wy[b] * wz[c]
+                    vx += w * new[row + c * stride[2], 0]
+                    vy += w * new[row + c * stride[2], 1]
+                    vz += w * new[row + c * stride[2], 2]
+        x[p, 0] += dt * vx
+        x[p, 1] += dt * vy
+        x[p, 2] += dt * vz
+        X += dt * h * vx
+        Y += dt * h * vy
+        Z += dt * h * vz
+        along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
+        if along < lowest or along >= highest:
+            strayed = 1
+        fault = _misplaced(X, Y, Z, n)
+        if fault != OK and first_fault == OK:
+            first_fault = fault
+            at_fault = p
+    slabs.strayed[s] = strayed
+    slabs.fault[s, 0] = first_fault
+    slabs.fault[s, 1] = at_fault
+
+
+@kernel(parallel=True)
+def _move(n, bundle):
+    for s in prange(n):
+        _move_slab(bundle, s)
+
+
+def move(fn, lattice, nodes, points, slabs, dt):
+    """New positions alone, for schemes that strain points before they move (USF)."""
+    _move(len(slabs.layer) - 1, Bundle(fn, lattice, nodes, points, slabs, dt))

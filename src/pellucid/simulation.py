@@ -1,0 +1,231 @@
+"""A case set in motion: bodies, grid, conditions, and the only time loop."""
+
+import signal
+import threading
+import time as wall_clock
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.bodies.material_points import MaterialPoints
+from pellucid.clock import Clock
+from pellucid.conditions.walls import hold_nodes
+from pellucid.errors import Interrupted, RunStopped
+from pellucid.grid import motion
+from pellucid.grid.grid import Grid
+from pellucid.grid.velocity_transfer import TRANSFERS
+from pellucid.jit import kernels_are_cached, set_threads
+from pellucid.ledger import Ledger
+from pellucid.schemes import SCHEMES
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not move by their own acceleration
+SETTLED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
+PROGRESS_INTERVAL = 0.2  # s of wall time
+
+
+class Simulation:
+    """Everything that moves. `step()` once, or `run(recorder)` to the end."""
+
+    def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
+        self.first_compilation = not kernels_are_cached()
+        self.case = case
+        self.threads = set_threads(threads)
+        self.grid = Grid(case.grid)
+        self.walls = hold_nodes(self.grid, case.support)
+        transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
+        self.bodies = [MaterialPoints(body, case.grid, self.grid, transfer) for body in case.body]
+        self.small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
+        self.clock = Clock(case.time)
+        self.ledger = Ledger(self.bodies, case.gravity)
+        self._scheme = SCHEMES[case.time.scheme]
+        self._warned = False
+        self.timers: dict[str, float] = {}
+        self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
+        if timed:
+            self._time_verbs()
+
+    # the verbs of a step that concern the nodes
+
+    def advance(self, dt: float) -> None:
+        """Move the nodes and keep what they did."""
+        self.work = motion.advance(self.grid.nodes, self.walls, self.case.gravity, dt, self.small_mass)
+
+    def project(self) -> None:
+        """Nodal velocities of the momentum mapped last."""
+        motion.project(self.grid.nodes, self.walls)
+
+    def sort(self) -> None:
+        """Sort the bodies whose points strayed."""
+        for body in self.bodies:
+            body.sort_if_strayed()
+
+    def record(self, dt: float) -> None:
+        """Book the step."""
+        self.ledger.record(self.bodies, self.work, dt)
+
+    def step(self) -> None:
+        """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
+        dt = self.clock.next_step(self.bodies)
+        self.sort()
+        self._scheme(self, dt)
+        self.clock.advance(dt)
+        for body in self.bodies:
+            body.check(self.clock.n_steps, self.clock.time)
+        self.record(dt)
+        self._check_energy()
+
+    def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
+        """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
+        if progress and self.first_compilation:
+            progress.message("compiling kernels (first run only) ...")
+        started, n_before, shown = wall_clock.monotonic(), self.n_steps, 0.0
+        with _signals() as caught:
+            recorder.begin(self)
+            if progress:
+                progress.start(self.case.time.end if until is None else until)
+            try:
+                while not self.clock.finished(until):
+                    self.step()
+                    recorder.after_step(self)
+                    if caught:
+                        recorder.checkpoint(self)
+                        raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
+                    now = wall_clock.monotonic()
+                    if progress and now - shown > PROGRESS_INTERVAL:
+                        shown = now
+                        self._show(progress, now - started, n_before, until)
+                recorder.end(self)
+            except RunStopped as error:
+                recorder.failed(self, error)
+                raise
+            finally:
+                if progress:
+                    progress.stop()
+
+    def _show(self, progress: Any, seconds: float, n_before: int, until: float | None) -> None:
+        points = sum(body.n_points for body in self.bodies)
+        steps = self.n_steps - n_before
+        left = (self.case.time.end if until is None else until) - self.time
+        progress.update(
+            step=self.n_steps,
+            time=self.time,
+            dt=self.dt,
+            rate=points * steps / seconds,
+            energy_error=self.ledger.energy_error(),
+            eta=left / self.dt * seconds / steps,
+        )
+
+    def _check_energy(self) -> None:
+        error = abs(self.ledger.energy_error())
+        if self.n_steps < SETTLED or error < self.case.energy.warn:
+            return
+        books = self.ledger.sums
+        causes = f"transfer {books['transfer']:.3g} J, time integration {books['time_integration']:.3g} J"
+        text = f"step {self.n_steps}, time {self.time:.6g} s: the energy error is {100 * error:.2g} % ({causes})"
+        if error >= self.case.energy.stop:
+            raise RunStopped(
+                f"{text}, above energy.stop = {100 * self.case.energy.stop:g} %; use a smaller step, a finer grid, or raise "
+                f"energy.stop if the loss is meant"
+            )
+        if not self._warned:
+            self._warned = True
+            warnings.warn(f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %", stacklevel=2)
+
+    # what others ask
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.clock.time
+
+    @property
+    def n_steps(self) -> int:
+        """Steps done."""
+        return self.clock.n_steps
+
+    @property
+    def dt(self) -> float:
+        """Length of the last step [s]."""
+        return self.clock.dt
+
+    def energies(self) -> dict[str, float]:
+        """The energy ledger [J]."""
+        return self.ledger.energies(self.bodies)
+
+    def momentum(self) -> np.ndarray:
+        """Total momentum [kg m/s], shape (3,)."""
+        return np.asarray(sum(body.momentum() for body in self.bodies))
+
+    def conservation(self) -> dict[str, float]:
+        """Relative errors of mass, momentum and energy."""
+        return self.ledger.conservation(self.bodies)
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Every array that the next step depends on."""
+        arrays = {}
+        for body in self.bodies:
+            arrays |= {f"{body.name}/{name}": array for name, array in body.arrays.items()}
+            for name in ("first", "layer", "strayed"):
+                arrays[f"{body.name}/slabs/{name}"] = getattr(body.slabs, name)
+        return arrays
+
+    def state_numbers(self) -> dict[str, Any]:
+        """Every number that the next step depends on, for JSON."""
+        return {
+            "clock": self.clock.state_numbers(),
+            "ledger": self.ledger.state_numbers(),
+            "bodies": {body.name: body.sums for body in self.bodies},
+            "warned": self._warned,
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint, bit for bit."""
+        for body in self.bodies:
+            for name in body.arrays:
+                body.arrays[name] = np.ascontiguousarray(arrays[f"{body.name}/{name}"])
+            body.bind()
+            body.restore_slabs(*(arrays[f"{body.name}/slabs/{name}"] for name in ("first", "layer", "strayed")))
+            body.sums = dict(numbers["bodies"][body.name])
+        self.clock.restore(numbers["clock"])
+        self.ledger.restore(numbers["ledger"])
+        self._warned = numbers["warned"]
+
+    def _time_verbs(self) -> None:
+        parts = {"sort": "sort", "advance": "grid", "project": "grid", "record": "reductions"}
+        for verb, part in parts.items():
+            setattr(self, verb, self._timed(part, getattr(self, verb)))
+        for verb in ("clear_inertia", "clear_momentum", "clear_force"):
+            setattr(self.grid, verb, self._timed("grid", getattr(self.grid, verb)))
+        body_parts = {"to_grid": "scatter", "accelerate": "gather velocity", "deform": "gather gradient and law", "move": "move"}
+        for body in self.bodies:
+            for verb, part in body_parts.items():
+                setattr(body, verb, self._timed(part, getattr(body, verb)))
+
+    def _timed(self, part: str, verb: Callable[..., None]) -> Callable[..., None]:
+        def timed(*arguments: Any, **named: Any) -> None:
+            start = wall_clock.perf_counter()
+            verb(*arguments, **named)
+            self.timers[part] = self.timers.get(part, 0.0) + wall_clock.perf_counter() - start
+
+        return timed
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Collect SIGTERM and SIGINT instead of dying in the middle of a step; only the main thread can."""
+    caught: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield caught
+        return
+    previous = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield caught
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
