@@ -80,6 +80,7 @@ class Interrupted(PellucidError):
         self, message: str = "the run was interrupted; a checkpoint was written", by_keyboard: bool = False
     ) -> None:
         super().__init__(message)
+        self.by_keyboard = by_keyboard
         self.exit_status = 130 if by_keyboard else 143
 
 

@@ -1,6 +1,9 @@
 """What a long run tells while it goes: a live line on a terminal, next to nothing elsewhere."""
 
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Protocol
 
 
@@ -67,6 +70,18 @@ class TerminalProgress:
 
     def stop(self) -> None:
         self._bar.stop()
+
+
+@contextmanager
+def watching() -> Iterator[Progress]:
+    """The progress for this terminal, which also tells the warnings of what runs meanwhile; stopped at the end."""
+    progress = for_terminal()
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_where, **_to: progress.message(f"warning: {message}")
+        try:
+            yield progress
+        finally:
+            progress.stop()
 
 
 def for_terminal() -> Progress:

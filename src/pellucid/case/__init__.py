@@ -1,6 +1,6 @@
 """What a user writes: the data model of a case, read from TOML or built in Python."""
 
-from pellucid.case.reading import load, loads
+from pellucid.case.reading import load, loads, located
 from pellucid.case.schema import json_schema
 from pellucid.case.settings import parse_setting, parse_value
 from pellucid.case.spec import Case, EnergyCase, OutputCase, Probe, TimeCase, TimesCase
@@ -17,6 +17,7 @@ __all__ = [
     "json_schema",
     "load",
     "loads",
+    "located",
     "parse_setting",
     "parse_value",
 ]

@@ -2,18 +2,20 @@
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from pellucid import gallery
 from pellucid.bodies.spec import Body
 from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
 from pellucid.case.relations import Finding, findings
 from pellucid.case.schema import keys_at
-from pellucid.case.settings import put
+from pellucid.case.settings import parse_setting, put, split_key
 from pellucid.case.spec import Case, Probe, TimeCase
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError, Problem, shown
@@ -25,14 +27,32 @@ def load(case: "str | FilePath") -> Case:
 
     Raises CaseError naming file, line, key, value, limit and remedy of everything that is wrong.
     """
-    from pellucid import gallery
+    text, filename = _source(case)
+    loaded = loads(text, filename)
+    return loaded.model_copy(update={"id": case}) if gallery.has(str(case)) and not loaded.id else loaded
 
-    if isinstance(case, str) and gallery.has(case):
-        loaded = loads(gallery.text(case), f"{case}.toml")
-        return loaded if loaded.id else loaded.model_copy(update={"id": case})
+
+def located(error: CaseError, case: str, quick: bool, settings: Sequence[str]) -> CaseError:
+    """What the set-up of a run found wrong, with the line of the case or the setting that it comes from."""
+    own = dict(parse_setting(text) for text in settings)
+    text, filename = _source(case)
+    lines = key_lines(text)
+    problems = []
+    for item in error.problems:
+        path: Path = tuple(split_key(item.key)) if item.key else ()
+        line = (quick and lines.get(("quick", item.key))) or lines.get(path)
+        setting = _setting(item.key, own[item.key]) if item.key in own else ""
+        problems.append(replace(item, line=line or None, setting=setting))
+    return CaseError(problems, filename)
+
+
+def _source(case: "str | FilePath") -> tuple[str, str]:
+    """The text of a case and the name of its file."""
+    if gallery.has(str(case)):
+        return gallery.text(str(case)), f"{case}.toml"
     path = FilePath(case)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig"), str(case)
     except (FileNotFoundError, NotADirectoryError):
         remedy = "" if path.suffix == ".toml" else gallery.suggestion(str(case))
         raise CaseError(Problem(f"there is no gallery case and no file {case}", remedy=remedy)) from None
@@ -42,7 +62,6 @@ def load(case: "str | FilePath") -> Case:
         raise CaseError(f"{case} is no text in UTF-8: {error}") from None
     except OSError as error:
         raise CaseError(f"cannot read {case}: {error.strerror}") from None
-    return loads(text, str(case))
 
 
 def loads(text: str, filename: str = "") -> Case:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pellucid.bodies.spec import Body
 from pellucid.case.lines import Path
+from pellucid.clock import MARGIN
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.grid.spec import GridCase
 from pellucid.materials.law import diffusivity, signal_speed
@@ -105,7 +106,7 @@ def _fixed_step(
     crossing = h / (speed + hypot(*body.velocity)) if speed or any(body.velocity) else inf
     spread = diffusivity(law, material.density)
     limit = min(crossing, h * h / (2.0 * spread) if spread else inf)
-    if time.step is not None and time.step > limit:
+    if time.step is not None and time.step > limit * (1.0 + MARGIN):
         reason = f"body {body.name} has the signal speed {speed:.4g} m/s in cells of {h:g} m"
         yield Finding(
             ("time", "step"),

@@ -26,17 +26,14 @@ def verify(
 ) -> None:
     """Run cases and compare them with their references; status 3 if any metric falls short."""
     from pellucid import gallery
-    from pellucid.progress import for_terminal
+    from pellucid.progress import watching
     from pellucid.results.verify import verify as run_checks
 
     for name in cases or ():
         if not gallery.has(name):
             raise UsageError(f"there is no gallery case {name}\n    {gallery.suggestion(name)}")
-    progress = for_terminal()
-    try:
+    with watching() as progress:
         checks = run_checks(cases or list(gallery.ids()), full=full, out=out, threads=threads, progress=progress)
-    finally:
-        progress.stop()
     names = {"case": [check.case for check in checks], "metric": [check.name for check in checks]}
     print_metrics(names, [check.metric for check in checks])
     short = [check for check in checks if not check.metric.passed]
@@ -65,15 +62,12 @@ def converge(
 ) -> None:
     """Run a case for several values of a field; print a metric's error, the ratio and the observed order."""
     from pellucid.convergence import observed_order, read_sweep, study, write_study
-    from pellucid.progress import for_terminal
+    from pellucid.progress import watching
 
     sweep = read_sweep(over)
     base = read_case(case, quick, settings)
-    progress = for_terminal()
-    try:
+    with watching() as progress:
         steps = study(base, sweep, metric, out, threads, progress)
-    finally:
-        progress.stop()
     key = next(iter(sweep))
     rows = [(str(step.value), number(step.error), number(step.ratio), number(step.order)) for step in steps]
     print_table((key, f"error of {metric}", "ratio", "order"), rows)

@@ -1,5 +1,7 @@
 """Commands on runs: run, resume, report."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,7 +9,7 @@ import typer
 
 from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, read_case, read_time
 from pellucid.commands.table import print_metrics
-from pellucid.errors import UsageError
+from pellucid.errors import CaseError, Interrupted, UsageError
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -45,14 +47,15 @@ def run(
         chosen = chosen.with_settings({"output.frames": interval})
     folder = prepared(out) if out else unused(Path("runs"), case_name(case, chosen))
 
-    from pellucid.progress import for_terminal
+    from pellucid.case import located
+    from pellucid.progress import watching
     from pellucid.results import run_case
 
-    progress = for_terminal()
     try:
-        finished = run_case(chosen, folder, threads=threads, until=end, progress=progress)
-    finally:
-        progress.stop()
+        with watching() as progress, resumable(folder):
+            finished = run_case(chosen, folder, threads=threads, until=end, progress=progress)
+    except CaseError as error:  # what only the set-up of the run can find
+        raise located(error, case, quick, settings or ()) from None
     conclude(finished, folder)
 
 
@@ -60,14 +63,11 @@ def resume(dir_: Folder, until: Until = None, threads: Threads = None) -> None:
     """Go on with a run from its last checkpoint, bit for bit as if it had not stopped."""
     end = read_time("--until", until)
 
-    from pellucid.progress import for_terminal
+    from pellucid.progress import watching
     from pellucid.results import resume_case
 
-    progress = for_terminal()
-    try:
+    with watching() as progress, resumable(dir_):
         finished = resume_case(dir_, until=end, threads=threads, progress=progress)
-    finally:
-        progress.stop()
     conclude(finished, dir_)
 
 
@@ -79,6 +79,15 @@ def report(dir_: Folder) -> None:
     RunFolder(dir_).read_case()  # says where there is no run
     write_report(dir_)
     typer.echo(f"the report is {dir_ / 'report.html'}")
+
+
+@contextmanager
+def resumable(folder: Path) -> Iterator[None]:
+    """Say at an interruption how to go on."""
+    try:
+        yield
+    except Interrupted as error:
+        raise Interrupted(f"{error}\n    `pellucid resume {folder}` goes on from there", error.by_keyboard) from None
 
 
 def case_name(argument: str, case: "Case") -> str:
