@@ -35,17 +35,21 @@ def probe(quantity, reduce="mean", component=None, at=None):
     ],
 )
 def test_reduces_a_field_to_a_number(asked, value):
-    assert probes.reduce(asked, FRAME) == pytest.approx(value, rel=1e-15)
+    assert probes.reduce(asked, FRAME.__getitem__) == pytest.approx(value, rel=1e-15)
 
 
-def test_a_frame_is_fetched_once_for_all_probes_of_a_body():
+def test_only_the_needed_arrays_are_fetched_each_once():
     class Body:
-        name, fetched = "gas", 0
+        name = "gas"
 
-        def frame(self):
-            self.fetched += 1
-            return FRAME
+        def __init__(self):
+            self.fetched = []
+
+        def field(self, name):
+            self.fetched.append(name)
+            return FRAME[name]
 
     body = Body()
-    assert probes.evaluate([probe("pressure"), probe("velocity", "max")], [body]) == [3.0, 5.0]
-    assert body.fetched == 1
+    asked = [probe("pressure"), probe("velocity", "max"), probe("pressure", "min")]
+    assert probes.evaluate(asked, [body]) == [3.0, 5.0, 1.0]
+    assert body.fetched == ["pressure", "velocity"]

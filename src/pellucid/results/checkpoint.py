@@ -1,8 +1,8 @@
 """Checkpoints: the whole state of a run in one file that carries its own checksum in its name.
 
 A file `<serial>-<sha256>.npz` appears under its name only when it is complete and on the disk, so that a process killed
-while writing leaves at most a nameless temporary file behind. The last two are kept; one whose bytes do not match its
-name is set aside, and the one before it is used.
+while writing leaves at most a draft behind, which the next one overwrites. The last two are kept; one whose bytes do
+not match its name is set aside, and the one before it is used.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ def write(folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, 
     with explained(folder.parent):
         folder.mkdir(parents=True, exist_ok=True)
         serial = 1 + max((number for number, _, _ in _all(folder)), default=0)
-        draft = folder / f".{serial:06d}.npz"
+        draft = folder / ".writing"
         try:
             with draft.open("wb") as file:
                 np.savez(file, **dict(arrays), **{_NUMBERS: np.frombuffer(text.encode(), np.uint8)})  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 """Probes: a field of a body reduced to one number."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,33 +13,34 @@ if TYPE_CHECKING:
 
 COMPONENTS = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
+Fetch = Callable[[str], np.ndarray]
+
 REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {"mean": np.mean, "max": np.max, "min": np.min, "sum": np.sum}
 
 
 def evaluate(probes: "Sequence[Probe]", bodies: Sequence[Any]) -> list[float]:
-    """The value of each probe now; a field that several probes want is fetched once.
+    """The value of each probe now; only the arrays that are needed are fetched, each once.
 
-    `bodies` have a `name` and a `frame()`. Points count in their original order, so that the sums do not depend on how
-    they are sorted.
+    `bodies` have a `name` and a `frame()` of all fields, or better a `field(name)`: points in any order that is the
+    same in every run.
     """
-    frames: dict[str, Mapping[str, np.ndarray]] = {}
-    values = []
-    for probe in probes:
-        if probe.body not in frames:
-            frames[probe.body] = next(body for body in bodies if body.name == probe.body).frame()
-        values.append(reduce(probe, frames[probe.body]))
-    return values
+    fetch = {body.name: cache(_source(body)) for body in bodies}
+    return [reduce(probe, fetch[probe.body]) for probe in probes]
 
 
-def reduce(probe: "Probe", frame: Mapping[str, np.ndarray]) -> float:
-    """The value of a probe in a frame.
+def _source(body: Any) -> Fetch:
+    return body.field if hasattr(body, "field") else body.frame().__getitem__
+
+
+def reduce(probe: "Probe", field: Fetch) -> float:
+    """The value of a probe on the fields that `field` gives by name.
 
     Without a component a vector counts with its length and a stress with von Mises' equivalent. "nearest" takes the
     point that is nearest to the place at the moment, not one that is followed.
     """
-    values = scalar(frame[probe.quantity], probe.component)
+    values = scalar(field(probe.quantity), probe.component)
     if probe.reduce == "nearest":
-        distance = ((frame["position"] - np.asarray(probe.at)) ** 2).sum(axis=1)
+        distance = ((field("position") - np.asarray(probe.at)) ** 2).sum(axis=1)
         return float(values[np.argmin(distance)])
     return float(REDUCTIONS[probe.reduce](values))
 

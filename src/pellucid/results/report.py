@@ -61,15 +61,20 @@ def write_report(out: Path | str) -> Path:
     return run.folder.report
 
 
-def number(value: float, digits: int = 4) -> str:
-    """A number for the eye, with a raised power of ten where it is very large or small."""
+def number(value: float, digits: int = 4, padded: bool = False) -> str:
+    """A number for the eye, with a raised power of ten where it is very large or small; `padded` keeps zeros behind."""
     if not math.isfinite(value):
         return "not finite"
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
-        text = f"{value:.{digits}g}"
-        return f"{value:.0f}" if "e" in text else text.replace("-", "−")
+    if value == 0.0:
+        return "0"
+    if 1e-3 <= abs(value) < 10.0**digits:
+        text = f"{value:#.{digits}g}" if padded else f"{value:.{digits}g}"
+        return text.rstrip(".").replace("-", "−")
+    if 1e-3 <= abs(value) < 1e6:
+        return f"{value:.0f}".replace("-", "−")
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa} × 10<sup>{int(power)}</sup>".replace("-", "−")
+    shown = mantissa if padded else f"{float(mantissa):g}"
+    return f"{shown} × 10<sup>{int(power)}</sup>".replace("-", "−")
 
 
 def _header(run: Run, summary: dict[str, Any]) -> str:
@@ -124,8 +129,8 @@ def _metrics(metrics: dict[str, Metric]) -> str:
         meaning = f'<br><span class="meaning">{escape(metric.meaning)}</span>' if metric.meaning else ""
         return [
             f"{escape(name.replace('_', ' '))}{meaning}",
-            number(metric.value) + unit,
-            number(metric.reference) + unit,
+            number(metric.value, padded=True) + unit,
+            number(metric.reference, padded=True) + unit,
             number(metric.error, 3),
             number(metric.tolerance, 3),
             mark,
@@ -146,16 +151,17 @@ def _ledger(run: Run) -> str:
     def row(name: str) -> list[str]:
         values = run.history[name]
         shown = (values[0], values[-1], values[-1] - values[0], np.nanmax(np.abs(values)))
-        return [name.replace("_", " "), *(number(float(value)) for value in shown)]
+        return [name.replace("_", " "), *(number(float(value), padded=True) for value in shown)]
 
     head = ("entry", "start [J]", "end [J]", "change [J]", "largest size [J]")
-    worst = float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
-    limits = run.case.energy
+    error, limits = run.history["energy_error"], run.case.energy
     verdict = (
-        f"<p>Largest relative error of the ledger: <strong>{number(worst, 3)}</strong> "
-        f"(warning above {number(limits.warn)}, stop above {number(limits.stop)}).</p>"
+        f"<p>Relative error of the ledger: <strong>{number(float(error[-1]), 3)}</strong> at the end, at most "
+        f"{number(float(np.nanmax(np.abs(error))), 3)} on the way (warning above {number(limits.warn)}, stop above "
+        f"{number(limits.stop)}; in the first steps, when hardly any energy has moved, it says little).</p>"
     )
-    return _table(head, map(row, figures.energy_columns(run)), "numbers") + verdict
+    moving = [name for name in figures.energy_columns(run) if np.any(run.history[name] != 0.0)]
+    return _table(head, map(row, moving), "numbers") + verdict
 
 
 def _conservation(run: Run, summary: dict[str, Any]) -> str:
@@ -164,7 +170,7 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
 
     remarks = {
         "mass": "the points keep theirs",
-        "momentum": "over its scale; supports and gravity give and take their share",
+        "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
         "energy": "of the ledger at the end",
     }
     rows = ([name, shown(error), remarks.get(name, "")] for name, error in summary["conservation"].items())
