@@ -161,7 +161,7 @@ MISTAKES = {
         "courant = 0.5",
         "step = 5e-3",
         "",
-        ["time.step = 0.005", "above 0.00238 s", "stable step at the start: body drop", "make time.step smaller"],
+        ["time.step = 0.005", "above 0.00238 s", "stable step at the start: in body drop", "make time.step smaller"],
     ),
     "a fluid without a sound speed": (
         'kind = "tait", sound_speed = 20.0',

@@ -107,7 +107,8 @@ def _fixed_step(
     spread = diffusivity(law, material.density)
     limit = min(crossing, h * h / (2.0 * spread) if spread else inf)
     if time.step is not None and time.step > limit * (1.0 + MARGIN):
-        reason = f"body {body.name} has the signal speed {speed:.4g} m/s in cells of {h:g} m"
+        fastest = speed + hypot(*body.velocity)
+        reason = f"in body {body.name} signals move at {fastest:.4g} m/s through cells of {h:g} m"
         yield Finding(
             ("time", "step"),
             f"above {limit:.3g} s, the largest stable step at the start: {reason}",
