@@ -32,6 +32,7 @@ def write(folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, 
     text = json.dumps(numbers)
     with explained(folder.parent):
         folder.mkdir(parents=True, exist_ok=True)
+        _keep_the_last(folder)  # a process killed at the wrong moment left one more
         serial = 1 + max((number for number, _, _ in _all(folder)), default=0)
         draft = folder / ".writing"
         try:
@@ -44,8 +45,7 @@ def write(folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, 
             with suppress(OSError):
                 draft.unlink(missing_ok=True)
         sync(folder)
-        for _, _, old in _all(folder)[:-KEPT]:
-            old.unlink()
+        _keep_the_last(folder)
     return path
 
 
@@ -74,6 +74,11 @@ def read_latest(
     if found:
         raise OutputError(f"every checkpoint in {folder} is damaged; the run must be started again")
     return None
+
+
+def _keep_the_last(folder: Path) -> None:
+    for _, _, old in _all(folder)[:-KEPT]:
+        old.unlink()
 
 
 def _all(folder: Path) -> list[tuple[int, str, Path]]:

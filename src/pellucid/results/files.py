@@ -7,6 +7,8 @@ from pathlib import Path
 
 from pellucid.errors import PellucidError
 
+DRAFT = ".writing"
+
 
 class OutputError(PellucidError):
     """Results that cannot be written or read: a full disk, a missing permission, a damaged file."""
@@ -21,7 +23,7 @@ def replacing(path: Path) -> Iterator[Path]:
     The file is on the disk before it gets its name, and the name before the block is left. If the block fails,
     `path` stays as it was and the temporary file is removed.
     """
-    temporary = path.with_name(f".{path.name}.writing")
+    temporary = path.with_name(f".{path.name}{DRAFT}")
     try:
         yield temporary
         sync(temporary)
@@ -31,6 +33,11 @@ def replacing(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
         raise
     sync(path.parent)
+
+
+def is_draft(path: Path) -> bool:
+    """Whether this is what a killed process left of a file that was being replaced."""
+    return path.name.endswith(DRAFT)
 
 
 def write_text(path: Path, text: str) -> None:

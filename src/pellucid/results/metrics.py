@@ -24,7 +24,7 @@ class Metric:
     @property
     def passed(self) -> bool:
         """Whether the error is within the tolerance; an error that is not a number never is."""
-        return self.error <= self.tolerance
+        return bool(self.error <= self.tolerance)
 
     def to_data(self) -> dict[str, Any]:
         """The metric as `summary.json` holds it; a number that JSON does not know becomes null."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pellucid
 from pellucid.errors import UsageError
-from pellucid.results.files import explained, write_text
+from pellucid.results.files import explained, is_draft, write_text
 from pellucid.results.metrics import Metric, finite
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class RunFolder:
 
         if self.path.exists() and not self.path.is_dir():
             raise UsageError(f"{self.path} is a file; give a folder for the results")
-        if self.path.is_dir() and any(self.path.iterdir()) and not self.case.is_file():
+        if self.path.is_dir() and not self.case.is_file() and not all(map(is_draft, self.path.iterdir())):
             raise UsageError(f"{self.path} holds other things than a run; give a new or empty folder for the results")
         with explained(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
