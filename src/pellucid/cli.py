@@ -5,6 +5,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from pellucid.commands import cases, checks, machine, runs
 from pellucid.errors import PellucidError
 
 
@@ -50,15 +51,10 @@ def _options(
     """Options before the command."""
 
 
-def main() -> None:
-    """Run the command line of this process."""
-    app()
-
-
-from pellucid.commands import cases, checks, machine, runs  # noqa: E402
-
 for _module in (cases, runs, checks, machine):
     _module.register(app)
 
-if __name__ == "__main__":
-    main()
+
+def main() -> None:
+    """Run the command line of this process."""
+    app()
