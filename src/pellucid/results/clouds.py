@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.results.probes import scalar
-from pellucid.results.style import COLOURS, label, new_figure, with_unit
+from pellucid.results.style import COLOURS, WIDTH, label, new_figure, with_unit
 from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ MOST_POINTS = 60_000
 
 PROFILES = ("density", "velocity", "pressure", "internal_energy")
 
-FIGURE_WIDTH, MOST_HEIGHT = 9.5, 6.5  # [inch]
+MOST_HEIGHT = 6.5  # of the panels together [inch]
 
 VIEW = (np.radians(-50.0), np.radians(22.0))
 """Where three-dimensional bodies are seen from: turn about z, then height above the horizon."""
@@ -41,7 +41,7 @@ def _profiles(run: "Run", axis: int) -> "Figure":
     names = [body.name for body in run.case.body]
     clouds = {name: _thinned(run.fields(name)) for name in names}
     wanted = [field for field in PROFILES if all(field in cloud for cloud in clouds.values())]
-    figure = new_figure(9.5, 5.6)
+    figure = new_figure(height=5.6)
     grid = figure.subplots(2, 2, sharex=True).flat
     component = "xyz"[axis]
     for axes, field in zip(grid, wanted, strict=False):
@@ -67,7 +67,7 @@ def _panels(run: "Run", quantity: str) -> "Figure":
     low, high = _limits(values)
     flat = _Flat(run.case.grid.thin(), [cloud["position"] for scene in scenes for cloud in scene])
     down, width, height = flat.arrangement(len(chosen))
-    figure = new_figure(FIGURE_WIDTH, height * down + 0.75)
+    figure = new_figure(height=height * down + 0.75, layout="compressed")
     panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
     for unused in panels[len(chosen) :]:
         unused.remove()
@@ -108,7 +108,7 @@ class _Flat:
         best = (1, 0.0, 0.0)
         for down in range(1, panels + 1):
             across = -(-panels // down)
-            width = min((FIGURE_WIDTH - 1.4) / across, (MOST_HEIGHT / down - 0.3) / ratio)
+            width = min((WIDTH - 1.4) / across, (MOST_HEIGHT / down - 0.3) / ratio)
             if width > best[1]:
                 best = (down, width, width * ratio + 0.3)
         return best
@@ -120,7 +120,7 @@ class _Flat:
         order = np.argsort(depth, kind="stable")
         extent = self.high - self.low
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
-        size = float(np.clip(spacing, 1.0, 8.0)) ** 2
+        size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
         x, y = paper[order].T
         dots = axes.scatter(x, y, c=values[order], s=size, linewidths=0, vmin=limits[0], vmax=limits[1])
         axes.set_xlim(self.low[0], self.high[0])

@@ -33,6 +33,7 @@ def write_figures(run: "Run") -> list[Path]:
             folder.mkdir(exist_ok=True)
             for name, figure in figures.items():
                 paths.append(folder / f"{name}.png")
+                figure.draw_without_rendering()  # the layout settles in the second drawing
                 with replacing(paths[-1]) as temporary:
                     figure.savefig(temporary, format="png", dpi=144)
     return paths
@@ -47,7 +48,7 @@ def energy_columns(run: "Run") -> list[str]:
 
 def energies(run: "Run") -> "Figure":
     """The ledger: every energy against time, and its relative error beside the limits of the case."""
-    figure = new_figure(9.5, 3.6)
+    figure = new_figure(height=4.0)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     times = run.history["time"]
     for number, name in enumerate(energy_columns(run)):
@@ -55,7 +56,7 @@ def energies(run: "Run") -> "Figure":
         if np.any(values != 0.0):
             left.plot(times, values, LINES[number // 7 % 4], label=name.removesuffix("_energy").replace("_", " "))
     label(left, "time", "energy", "s", "J")
-    left.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.legend(loc="outside lower center", ncols=5)
     right.plot(times, 100.0 * run.history["energy_error"], color="black")
     right.axhline(0.0, color="#889", linewidth=0.8)
     label(right, "time", "error of the ledger", "s", "%")
@@ -70,7 +71,7 @@ def energies(run: "Run") -> "Figure":
 
 def momentum(run: "Run") -> "Figure":
     """The three components of the momentum against time."""
-    figure = new_figure(9.5, 2.8)
+    figure = new_figure(height=2.8)
     axes = figure.subplots()
     for axis, line in zip("xyz", LINES, strict=False):
         axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
@@ -83,7 +84,7 @@ def probes(run: "Run") -> "Figure":
     """Every probe against time."""
     across = min(PANELS_ACROSS, len(run.case.probe))
     down = -(-len(run.case.probe) // across)
-    figure = new_figure(9.5, 2.8 * down)
+    figure = new_figure(height=2.8 * down)
     panels = figure.subplots(down, across, sharex=True, squeeze=False).ravel()
     for axes, probe in zip(panels, run.case.probe, strict=False):
         axes.plot(run.history["time"], run.history[probe.name])

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -13,6 +13,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 LINES = ("-", "--", "-.", ":")
 SEQUENTIAL = "viridis"
 DPI = 144
+WIDTH = 9.5  # of a figure in the report [inch]
 
 
 @contextmanager
@@ -49,12 +50,14 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def new_figure(width: float = 9.0, height: float = 3.6) -> "Figure":
+def new_figure(
+    width: float = WIDTH, height: float = 3.6, layout: Literal["constrained", "compressed"] = "constrained"
+) -> "Figure":
     """An empty figure [inch] that is drawn without a screen and known to nobody else."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout=layout)
     FigureCanvasAgg(figure)
     return figure
 

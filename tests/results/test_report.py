@@ -1,0 +1,137 @@
+import base64
+import re
+import sys
+import types
+
+import pytest
+from free_flight import FakeSimulation, free_flight
+
+from pellucid.errors import RunStopped, UsageError
+from pellucid.results import Run, run_case
+from pellucid.results.metrics import Metric
+from pellucid.results.report import number, write_report
+from pellucid.results.style import new_figure, pretty
+from pellucid.results.verify import verify
+
+METRICS = {
+    "front": Metric(2.5, 2.52, 0.008, 0.01, "m", "where the front is"),
+    "loss<0": Metric(float("nan"), 0.0, 0.3, 0.1),
+}
+
+
+def _figure(run):
+    figure = new_figure(4.0, 2.0)
+    figure.subplots().plot(run.history["time"], run.history["front"])
+    return {"front_of_the_gas": figure}
+
+
+@pytest.fixture(scope="module")
+def gallery():
+    """The case of the tests is in the gallery, with one metric that passes and one that does not; runs are fake."""
+    import pellucid.case
+    import pellucid.gallery
+
+    module = types.SimpleNamespace(metrics=lambda run: METRICS, figures=_figure)
+    case = free_flight(id="tests/free-flight", quick={"time.end": 0.5})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pellucid.gallery, "module", lambda name: module if name == case.id else None)
+        patch.setattr(pellucid.gallery, "ids", lambda: (case.id,))
+        patch.setattr(pellucid.case, "load", lambda name: case)
+        patch.setitem(sys.modules, "pellucid.simulation", types.SimpleNamespace(Simulation=FakeSimulation))
+        yield case
+
+
+@pytest.fixture(scope="module")
+def out(gallery, tmp_path_factory):
+    return run_case(gallery, tmp_path_factory.mktemp("report") / "run").out
+
+
+@pytest.fixture
+def page(out):
+    return (out / "report.html").read_text()
+
+
+def test_needs_nothing_from_elsewhere(page):
+    assert not re.search(r'(src|href)="(?!data:)', page)
+    assert not re.search(r"@import|url\(|<script|<link", page)
+
+
+def test_shows_every_figure(page, out):
+    pictures = [base64.b64decode(data) for data in re.findall(r'src="data:image/png;base64,([^"]+)"', page)]
+    names = ["front_of_the_gas", "bodies_speed", "bodies_load", "energies", "momentum", "probes"]
+    assert pictures == [(out / f"figures/{name}.png").read_bytes() for name in names]
+
+
+def test_says_what_passed_and_what_failed(page):
+    assert "1 of 2 checks failed" in page
+    row = page[page.index("where the front is") :]
+    assert row.index("2.500 m") < row.index("2.520 m") < row.index("pass")
+    assert "not finite" in page
+
+
+def test_text_of_the_case_stays_text(page):
+    assert "Points fly &lt;freely&gt;." in page
+    assert "loss&lt;0" in page
+
+
+def test_shows_ledger_facts_and_case(page):
+    for text in ("kinetic energy", "relative error", "point-steps per second", "8 × 4 × 1 cells of 0.5 m", "[[body]]"):
+        assert text in page
+
+
+def test_a_run_that_has_not_ended_has_no_report(tmp_path, fake, monkeypatch):
+    monkeypatch.setattr(fake, "breaks_at", 3)
+    with pytest.raises(RunStopped, match="point 7"):
+        run_case(free_flight(), tmp_path / "run")
+    with pytest.raises(UsageError, match="has not ended"):
+        write_report(tmp_path / "run")
+
+
+def test_metrics_go_to_the_summary(out):
+    summary = Run(out).summary
+    assert summary["case"] == "tests/free-flight"
+    front = {"value": 2.5, "reference": 2.52, "error": 0.008, "tolerance": 0.01, "pass": True}
+    assert summary["metrics"]["front"] == front
+    assert summary["metrics"]["loss<0"]["value"] is None
+
+
+@pytest.mark.parametrize(("full", "end"), [(False, 0.5), (True, 1.0)])
+def test_verify_runs_quick_or_full_variants(tmp_path, gallery, full, end):
+    rows = verify(full=full, out=tmp_path)
+    assert [(row.case, row.name, row.metric.passed) for row in rows] == [
+        ("tests/free-flight", "front", True),
+        ("tests/free-flight", "loss<0", False),
+    ]
+    assert Run(tmp_path / "tests/free-flight").summary["end_time"] == end
+
+
+def test_verify_goes_on_after_a_run_that_stopped_itself(gallery, monkeypatch):
+    monkeypatch.setattr(FakeSimulation, "breaks_at", 3)
+    (row,) = verify()
+    assert not row.metric.passed
+    assert "point 7 of gas is lost" in row.metric.meaning
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (1.18001, "1.18"),
+        (-0.02, "−0.02"),
+        (12345.6, "12346"),
+        (1.2341e-9, "1.234 × 10<sup>−9</sup>"),
+        (8e-5, "8 × 10<sup>−5</sup>"),
+        (float("nan"), "not finite"),
+    ],
+)
+def test_numbers_for_the_eye(value, text):
+    assert number(value) == text
+
+
+def test_measured_numbers_keep_their_zeros():
+    assert number(1.18, padded=True) == "1.180"
+    assert number(5000.0, padded=True) == "5000"
+
+
+def test_units_for_the_eye():
+    assert pretty("kg/m^3") == "kg/m³"
