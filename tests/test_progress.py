@@ -38,6 +38,6 @@ def test_on_a_terminal_a_line_tells_all(monkeypatch: pytest.MonkeyPatch, capsys:
         progress.stop()
     progress.stop()
     told = capsys.readouterr().err
-    for word in ("50%", "step 12", "t 0.5 s", "dt 0.001 s", "25.0 M point-steps/s", "1.0e-04", "1 min 15 s left"):
+    for word in ("50%", "step 12", "t 0.5 s", "dt 0.001 s", "25 M point-steps/s", "1.0e-04", "1 min 15 s left"):
         assert word in told
     assert "energy error [above] 2 %" in told

@@ -46,11 +46,12 @@ class TerminalProgress:
     def __init__(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+        from rich.table import Column
 
         self._bar = Progress(
-            BarColumn(bar_width=24),
+            BarColumn(bar_width=12),
             TaskProgressColumn(),
-            TextColumn("{task.fields[state]}", markup=False),
+            TextColumn("{task.fields[state]}", markup=False, table_column=Column(overflow="fold", no_wrap=False)),
             console=Console(stderr=True),
             transient=True,
         )
@@ -92,7 +93,7 @@ def for_terminal() -> Progress:
 def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: float, eta: float) -> str:
     """One line on where a run stands."""
     return (
-        f"step {step}  t {time:.4g} s  dt {dt:.3g} s  {rate / 1e6:.1f} M point-steps/s  "
+        f"step {step}  t {time:.4g} s  dt {dt:.3g} s  {rate / 1e6:.3g} M point-steps/s  "
         f"energy error {energy_error:.1e}  {clock(eta)} left"
     )
 
