@@ -6,6 +6,7 @@ import types
 import pytest
 from free_flight import FakeSimulation, free_flight
 
+from pellucid.case import load
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, run_case
 from pellucid.results.metrics import Metric
@@ -36,7 +37,7 @@ def gallery():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pellucid.gallery, "module", lambda name: module if name == case.id else None)
         patch.setattr(pellucid.gallery, "ids", lambda: (case.id,))
-        patch.setattr(pellucid.case, "load", lambda name: case)
+        patch.setattr(pellucid.case, "load", lambda name: case if name == case.id else load(name))
         patch.setitem(sys.modules, "pellucid.simulation", types.SimpleNamespace(Simulation=FakeSimulation))
         yield case
 
@@ -135,3 +136,25 @@ def test_measured_numbers_keep_their_zeros():
 
 def test_units_for_the_eye():
     assert pretty("kg/m^3") == "kg/m³"
+
+
+def test_what_the_gallery_cannot_judge_is_told_and_fails_verification(tmp_path, gallery, monkeypatch):
+    def cannot(run):
+        raise ValueError("body `gas` is no ideal gas")
+
+    import pellucid.gallery
+
+    monkeypatch.setattr(pellucid.gallery, "module", lambda name: types.SimpleNamespace(metrics=cannot, figures=cannot))
+    with pytest.warns(UserWarning, match="do not apply to this run: body `gas` is no ideal gas"):
+        run = run_case(gallery, tmp_path / "run")
+    assert run.summary["metrics"] == {}
+    assert (run.out / "report.html").exists()
+    with pytest.warns(UserWarning, match="metrics of tests/free-flight"):
+        (row,) = verify()
+    assert not row.metric.passed
+
+
+def test_a_run_stopped_early_is_not_judged(tmp_path, gallery):
+    run = run_case(gallery, tmp_path / "run", until=0.3)
+    assert run.metrics == {}
+    assert "Stopped early" in (run.out / "report.html").read_text()

@@ -1,5 +1,6 @@
 """The figures of a run: those of its gallery case, its bodies, the energy ledger, the momentum, the probes."""
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,13 +20,10 @@ PANELS_ACROSS = 3
 
 def write_figures(run: "Run") -> list[Path]:
     """Draw every figure of the run to `figures/<name>.png` and return the paths in the order of the report."""
-    from pellucid import gallery
-
     folder = run.folder.figures
     paths = []
     with house_style():
-        module = gallery.module(run.case.id)
-        figures = dict(module.figures(run)) if module else {}
+        figures = gallery_figures(run)
         figures |= clouds.pictures(run) | {"energies": energies(run), "momentum": momentum(run)}
         if run.case.probe:
             figures["probes"] = probes(run)
@@ -37,6 +35,18 @@ def write_figures(run: "Run") -> list[Path]:
                 with replacing(paths[-1]) as temporary:
                     figure.savefig(temporary, format="png", dpi=144)
     return paths
+
+
+def gallery_figures(run: "Run") -> "dict[str, Figure]":
+    """The figures that the module of the gallery case draws; none, with a warning, where it cannot draw this run."""
+    from pellucid import gallery
+
+    module = gallery.module(run.case.id)
+    try:
+        return dict(module.figures(run)) if module else {}
+    except Exception as error:  # a run stopped early or changed by settings may be none that the module can draw
+        warnings.warn(f"the figures of {run.case.id} do not apply to this run: {error}", stacklevel=2)
+        return {}
 
 
 def energy_columns(run: "Run") -> list[str]:

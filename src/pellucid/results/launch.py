@@ -2,7 +2,7 @@
 
 import warnings
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 from pellucid.results import checkpoint
@@ -30,11 +30,10 @@ def run_case(
     """
     from pellucid.simulation import Simulation
 
-    temporary = TemporaryDirectory(prefix="pellucid-") if out is None else None
-    folder = RunFolder(temporary.name if temporary else out)  # type: ignore[arg-type]
     simulation = Simulation(case, threads)  # before the folder is touched: a case that cannot be set up erases nothing
+    folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
     folder.start(case)
-    return _finish(simulation, Recorder(folder, case), until, progress, report, temporary)
+    return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
 
 
 def resume_case(
@@ -71,16 +70,15 @@ def _finish(
     until: float | None,
     progress: "Progress | None",
     report: bool,
-    temporary: "TemporaryDirectory[str] | None" = None,
+    temporary: bool = False,
 ) -> Run:
     simulation.run(recorder, until=until, progress=progress)
     folder = recorder.folder
     folder.write_summary(recorder.facts, {})
     run = Run(folder.path, temporary)
     folder.write_summary(recorder.facts, run.metrics)
-    run = Run(folder.path, temporary)
     if report:
         from pellucid.results.report import write_report
 
-        write_report(folder.path)
+        write_report(run)
     return run

@@ -1,6 +1,7 @@
 """Metrics: what a run found beside what it should have found, and how far apart the two may be."""
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -43,8 +44,18 @@ def finite(number: float) -> float | None:
 
 
 def evaluate(run: "Run") -> dict[str, Metric]:
-    """The metrics of a run by name, from the module of its gallery case; empty for a case of the user's own."""
+    """The metrics of a finished run by name, from the module of its gallery case.
+
+    Empty for a case of the user's own and for a run stopped early. Empty with a warning where the module cannot judge
+    the run: settings may have made of the case what its reference does not cover.
+    """
     from pellucid import gallery
 
     module = gallery.module(run.case.id)
-    return dict(module.metrics(run)) if module else {}
+    if module is None or not run.finished:
+        return {}
+    try:
+        return dict(module.metrics(run))
+    except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
+        warnings.warn(f"the metrics of {run.case.id} do not apply to this run: {error}", stacklevel=2)
+        return {}

@@ -36,12 +36,12 @@ CAPTIONS = {
 }
 
 
-def write_report(out: Path | str) -> Path:
-    """Draw the figures of the finished run in `out` and write its self-contained `report.html`; return its path.
+def write_report(out: Run | Path | str) -> Path:
+    """Draw the figures of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
 
-    Raises `UsageError` where there is no finished run.
+    Raises `UsageError` where there is no run that has ended.
     """
-    run = Run(out)
+    run = out if isinstance(out, Run) else Run(out)
     summary = run.summary
     paths = figures.write_figures(run)
     sections = [
@@ -89,9 +89,11 @@ def _header(run: Run, summary: dict[str, Any]) -> str:
     source = f'<p class="source">{escape(run.case.source)}</p>' if run.case.source else ""
     description = filter(None, map(str.strip, run.case.description.split("\n\n")))
     paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
-    early, end = "", run.case.time.end
-    if summary["end_time"] < end * (1.0 - 1e-12):
-        early = f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {number(end)} s.</p>'
+    early, end = "", number(run.case.time.end)
+    if not run.finished:
+        early = (
+            f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {end} s: nothing is judged yet.</p>'
+        )
     name = f'<p class="id">{escape(run.case.id)}</p>' if run.case.id else ""
     return f"<header>{name}<h1>{escape(run.case.title)}</h1>{source}{badge}{early}{paragraphs}</header>"
 

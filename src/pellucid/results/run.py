@@ -1,5 +1,7 @@
 """A run that lies in a folder, opened for reading."""
 
+import shutil
+import weakref
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,17 +13,19 @@ from pellucid.results.metrics import Metric, evaluate
 from pellucid.results.store import RunFolder
 
 if TYPE_CHECKING:
-    from tempfile import TemporaryDirectory
-
     from pellucid.case import Case
 
 
 class Run:
-    """What a run left in the folder `out`. Everything is read when it is first asked for."""
+    """What a run left in the folder `out`, which goes with this object if it is `temporary`.
 
-    def __init__(self, out: Path | str, temporary: "TemporaryDirectory[str] | None" = None) -> None:
+    Everything is read when it is first asked for.
+    """
+
+    def __init__(self, out: Path | str, temporary: bool = False) -> None:
         self.folder = RunFolder(out)
-        self._temporary = temporary  # the folder lives as long as the run that was not given one
+        if temporary:
+            weakref.finalize(self, shutil.rmtree, self.out, ignore_errors=True)
 
     @property
     def out(self) -> Path:
@@ -43,14 +47,19 @@ class Run:
         """Units of the columns of the history ("1" for a pure number)."""
         return history.read_units(self.folder.history)
 
-    @cached_property
+    @property
     def summary(self) -> dict[str, Any]:
         """`summary.json`. Raises `UsageError` where the run has not ended."""
         return self.folder.read_summary()
 
+    @property
+    def finished(self) -> bool:
+        """Whether the run reached the end of its case."""
+        return bool(self.summary["end_time"] >= self.case.time.end * (1.0 - 1e-12))
+
     @cached_property
     def metrics(self) -> dict[str, Metric]:
-        """The metrics of the gallery case by name, computed from the files; empty for a case of the user's own."""
+        """The metrics of the gallery case by name, computed from the files; see `pellucid.results.metrics.evaluate`."""
         return evaluate(self)
 
     def times(self, body: str) -> np.ndarray:

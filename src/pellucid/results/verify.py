@@ -44,8 +44,13 @@ def verify(
         try:
             run = run_case(variant, folder, threads, progress=progress, report=folder is not None)
         except RunStopped as error:
-            failure = Metric(math.nan, math.nan, math.inf, 0.0, "", f"the run stopped itself: {error}")
-            rows.append(Row(name, "run", failure))
+            rows.append(_failure(name, f"the run stopped itself: {error}"))
             continue
         rows += [Row(name, label, metric) for label, metric in run.metrics.items()]
+        if gallery.module(name) and not run.metrics:
+            rows.append(_failure(name, "the metrics could not be computed"))
     return rows
+
+
+def _failure(case: str, what: str) -> Row:
+    return Row(case, "run", Metric(math.nan, math.nan, math.inf, 0.0, "", what))
