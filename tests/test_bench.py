@@ -75,8 +75,9 @@ def test_every_body_is_measured(result: dict[str, Any]) -> None:
 
 def test_parts_make_up_the_step(result: dict[str, Any]) -> None:
     for row in result["bodies"]:
-        assert row["parts"]
-        assert all(seconds >= 0.0 for seconds in row["parts"].values())
+        assert {"sort", "scatter", "grid"} <= set(row["parts"])
+        assert all(share >= 0.0 for share in row["parts"].values())
+        assert sum(row["parts"].values()) == pytest.approx(1.0)
 
 
 def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:

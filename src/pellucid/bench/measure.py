@@ -2,9 +2,9 @@
 
 import json
 import resource
-import statistics
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 from pellucid.bench.problem import bench_case
@@ -15,34 +15,31 @@ BLOCKS = 3
 
 
 def measure(body: str, points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Step the benchmark problem `BLOCKS` times `steps` steps; the median block counts. Keys as in `bench`."""
+    """Step the benchmark problem `BLOCKS` times `steps` steps; the fastest block counts. Keys as in `bench`."""
     Simulation(bench_case(body, 1000), threads=threads).step()  # compiles the kernels or loads them
     before = _peak_bytes()
-    simulation = Simulation(bench_case(body, points), threads=threads)
+    simulation = Simulation(bench_case(body, points), threads=threads, timed=True)
     n = sum(b.n_points for b in simulation.bodies)
     _advance(simulation, WARM_UP_STEPS)
-    seconds = statistics.median(_advance(simulation, steps) for _ in range(BLOCKS))
-    memory = _peak_bytes() - before
-    del simulation
+    simulation.timers.clear()
+    blocks = [_advance(simulation, steps) for _ in range(BLOCKS)]
+    seconds = min(blocks)
     return {
         "body": body,
         "points": n,
         "steps": steps,
         "seconds_per_step": seconds / steps,
         "point_steps_per_second": n * steps / seconds,
-        "bytes_per_point": memory / n,
+        "bytes_per_point": (_peak_bytes() - before) / n,
         "peak_bytes": _peak_bytes(),
-        "parts": _parts(body, points, steps, threads),
+        "parts": _parts(simulation.timers, sum(blocks)),
     }
 
 
-def _parts(body: str, points: int, steps: int, threads: int | None) -> dict[str, float]:
-    """Seconds a step in each part of the step, from a second run with its timers on."""
-    simulation = Simulation(bench_case(body, points), threads=threads, timed=True)
-    _advance(simulation, WARM_UP_STEPS)
-    before = dict(simulation.timers)
-    _advance(simulation, steps)
-    return {part: (seconds - before.get(part, 0.0)) / steps for part, seconds in simulation.timers.items()}
+def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
+    """Shares of the parts of a step; the choice of the step, checks and guards are the rest."""
+    shares = {part: seconds / total for part, seconds in timers.items()}
+    return {**shares, "rest": 1.0 - sum(shares.values())}
 
 
 def _advance(simulation: Simulation, steps: int) -> float:
@@ -53,8 +50,12 @@ def _advance(simulation: Simulation, steps: int) -> float:
 
 
 def _peak_bytes() -> int:
+    """Largest memory that this process ever held. `getrusage` would count its parent's too on Linux."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        return 1024 * next(int(line.split()[1]) for line in status.read_text().splitlines() if line.startswith("VmHWM"))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024  # Linux counts in KiB
+    return peak if sys.platform == "darwin" else 1024 * peak
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ def table(result: dict[str, Any]) -> RenderableType:
 
 def _bodies(rows: list[dict[str, Any]]) -> Table:
     parts = list(dict.fromkeys(part for row in rows for part in row["parts"]))
-    shown = Table(title="a step, everything included; its parts in ns a point")
+    shown = Table(title="a step, everything included, and the shares of its parts")
     shown.add_column("body")
     for heading in ("points", "M point-steps/s", "ms/step", "bytes/point", *parts):
         shown.add_column(heading, justify="right")
@@ -31,7 +31,7 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
             f"{row['point_steps_per_second'] / 1e6:.1f}",
             f"{row['seconds_per_step'] * 1e3:.2f}",
             f"{row['bytes_per_point']:.0f}",
-            *(f"{row['parts'][part] / row['points'] * 1e9:.1f}" if part in row["parts"] else "" for part in parts),
+            *(f"{row['parts'][part]:.0%}" if part in row["parts"] else "" for part in parts),
         )
     return shown
 

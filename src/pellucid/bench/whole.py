@@ -20,11 +20,11 @@ def bench(
 ) -> dict[str, Any]:
     """Measure particle-steps a second of each kind of body, everything of the step included.
 
-    points: sizes to measure, about (the body is a cube of whole cells). steps: steps in a block, the median of three
+    points: sizes to measure, about (the body is a cube of whole cells). steps: steps in a block, the fastest of three
     blocks counts; None chooses by size. threads: None takes every core. peers: run `benchmarks/peers` as well.
 
     Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
-    bytes_per_point, peak_bytes, parts: {part: seconds a step}}, ...], "peers": [...]}; SI units.
+    bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "peers": [...]}; SI units.
     """
     import numba
 
