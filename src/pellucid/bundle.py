@@ -11,12 +11,13 @@ from numba.extending import NativeValue, make_attribute_wrapper, models, registe
 
 
 class Bundle:
-    """Holds `content`, a tuple."""
+    """Holds `content`, a tuple. Its compiled type is found once, so a bundle that is kept costs little to pass."""
 
-    __slots__ = ("content",)
+    __slots__ = ("content", "compiled_type")
 
     def __init__(self, *content: Any) -> None:
         self.content = content
+        self.compiled_type: BundleType | None = None
 
 
 class BundleType(types.Type):
@@ -27,7 +28,9 @@ class BundleType(types.Type):
 
 @typeof_impl.register(Bundle)
 def _typeof(value: Bundle, context: Any) -> BundleType:
-    return BundleType(typeof_impl(value.content, context))
+    if value.compiled_type is None:
+        value.compiled_type = BundleType(typeof_impl(value.content, context))
+    return value.compiled_type
 
 
 @register_model(BundleType)

@@ -14,6 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+# Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
 _helpers: list[Callable[..., Any]] = []
 _generics: "list[Generic]" = []
 _active = False

@@ -1,5 +1,6 @@
 """A case set in motion: bodies, grid, conditions, and the only time loop."""
 
+import os
 import signal
 import threading
 import time as wall_clock
@@ -14,8 +15,8 @@ from pellucid.bodies.material_points import MaterialPoints
 from pellucid.clock import Clock
 from pellucid.conditions.walls import hold_nodes
 from pellucid.errors import Interrupted, RunStopped
-from pellucid.grid import motion
 from pellucid.grid.grid import Grid
+from pellucid.grid.motion import NodalMotion
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import kernels_are_cached, set_threads
 from pellucid.ledger import Ledger
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not move by their own acceleration
+POINTS_PER_THREAD = 10_000  # at least; smaller shares cost more to hand out than they save
 SETTLED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
@@ -35,12 +37,13 @@ class Simulation:
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
         self.first_compilation = not kernels_are_cached()
         self.case = case
-        self.threads = set_threads(threads)
         self.grid = Grid(case.grid)
-        self.walls = hold_nodes(self.grid, case.support)
+        walls = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         self.bodies = [MaterialPoints(body, case.grid, self.grid, transfer) for body in case.body]
-        self.small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
+        self.threads = set_threads(threads or self._worthwhile_threads())
+        small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
+        self._motion = NodalMotion(self.grid.nodes, walls, case.gravity, small_mass)
         self.clock = Clock(case.time)
         self.ledger = Ledger(self.bodies, case.gravity)
         self._scheme = SCHEMES[case.time.scheme]
@@ -50,15 +53,20 @@ class Simulation:
         if timed:
             self._time_verbs()
 
+    def _worthwhile_threads(self) -> int:
+        """Threads that a body of this size keeps busy."""
+        points = sum(body.n_points for body in self.bodies)
+        return max(1, min(os.cpu_count() or 1, points // POINTS_PER_THREAD))
+
     # the verbs of a step that concern the nodes
 
     def advance(self, dt: float) -> None:
         """Move the nodes and keep what they did."""
-        self.work = motion.advance(self.grid.nodes, self.walls, self.case.gravity, dt, self.small_mass)
+        self.work = self._motion.advance(dt)
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""
-        motion.project(self.grid.nodes, self.walls)
+        self._motion.project()
 
     def sort(self) -> None:
         """Sort the bodies whose points strayed."""

@@ -7,11 +7,12 @@ import numpy as np
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.bodies.point_state import ARRAYS_OF
 from pellucid.bodies.spec import MaterialPointsCase
+from pellucid.bundle import Bundle
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.seeding import points_along_axes, seed
 from pellucid.grid import transfer as kernels
 from pellucid.grid.grid import Grid
-from pellucid.grid.points import FAULTS, HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays
+from pellucid.grid.points import FAULTS, HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.spec import GridCase
 from pellucid.grid.velocity_transfer import Apic
@@ -68,11 +69,19 @@ class MaterialPoints:
         return arrays
 
     def bind(self) -> None:
-        """Hand the arrays to the kernels anew, after they were replaced."""
+        """Take up arrays that were replaced."""
         self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
-        self.state = ARRAYS_OF[type(self.material.initial_state())]
-        self.carried = self.state(*(self.arrays[name] for name in self.state._fields))
-        self.affine = self.arrays.get("affine", np.zeros((0, 9)))
+        state = ARRAYS_OF[type(self.material.initial_state())]
+        self._carried = state(*(self.arrays[name] for name in state._fields))
+        self._affine = self.arrays.get("affine", np.zeros((0, 9)))
+
+    def _share(self, slabs: Slabs) -> None:
+        """Hand points and slabs to the kernels."""
+        self.slabs = slabs
+        lattice, nodes = self.grid.lattice, self.grid.nodes
+        self._mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
+        self._strained = Bundle(self.functions, lattice, nodes, self.points, slabs, self.law, self._carried)
+        self._n_slabs = len(slabs.layer) - 1
 
     @property
     def n_points(self) -> int:
@@ -81,7 +90,7 @@ class MaterialPoints:
 
     def sort(self) -> None:
         """Sort the points by cell and share them out in slabs."""
-        self.slabs = sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self.functions.stencil)
+        self._share(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self.functions.stencil))
 
     def sort_if_strayed(self) -> None:
         """Sort again where a point left its slab."""
@@ -90,33 +99,21 @@ class MaterialPoints:
 
     def restore_slabs(self, first: np.ndarray, layer: np.ndarray, strayed: np.ndarray) -> None:
         """The slabs of a checkpoint."""
-        self.slabs = empty_slabs(first, layer)
-        self.slabs.strayed[:] = strayed
+        slabs = empty_slabs(first, layer)
+        slabs.strayed[:] = strayed
+        self._share(slabs)
 
     # the verbs of a step, in the order in which MUSL calls them
 
     def to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
-        kernels.scatter(
-            self.functions,
-            self.transfer,
-            self.grid.lattice,
-            self.grid.nodes,
-            self.points,
-            self.slabs,
-            self.affine,
-            int(inertia),
-            int(force),
-        )
+        kernels.scatter(self._n_slabs, self._mapped, int(inertia), int(force))
 
     def accelerate(self, remap: bool) -> None:
         """New velocities; where `remap`, their momentum back on the nodes."""
-        lattice, nodes = self.grid.lattice, self.grid.nodes
-        if len(self.affine):
-            kernels.gather_affine(self.functions, lattice, nodes, self.points, self.slabs, self.affine)
-        kernels.accelerate(
-            self.functions, self.transfer, lattice, nodes, self.points, self.slabs, self.affine, int(remap)
-        )
+        if len(self._affine):
+            kernels.gather_affine(self._n_slabs, self._mapped)
+        kernels.accelerate(self._n_slabs, self._mapped, int(remap))
         sums = ordered_sum(self.slabs.sums)
         self.sums["kinetic"], self.sums["speed"] = float(sums[KINETIC]), float(sums[SPEED])
         for d, axis in enumerate("xyz"):
@@ -124,24 +121,14 @@ class MaterialPoints:
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
-        kernels.deform(
-            self.functions,
-            self.grid.lattice,
-            self.grid.nodes,
-            self.points,
-            self.slabs,
-            self.law,
-            self.carried,
-            int(move),
-            dt,
-        )
+        kernels.deform(self._n_slabs, self._strained, dt, int(move))
         sums = ordered_sum(self.slabs.sums)
         self.sums["stored"], self.sums["heating"] = float(sums[STORED]), float(sums[HEATING])
         self.sums["rate"] = float(self.slabs.sums[:, RATE].max())
 
     def move(self, dt: float) -> None:
         """New positions alone."""
-        kernels.move(self.functions, self.grid.lattice, self.grid.nodes, self.points, self.slabs, dt)
+        kernels.move(self._n_slabs, self._mapped, dt)
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""

@@ -6,6 +6,7 @@ import numpy as np
 from numba import prange
 
 from pellucid.bundle import Bundle
+from pellucid.grid.grid import Nodes
 from pellucid.jit import kernel
 from pellucid.reductions import ordered_sum
 
@@ -25,8 +26,8 @@ class StepWork(NamedTuple):
 
 
 @kernel()
-def _advance_chunk(bundle, chunk):
-    nodes, walls, gravity, dt, small, work = bundle.content
+def _advance_chunk(bundle, chunk, dt, small):
+    nodes, walls, gravity, work = bundle.content
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     change, deforming, hold = nodes.change, nodes.deforming, nodes.hold
     internal = fall = pushed = total = 0.0
@@ -62,14 +63,14 @@ def _advance_chunk(bundle, chunk):
 
 
 @kernel(parallel=True)
-def _advance(chunks, bundle):
+def _advance(chunks, bundle, dt, small):
     for chunk in prange(chunks):
-        _advance_chunk(bundle, chunk)
+        _advance_chunk(bundle, chunk, dt, small)
 
 
 @kernel()
 def _project_chunk(bundle, chunk):
-    nodes, walls = bundle.content
+    nodes, walls, _, _ = bundle.content
     mass, momentum, deforming, hold = nodes.mass, nodes.momentum, nodes.deforming, nodes.hold
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
@@ -87,21 +88,27 @@ def _project(chunks, bundle):
         _project_chunk(bundle, chunk)
 
 
-def advance(nodes, walls, gravity, dt, small_mass):
-    """p + dt (f + m g) on every node, then the supports; fills velocity, change and deforming.
+class NodalMotion:
+    """Moves the nodes of one velocity field.
 
-    walls: velocities of the supports [m/s], shape (supports, 3); small_mass: nodes below it do not move by their own
-    acceleration [kg].
+    walls: velocities of the supports [m/s], shape (supports, 3), read at every step; small_mass [kg]: nodes with less do not
+    move by their own acceleration.
     """
-    chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
-    work = np.zeros((chunks, WORKS + 3 * len(walls)))
-    _advance(chunks, Bundle(nodes, walls, gravity, dt, small_mass, work))
-    sums = ordered_sum(work)
-    return StepWork(
-        float(sums[INTERNAL]), float(sums[GRAVITY]), float(sums[SUPPORT]), float(sums[MASS]), sums[WORKS:].reshape(-1, 3)
-    )
 
+    def __init__(self, nodes: Nodes, walls: np.ndarray, gravity: tuple[float, float, float], small_mass: float) -> None:
+        self.small_mass = small_mass
+        self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
+        self._work = np.zeros((self._chunks, WORKS + 3 * len(walls)))
+        self._bundle = Bundle(nodes, walls, gravity, self._work)
 
-def project(nodes, walls):
-    """Velocities p/m of the mapped momentum, with supports, into `deforming`."""
-    _project((len(nodes.mass) + CHUNK - 1) // CHUNK, Bundle(nodes, walls))
+    def advance(self, dt: float) -> StepWork:
+        """p + dt (f + m g) on every node, then the supports; fills velocity, change and deforming."""
+        self._work.fill(0.0)
+        _advance(self._chunks, self._bundle, dt, self.small_mass)
+        sums = ordered_sum(self._work)
+        works = (float(sums[column]) for column in range(WORKS))
+        return StepWork(*works, sums[WORKS:].reshape(-1, 3))
+
+    def project(self) -> None:
+        """Velocities p/m of the mapped momentum, with supports, into `deforming`."""
+        _project(self._chunks, self._bundle)

@@ -3,6 +3,9 @@
 Work is shared by slabs of cells. Slabs of one colour never reach the same node, so no scatter needs atomics, and every nodal
 sum is added in the order of the points: the same bits on any number of threads. Sums over tensor products are factored line by
 line (along z), which halves the work of the plain triple loop.
+
+The kernels take a body as a bundle: `mapped` is (functions, transfer, lattice, nodes, points, slabs, affine), `strained` is
+(functions, lattice, nodes, points, slabs, law, state arrays). Flags are integers 0 or 1.
 """
 
 from math import inf, sqrt
@@ -11,7 +14,6 @@ from numba import prange
 
 from pellucid.approximants.axis import affine_weights, axis_weights
 from pellucid.bodies.point_state import load, store
-from pellucid.bundle import Bundle
 from pellucid.grid.points import (
     HEATING,
     INVERTED,
@@ -32,8 +34,8 @@ from pellucid.materials.law import artificial_heating, diffusivity, signal_speed
 
 
 @kernel()
-def _scatter_slab(bundle, s):
-    fn, transfer, lattice, nodes, points, slabs, affine, inertia, force = bundle.content
+def _scatter_slab(mapped, s, inertia, force):
+    fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
     first, last = slabs.first[s], slabs.first[s + 1]
     x, v, sig = points.position, points.velocity, points.stress
     mass, momentum, f = nodes.mass, nodes.momentum, nodes.force
@@ -81,15 +83,11 @@ def _scatter_slab(bundle, s):
 
 
 @kernel(parallel=True)
-def _scatter(n, bundle):
+def scatter(n, mapped, inertia, force):
+    """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) of n slabs to the nodes."""
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _scatter_slab(bundle, 2 * half + colour)
-
-
-def scatter(fn, transfer, lattice, nodes, points, slabs, affine, inertia, force):
-    """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""
-    _scatter(len(slabs.layer) - 1, Bundle(fn, transfer, lattice, nodes, points, slabs, affine, inertia, force))
+            _scatter_slab(mapped, 2 * half + colour, inertia, force)
 
 
 @pointwise
@@ -101,8 +99,8 @@ def _misplaced(X, Y, Z, n):
 
 
 @kernel()
-def _accelerate_slab(bundle, s):
-    fn, transfer, lattice, nodes, points, slabs, affine, remap = bundle.content
+def _accelerate_slab(mapped, s, remap):
+    fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
     x, v = points.position, points.velocity
     momentum, new, change = nodes.momentum, nodes.velocity, nodes.change
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
@@ -165,20 +163,16 @@ def _accelerate_slab(bundle, s):
 
 
 @kernel(parallel=True)
-def _accelerate(n, bundle):
+def accelerate(n, mapped, remap):
+    """New velocities of the points; where `remap` (MUSL) their momentum on the nodes anew."""
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _accelerate_slab(bundle, 2 * half + colour)
-
-
-def accelerate(fn, transfer, lattice, nodes, points, slabs, affine, remap):
-    """New velocities of the points; where `remap` (MUSL) their momentum on the nodes anew."""
-    _accelerate(len(slabs.layer) - 1, Bundle(fn, transfer, lattice, nodes, points, slabs, affine, remap))
+            _accelerate_slab(mapped, 2 * half + colour, remap)
 
 
 @kernel()
-def _gather_affine_slab(bundle, s):
-    fn, lattice, nodes, points, slabs, affine = bundle.content
+def _gather_affine_slab(mapped, s):
+    fn, _, lattice, nodes, points, slabs, affine = mapped.content
     first, last = slabs.first[s], slabs.first[s + 1]
     x, new = points.position, nodes.velocity
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
@@ -205,19 +199,15 @@ def _gather_affine_slab(bundle, s):
 
 
 @kernel(parallel=True)
-def _gather_affine(n, bundle):
-    for s in prange(n):
-        _gather_affine_slab(bundle, s)
-
-
-def gather_affine(fn, lattice, nodes, points, slabs, affine):
+def gather_affine(n, mapped):
     """The affine velocity field about each point, for APIC."""
-    _gather_affine(len(slabs.layer) - 1, Bundle(fn, lattice, nodes, points, slabs, affine))
+    for s in prange(n):
+        _gather_affine_slab(mapped, s)
 
 
 @kernel()
-def _deform_slab(bundle, s):
-    fn, lattice, nodes, points, slabs, law, carried_state, move, dt = bundle.content
+def _deform_slab(strained, s, dt, move):
+    fn, lattice, nodes, points, slabs, law, carried_state = strained.content
     x, v = points.position, points.velocity
     mass, volume = points.mass, points.volume
     new, deforming = nodes.velocity, nodes.deforming
@@ -304,19 +294,15 @@ def _deform_slab(bundle, s):
 
 
 @kernel(parallel=True)
-def _deform(n, bundle):
-    for s in prange(n):
-        _deform_slab(bundle, s)
-
-
-def deform(fn, lattice, nodes, points, slabs, law, carried_state, move, dt):
+def deform(n, strained, dt, move):
     """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, HEATING, RATE of the sums."""
-    _deform(len(slabs.layer) - 1, Bundle(fn, lattice, nodes, points, slabs, law, carried_state, move, dt))
+    for s in prange(n):
+        _deform_slab(strained, s, dt, move)
 
 
 @kernel()
-def _move_slab(bundle, s):
-    fn, lattice, nodes, points, slabs, dt = bundle.content
+def _move_slab(mapped, s, dt):
+    fn, _, lattice, nodes, points, slabs, _ = mapped.content
     x, new = points.position, nodes.velocity
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
@@ -356,11 +342,7 @@ def _move_slab(bundle, s):
 
 
 @kernel(parallel=True)
-def _move(n, bundle):
-    for s in prange(n):
-        _move_slab(bundle, s)
-
-
-def move(fn, lattice, nodes, points, slabs, dt):
+def move(n, mapped, dt):
     """New positions alone, for schemes that strain points before they move (USF)."""
-    _move(len(slabs.layer) - 1, Bundle(fn, lattice, nodes, points, slabs, dt))
+    for s in prange(n):
+        _move_slab(mapped, s, dt)
