@@ -8,14 +8,12 @@ import numpy as np
 
 from pellucid.results import clouds
 from pellucid.results.files import explained, replacing
-from pellucid.results.style import LINES, house_style, label, new_figure
+from pellucid.results.style import DPI, LINES, house_style, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pellucid.results.run import Run
-
-PANELS_ACROSS = 3
 
 
 def write_figures(run: "Run") -> list[Path]:
@@ -33,7 +31,7 @@ def write_figures(run: "Run") -> list[Path]:
                 paths.append(folder / f"{name}.png")
                 figure.draw_without_rendering()  # the layout settles in the second drawing
                 with replacing(paths[-1]) as temporary:
-                    figure.savefig(temporary, format="png", dpi=144)
+                    figure.savefig(temporary, format="png", dpi=DPI)
     return paths
 
 
@@ -92,13 +90,14 @@ def momentum(run: "Run") -> "Figure":
 
 def probes(run: "Run") -> "Figure":
     """Every probe against time."""
-    across = min(PANELS_ACROSS, len(run.case.probe))
-    down = -(-len(run.case.probe) // across)
+    number = len(run.case.probe)
+    across = 2 if number == 4 else min(3, number)
+    down = -(-number // across)
     figure = new_figure(height=2.8 * down)
-    panels = figure.subplots(down, across, sharex=True, squeeze=False).ravel()
+    panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, probe in zip(panels, run.case.probe, strict=False):
         axes.plot(run.history["time"], run.history[probe.name])
         label(axes, "time", probe.name, "s", run.units[probe.name])
-    for axes in panels[len(run.case.probe) :]:
+    for axes in panels[number:]:
         axes.remove()
     return figure

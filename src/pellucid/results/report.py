@@ -14,7 +14,7 @@ from pellucid.results import figures
 from pellucid.results.files import explained, write_text
 from pellucid.results.metrics import Metric
 from pellucid.results.run import Run
-from pellucid.results.style import pretty
+from pellucid.results.style import DPI, WIDTH, pretty
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
@@ -143,9 +143,12 @@ def _metrics(metrics: dict[str, Metric]) -> str:
 
 
 def _figure(path: Path) -> str:
-    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    picture = path.read_bytes()
+    data = base64.b64encode(picture).decode("ascii")
+    pixels = int.from_bytes(picture[16:20])  # the width, in the header of a PNG
+    width = min(100.0, 100.0 * pixels / (WIDTH * DPI))  # so that all figures have letters of one size
     caption = escape(CAPTIONS.get(path.stem, path.stem.replace("_", " ").capitalize() + "."))
-    image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
+    image = f'<img alt="{caption}" style="width: {width:.0f}%" src="data:image/png;base64,{data}">'
     return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 
 
