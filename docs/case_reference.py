@@ -74,9 +74,7 @@ def _type(field: dict[str, Any]) -> str:
             kinds = dict.fromkeys(_type(item) for item in field["prefixItems"])
             return f"{len(field['prefixItems'])} × {' or '.join(kinds)}"
         return f"list of {_type(field['items'])}"
-    return {"string": "text", "object": "table", "boolean": "`true`, `false`"}.get(
-        field.get("type", ""), field.get("type", "")
-    )
+    return {"string": "text", "object": "table", "boolean": "`true`, `false`"}.get(field.get("type", ""), field.get("type", ""))
 
 
 def _unit_inside(field: dict[str, Any]) -> str:

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 import tomlkit
+from typer.main import get_command
 
 from case_reference import PAGE, reference
 from pellucid import loads
+from pellucid.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -80,6 +82,15 @@ def test_ci_takes_the_test_command_from_the_readme() -> None:
 def test_links_lead_to_files(page: Path) -> None:
     missing = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if not (page.parent / link).exists()]
     assert not missing
+
+
+def test_every_command_and_option_is_told() -> None:
+    page = (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
+    for name, command in get_command(app).commands.items():  # type: ignore[attr-defined]
+        assert f"`pellucid {name}" in page
+        for option in command.params:
+            if option.param_type_name == "option" and option.name != "help":
+                assert f"`{option.opts[0]}" in page, f"{option.opts[0]} of {name}"
 
 
 def test_case_reference_is_fresh() -> None:

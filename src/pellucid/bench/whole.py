@@ -10,6 +10,7 @@ from typing import Any
 import pellucid
 from pellucid.bench.peers import run_peers
 from pellucid.bench.problem import MATERIALS
+from pellucid.errors import RunStopped
 
 POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
 PEER_POINTS = 1_000_000
@@ -22,6 +23,7 @@ def bench(
 
     points: sizes to measure, about (the body is a cube of whole cells). steps: steps in a block, the fastest of three
     blocks counts; None chooses by size. threads: None takes every core. peers: run `benchmarks/peers` as well.
+    Raises RunStopped where a measurement ends badly, such as for want of memory.
 
     Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
     bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "peers": [...]}; SI units.
@@ -56,7 +58,9 @@ def _steps(points: int) -> int:
 def _measured(body: str, points: int, steps: int, threads: int) -> dict[str, Any]:
     request = json.dumps({"body": body, "points": points, "steps": steps, "threads": threads})
     command = [sys.executable, "-m", "pellucid.bench.measure", request]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode:
+        raise RunStopped(f"the benchmark of {points} points ({body}) ended with status {done.returncode}; is it too large?")
     result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
     return result
 
