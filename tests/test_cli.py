@@ -42,9 +42,7 @@ def test_the_version_is_printed() -> None:
     assert CliRunner().invoke(app, ["--version"]).stdout.startswith("pellucid 0.")
 
 
-@pytest.mark.parametrize(
-    "arguments", [["fly"], ["run"], ["run", "basics/sod", "--threads", "0"], ["validate", "--fast"]]
-)
+@pytest.mark.parametrize("arguments", [["fly"], ["run"], ["run", "basics/sod", "--threads", "0"], ["validate", "--fast"]])
 def test_a_bad_argument_ends_with_status_2(arguments: list[str]) -> None:
     assert CliRunner().invoke(app, arguments).exit_code == 2
 

@@ -20,9 +20,7 @@ def test_every_error_knows_its_exit_status(error: PellucidError, status: int) ->
 
 def test_a_case_error_names_file_line_key_value_limit_and_remedy() -> None:
     problem = Problem("must be greater than 0 m", key="grid.cell", value=-1.0, remedy="use 0.01", line=7)
-    assert str(CaseError(problem, "my.toml")) == (
-        "my.toml:7: grid.cell = -1.0\n    must be greater than 0 m\n    use 0.01"
-    )
+    assert str(CaseError(problem, "my.toml")) == ("my.toml:7: grid.cell = -1.0\n    must be greater than 0 m\n    use 0.01")
 
 
 def test_several_problems_are_counted_and_listed() -> None:

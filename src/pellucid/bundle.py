@@ -13,7 +13,7 @@ from numba.extending import NativeValue, make_attribute_wrapper, models, registe
 class Bundle:
     """Holds `content`, a tuple. Its compiled type is found once, so a bundle that is kept costs little to pass."""
 
-    __slots__ = ("content", "compiled_type")
+    __slots__ = ("compiled_type", "content")
 
     def __init__(self, *content: Any) -> None:
         self.content = content
@@ -21,6 +21,8 @@ class Bundle:
 
 
 class BundleType(types.Type):
+    """The compiled type of a `Bundle`."""
+
     def __init__(self, content: types.Type) -> None:
         self.content = content
         super().__init__(name=f"Bundle({content})")
@@ -34,7 +36,7 @@ def _typeof(value: Bundle, context: Any) -> BundleType:
 
 
 @register_model(BundleType)
-class _BundleModel(models.StructModel):
+class _BundleModel(models.StructModel):  # type: ignore[misc]
     def __init__(self, manager: Any, bundle: BundleType) -> None:
         super().__init__(manager, bundle, [("content", bundle.content)])
 

@@ -35,9 +35,7 @@ def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
         if not equals or not key.strip():
             raise UsageError(f"--over {text}: write KEY=V1,V2,..., for example grid.cell=0.05,0.025,0.0125")
         together = parse_value(f"[{values}]")
-        sweep[key.strip()] = (
-            together if isinstance(together, list) else [parse_value(item) for item in values.split(",")]
-        )
+        sweep[key.strip()] = together if isinstance(together, list) else [parse_value(item) for item in values.split(",")]
     sizes = {key: len(values) for key, values in sweep.items()}
     if min(sizes.values()) < 2:
         raise UsageError("--over needs at least two values, for example grid.cell=0.05,0.025")
@@ -102,9 +100,7 @@ def write_study(steps: Sequence[Step], key: str, metric: str, folder: Path) -> N
     figure = Figure(figsize=(5.0, 4.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    axes.loglog(
-        [step.value for step in steps], [step.error for step in steps], "o-", label=f"observed order {order:.2f}"
-    )
+    axes.loglog([step.value for step in steps], [step.error for step in steps], "o-", label=f"observed order {order:.2f}")
     axes.set(xlabel=key, ylabel=f"error of {metric}")
     axes.grid(True, which="both", alpha=0.3)
     axes.legend()

@@ -42,10 +42,7 @@ def examine() -> list[Row]:
         ("python", f"{platform.python_version()} ({sys.executable})", ""),
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
         *((name, _version(name) or "missing", "" if _version(name) else "pip install pellucid") for name in PACKAGES),
-        *(
-            (name, _version(name) or "not installed", f"optional: pip install 'pellucid[{e}]'")
-            for name, e in EXTRAS.items()
-        ),
+        *((name, _version(name) or "not installed", f"optional: pip install 'pellucid[{e}]'") for name, e in EXTRAS.items()),
         _threading(),
         _kernel_cache(),
         _drawing(),
@@ -70,7 +67,7 @@ def _threading() -> Row:
 
 
 def _kernel_cache() -> Row:
-    from pellucid.jit import cache_folder, kernels_are_cached
+    from pellucid.jit import cache_folder
 
     folder = cache_folder()
     if not _writable(folder):
@@ -79,7 +76,7 @@ def _kernel_cache() -> Row:
             f"{folder} cannot be written",
             "name a folder in NUMBA_CACHE_DIR, else every run compiles anew",
         )
-    found = "kernels are there" if kernels_are_cached() else "empty: the first run compiles"
+    found = "kernels are there" if any(cache_folder().rglob("*.nbc")) else "empty: the first run compiles"
     return "kernel cache", f"{folder}, writable; {found}", ""
 
 

@@ -6,6 +6,7 @@ Laws, shape functions and tensor algebra are plain scalar Python, marked with `@
 Numba's disk cache does not see edits in other files, so the cache folder is named by a hash of the package's sources.
 """
 
+import contextlib
 import hashlib
 import inspect
 import os
@@ -113,10 +114,15 @@ def source_hash() -> str:
 _hash: str | None = None
 
 
-def kernels_are_cached() -> bool:
-    """Whether kernels of this state of the sources were compiled before on this machine."""
-    folder = cache_folder()
-    return folder.is_dir() and any(folder.rglob("*.nbc"))
+def kernels_are_cached(key: str) -> bool:
+    """Whether the kernels that `key` stands for were compiled before, for this state of the sources on this machine."""
+    return (cache_folder() / f"{key}.ready").exists()
+
+
+def mark_cached(key: str) -> None:
+    """Remember that the kernels that `key` stands for are compiled; silent where the cache cannot be written."""
+    with contextlib.suppress(OSError):
+        (cache_folder() / f"{key}.ready").touch()
 
 
 def _activate() -> None:
@@ -137,12 +143,12 @@ def _compile_helper(function: Callable[..., Any]) -> None:
 
 
 def _compile_generic(operation: Generic) -> None:
-    from numba.core import types
+    from numba.core.types import NamedTuple, NamedUniTuple  # type: ignore[attr-defined]
     from numba.extending import overload
 
     def choose(*arguments: Any) -> Callable[..., Any] | None:
         first = arguments[0]
-        if isinstance(first, (types.NamedTuple, types.NamedUniTuple)):
+        if isinstance(first, (NamedTuple, NamedUniTuple)):
             return operation.implementations.get(first.instance_class)
         return None
 

@@ -1,5 +1,6 @@
 """A case set in motion: bodies, grid, conditions, and the only time loop."""
 
+import hashlib
 import os
 import signal
 import threading
@@ -18,7 +19,7 @@ from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.grid import Grid
 from pellucid.grid.motion import NodalMotion
 from pellucid.grid.velocity_transfer import TRANSFERS
-from pellucid.jit import kernels_are_cached, set_threads
+from pellucid.jit import mark_cached, set_threads
 from pellucid.ledger import Ledger
 from pellucid.schemes import SCHEMES
 
@@ -31,11 +32,22 @@ SETTLED = 200  # steps after which the energy error is judged; before, there is 
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
+def kernel_key(case: "Case") -> str:
+    """Names the kernels that a case needs, to tell whether they are compiled already."""
+    laws = sorted({_law_kinds(body) for body in case.body})
+    kinds = f"{case.grid.functions} {case.time.transfer} {case.time.scheme} {laws}"
+    return hashlib.sha256(kinds.encode()).hexdigest()[:16]
+
+
+def _law_kinds(body: Any) -> tuple[str, ...]:
+    material = body.material
+    return (material.kind, getattr(material, "energy_update", ""), getattr(getattr(material, "eos", None), "kind", ""))
+
+
 class Simulation:
     """Everything that moves. `step()` once, or `run(recorder)` to the end."""
 
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
-        self.first_compilation = not kernels_are_cached()
         self.case = case
         self.grid = Grid(case.grid)
         walls = hold_nodes(self.grid, case.support)
@@ -90,8 +102,6 @@ class Simulation:
 
     def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
-        if progress and self.first_compilation:
-            progress.message("compiling kernels (first run only) ...")
         started, n_before, shown = wall_clock.monotonic(), self.n_steps, 0.0
         with _signals() as caught:
             recorder.begin(self)
@@ -109,6 +119,7 @@ class Simulation:
                         shown = now
                         self._show(progress, now - started, n_before, until)
                 recorder.end(self)
+                mark_cached(kernel_key(self.case))
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise
@@ -176,7 +187,7 @@ class Simulation:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
-        arrays = {}
+        arrays: dict[str, np.ndarray] = {}
         for body in self.bodies:
             arrays |= {f"{body.name}/{name}": array for name, array in body.arrays.items()}
             for name in ("first", "layer", "strayed"):
@@ -210,7 +221,7 @@ class Simulation:
             setattr(self, verb, self._timed(part, getattr(self, verb)))
         for verb in ("clear_inertia", "clear_momentum", "clear_force"):
             setattr(self.grid, verb, self._timed("grid", getattr(self.grid, verb)))
-        body_parts = {"to_grid": "scatter", "accelerate": "gather velocity", "deform": "gather gradient and law", "move": "move"}
+        body_parts = {"to_grid": "scatter", "accelerate": "velocities", "deform": "gradients and law", "move": "move"}
         for body in self.bodies:
             for verb, part in body_parts.items():
                 setattr(body, verb, self._timed(part, getattr(body, verb)))
@@ -231,7 +242,8 @@ def _signals() -> Iterator[list[int]]:
     if threading.current_thread() is not threading.main_thread():
         yield caught
         return
-    previous = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in (signal.SIGTERM, signal.SIGINT)}
+    numbers = (signal.SIGTERM, signal.SIGINT)
+    previous = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in numbers}
     try:
         yield caught
     finally:

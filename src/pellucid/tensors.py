@@ -40,9 +40,7 @@ def multiply(A: Tensor, B: Tensor) -> Tensor:
 @pointwise
 def determinant(A: Tensor) -> float:
     """det A."""
-    return (
-        A[0] * (A[4] * A[8] - A[5] * A[7]) - A[1] * (A[3] * A[8] - A[5] * A[6]) + A[2] * (A[3] * A[7] - A[4] * A[6])
-    )
+    return A[0] * (A[4] * A[8] - A[5] * A[7]) - A[1] * (A[3] * A[8] - A[5] * A[6]) + A[2] * (A[3] * A[7] - A[4] * A[6])
 
 
 @pointwise

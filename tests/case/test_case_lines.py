@@ -60,9 +60,7 @@ def test_no_key_of_a_gallery_case_is_missed(case: str) -> None:
 
 
 keys = st.from_regex(r"\A[A-Za-z0-9_-]{1,8}\Z") | st.text(max_size=6)
-scalars = st.one_of(
-    st.integers(-99, 99), st.booleans(), st.text(max_size=12), st.floats(allow_nan=False, allow_infinity=False)
-)
+scalars = st.one_of(st.integers(-99, 99), st.booleans(), st.text(max_size=12), st.floats(allow_nan=False, allow_infinity=False))
 values = st.recursive(scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3))
 
 

@@ -22,9 +22,7 @@ def test_gallery_cases_are_valid_and_survive_the_way_through_toml(name: str) -> 
 
 def test_numbers_keep_every_bit(text: str) -> None:
     number = 0.1 + 0.2  # has no short decimal form
-    case = loads(text).with_settings(
-        {"time.end": number, "body.drop.velocity": [5e-324, -1.7976931348623157e308, 1 / 3]}
-    )
+    case = loads(text).with_settings({"time.end": number, "body.drop.velocity": [5e-324, -1.7976931348623157e308, 1 / 3]})
     again = loads(dumps(case))
     assert again.time.end == number
     assert again.body[0].velocity == (5e-324, -1.7976931348623157e308, 1 / 3)
@@ -42,9 +40,7 @@ def test_defaults_are_written_out_so_that_a_later_version_runs_the_same(text: st
 
 
 def test_units_as_text_become_si_numbers_also_inside_vectors(text: str) -> None:
-    written = text.replace("cell = 0.05", 'cell = "5 cm"').replace(
-        "velocity = [1.0, 0, 0]", 'velocity = ["100 cm/s", 0, 0]'
-    )
+    written = text.replace("cell = 0.05", 'cell = "5 cm"').replace("velocity = [1.0, 0, 0]", 'velocity = ["100 cm/s", 0, 0]')
     written = written.replace("radius = 0.1", 'radius = "10 cm"').replace("[0.25, 0.25, 0]", '["25 cm", 0.25, 0]')
     assert loads(written) == loads(text)
 

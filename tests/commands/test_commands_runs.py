@@ -31,9 +31,7 @@ def run(*arguments: str) -> Any:
 
 
 def test_options_reach_the_run(calls: list) -> None:
-    result = run(
-        "basics/sod", "--quick", "--set", "time.courant=0.2", "--until", "10 ms", "--threads", "2", "--every", "0.05"
-    )
+    result = run("basics/sod", "--quick", "--set", "time.courant=0.2", "--until", "10 ms", "--threads", "2", "--every", "0.05")
     assert result.exit_code == 0, result.stderr
     case, folder, options = calls[0]
     assert case.id == "basics/sod"

@@ -68,6 +68,9 @@ class FakeBody:
         }
         return fields | ({"internal_energy": np.cos(x)} if self.fluid else {})
 
+    def field(self, name: str) -> np.ndarray:
+        return self.frame()[name]
+
 
 class FakeSimulation:
     """Points fly freely; with `breaks_at` the run stops itself in that step."""

@@ -7,9 +7,7 @@ import pytest
 from pellucid.results.metrics import Metric
 
 
-@pytest.mark.parametrize(
-    ("error", "passed"), [(0.0, True), (0.1, True), (0.2, False), (math.nan, False), (math.inf, False)]
-)
+@pytest.mark.parametrize(("error", "passed"), [(0.0, True), (0.1, True), (0.2, False), (math.nan, False), (math.inf, False)])
 def test_passes_within_its_tolerance(error, passed):
     assert Metric(1.0, 1.0, error, 0.1).passed is passed
 

@@ -7,6 +7,8 @@ from pellucid.jit import point_function
 
 
 class CubicBSpline(NamedTuple):
+    """Four nodes along each axis."""
+
     stencil: int = 4
 
 

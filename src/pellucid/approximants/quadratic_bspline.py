@@ -7,6 +7,8 @@ from pellucid.jit import point_function
 
 
 class QuadraticBSpline(NamedTuple):
+    """Three nodes along each axis."""
+
     stencil: int = 3
 
 

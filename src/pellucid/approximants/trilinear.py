@@ -7,6 +7,8 @@ from pellucid.jit import point_function
 
 
 class Trilinear(NamedTuple):
+    """Two nodes along each axis."""
+
     stencil: int = 2
 
 

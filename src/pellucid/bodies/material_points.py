@@ -5,18 +5,19 @@ from typing import Any
 import numpy as np
 
 from pellucid.approximants import GRID_FUNCTIONS
-from pellucid.bodies.point_state import ARRAYS_OF
+from pellucid.bodies.fields import point_pressures
+from pellucid.bodies.seeding import points_along_axes, seed
 from pellucid.bodies.spec import MaterialPointsCase
 from pellucid.bundle import Bundle
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.geometry.seeding import points_along_axes, seed
 from pellucid.grid import transfer as kernels
 from pellucid.grid.grid import Grid
 from pellucid.grid.points import FAULTS, HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.spec import GridCase
 from pellucid.grid.velocity_transfer import Apic
-from pellucid.materials.fluid import FluidMaterial, point_pressure
+from pellucid.materials.fluid import FluidMaterial
+from pellucid.materials.point_state import ARRAYS_OF
 from pellucid.reductions import ordered_sum
 
 
@@ -26,7 +27,7 @@ class MaterialPoints:
     def __init__(self, case: MaterialPointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
         self.name = case.name
         self.material = case.material
-        self.law = case.material.law()
+        self.law: Any = case.material.law()
         self.grid = grid
         self.transfer = velocity_transfer
         per_cell = points_along_axes(case.points_per_cell, grid.thin)
@@ -176,13 +177,22 @@ class MaterialPoints:
         """Total momentum [kg m/s], shape (3,)."""
         return np.array([self.sums[f"momentum_{axis}"] for axis in "xyz"])
 
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return [name for name in self.arrays if name not in ("volume", "affine")] + ["density", "pressure"]
+
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+        if name == "density":
+            return self.arrays["mass"] / self.arrays["volume"]
+        if name == "pressure":
+            if isinstance(self.material, FluidMaterial):
+                return point_pressures(self.law.eos, self.field("density"), self.arrays["internal_energy"])
+            return -self.arrays["stress"][:, :3].mean(axis=1)
+        return self.arrays[name]
+
     def frame(self) -> dict[str, np.ndarray]:
         """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""
         back = np.argsort(self.arrays["id"])
-        fields = {name: self.arrays[name][back] for name in self.arrays if name not in ("volume", "affine")}
-        fields["density"] = fields["mass"] / self.arrays["volume"][back]
-        if isinstance(self.material, FluidMaterial):
-            fields["pressure"] = point_pressure(self.material, fields["density"], fields["internal_energy"])
-        else:
-            fields["pressure"] = -fields["stress"][:, :3].mean(axis=1)
-        return fields
+        return {name: self.field(name)[back] for name in self.field_names}

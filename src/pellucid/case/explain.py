@@ -114,9 +114,7 @@ def _findings(path: Path, group: list[Detail], data: Any) -> list[Finding]:
     if first.kind == "value_error":
         return [Finding(path, str(first.context["error"]))]
     if first.kind == "missing" and isinstance(path[-1], int):
-        return [
-            Finding(path[:-1], f"must have {_size(field_at(path[:-1], data))} components{_meaning(path[:-1], data)}")
-        ]
+        return [Finding(path[:-1], f"must have {_size(field_at(path[:-1], data))} components{_meaning(path[:-1], data)}")]
     if first.kind == "missing":
         return [Finding(path, f"is missing{_meaning(path, data)}", f"add `{path[-1]} = ...`")]
     if first.kind == "extra_forbidden":

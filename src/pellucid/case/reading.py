@@ -103,9 +103,7 @@ def _forget_other_kinds(data: dict[str, Any], paths: list[Path]) -> None:
     for path in paths:
         if path[-1] == "kind" and (known := keys_at(path[:-1], data)):
             table = value_at(path[:-1], data)
-            for key in [
-                key for key in table if key not in known and not any(_related(p, (*path[:-1], key)) for p in paths)
-            ]:
+            for key in [key for key in table if key not in known and not any(_related(p, (*path[:-1], key)) for p in paths)]:
                 del table[key]
 
 
@@ -164,9 +162,7 @@ def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: M
     """A problem laid at the door of the setting that touches its place, else of all settings together."""
     item = problem(found, data)
     near = [key for key, path in paths.items() if _related(path, found.path)] or list(settings)
-    return Problem(
-        item.text, item.key, item.value, item.remedy, None, " ".join(_setting(key, settings[key]) for key in near)
-    )
+    return Problem(item.text, item.key, item.value, item.remedy, None, " ".join(_setting(key, settings[key]) for key in near))
 
 
 def _related(one: Path, other: Path) -> bool:

@@ -65,9 +65,7 @@ def _repeated_names(kind: str, names: Sequence[str | None]) -> Iterator[Finding]
             text = f"{kind} number {names.index(name) + 1} has this name already"
             yield Finding((kind, index, "name"), text, "give each its own name")
         if kind == "probe" and name == "time":
-            yield Finding(
-                (kind, index, "name"), "the first column of the history is called time", "choose another name"
-            )
+            yield Finding((kind, index, "name"), "the first column of the history is called time", "choose another name")
 
 
 def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterator[Finding]:
@@ -88,9 +86,7 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
 
 
-def _fixed_step(
-    index: int, body: Body | str | None, grid: GridCase | None, time: "TimeCase | None"
-) -> Iterator[Finding]:
+def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: "TimeCase | None") -> Iterator[Finding]:
     """A fixed step that cannot be stable even at the start, with signals that cross more than a cell in it."""
     if body is None or isinstance(body, str) or grid is None or time is None:
         return
@@ -99,9 +95,7 @@ def _fixed_step(
     speed = signal_speed(law, material.initial_state(), material.density, AT_REST, h)
     if material.kind == "fluid" and material.pressure < 0.0 and not speed:
         text = f"the fluid has no real sound speed at density {material.density:g} kg/m^3"
-        yield Finding(
-            ("body", index, "material", "pressure"), text, "raise the pressure, or p_infinity where there is one"
-        )
+        yield Finding(("body", index, "material", "pressure"), text, "raise the pressure, or p_infinity where there is one")
         return
     crossing = h / (speed + hypot(*body.velocity)) if speed or any(body.velocity) else inf
     spread = diffusivity(law, material.density)

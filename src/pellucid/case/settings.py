@@ -72,7 +72,5 @@ def _step(here: Any, part: str, path: Path) -> str | int:
     close = difflib.get_close_matches(part, names, 1)
     listed = f"items are named {', '.join(names)}" if names else f"it has {len(here)} items, numbered from 0"
     raise CaseError(
-        Problem(
-            f"`{place}` has no item `{part}`; {listed}", remedy=f"did you mean `{place}.{close[0]}`?" if close else ""
-        )
+        Problem(f"`{place}` has no item `{part}`; {listed}", remedy=f"did you mean `{place}.{close[0]}`?" if close else "")
     )

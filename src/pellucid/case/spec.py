@@ -30,9 +30,7 @@ class Probe(Model):
     name: str = parameter("", "name of the column", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str = parameter("", "name of the body")
     quantity: str = parameter("", "name of a field of the body, such as pressure")
-    component: str | None = parameter(
-        "", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None
-    )
+    component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
     reduce: Literal["mean", "max", "min", "sum", "nearest"] = parameter("", "how the points become one number", "mean")
     at: Vector | None = parameter("m", 'place for "nearest"', None)
 

@@ -48,9 +48,7 @@ def converge(
     case: CaseArgument,
     over: Annotated[
         list[str],
-        typer.Option(
-            "--over", metavar="KEY=V1,V2,...", help="A field and its values; a second --over goes along in step."
-        ),
+        typer.Option("--over", metavar="KEY=V1,V2,...", help="A field and its values; a second --over goes along in step."),
     ],
     metric: Annotated[str, typer.Option("--metric", metavar="NAME", help="The metric whose error is followed.")],
     quick: Quick = False,

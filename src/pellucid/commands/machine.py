@@ -20,9 +20,7 @@ def bench(
     points: Annotated[
         str | None, typer.Option("--points", metavar="N,N,...", help="Numbers of points (default: 1e4 to 4e6).")
     ] = None,
-    peers: Annotated[
-        bool, typer.Option("--peers", help="Run benchmarks/peers beside, where these are installed.")
-    ] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="Run benchmarks/peers beside, where these are installed.")] = False,
     threads: Threads = None,
 ) -> None:
     """Measure particle-steps per second for fluid and solid bodies beside the machine's memory bandwidth."""

@@ -10,9 +10,7 @@ from types import ModuleType
 def ids() -> tuple[str, ...]:
     """The ids of all cases, such as "gan2011/shock-tube", sorted."""
     groups = (group for group in files(__name__).iterdir() if group.is_dir())
-    found = (
-        f"{group.name}/{item.name[:-5]}" for group in groups for item in group.iterdir() if item.name.endswith(".toml")
-    )
+    found = (f"{group.name}/{item.name[:-5]}" for group in groups for item in group.iterdir() if item.name.endswith(".toml"))
     return tuple(sorted(found))
 
 

@@ -104,6 +104,4 @@ class Shape(Model):
         return data
 
     def geometry(self) -> Box | Sphere | Cylinder:
-        found = self.box or self.sphere or self.cylinder
-        assert found is not None  # the validator saw to it
-        return found
+        return next(shape for shape in (self.box, self.sphere, self.cylinder) if shape is not None)

@@ -6,7 +6,8 @@ import numpy as np
 
 from pellucid.grid.spec import GridCase
 
-PAD = 2  # nodes beyond the upper wall that spline stencils may name, always with weight zero
+PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
+LARGEST_STENCIL = 4
 
 
 class Lattice(NamedTuple):
@@ -43,7 +44,7 @@ class Grid:
         n = 1
         for axis in reversed(order):
             strides[axis] = n
-            n *= counts[axis] + PAD
+            n *= max(counts[axis] + PAD, LARGEST_STENCIL)
         lower = tuple(float(value) for value in case.lower)
         self.lattice = Lattice(
             (lower[0], lower[1], lower[2]),
@@ -56,7 +57,9 @@ class Grid:
         self.thin = case.thin()
         self.functions = case.functions
         self.n_nodes = n
-        self.nodes = Nodes(np.zeros(n), *(np.zeros((n, 3)) for _ in range(5)), np.zeros((n, 3), np.int8))
+        momentum, force, velocity, change, deforming = (np.zeros((n, 3)) for _ in range(5))
+        hold = np.zeros((n, 3), np.int8)
+        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, change, deforming, hold)
 
     def clear_inertia(self) -> None:
         """Forget mass and momentum."""

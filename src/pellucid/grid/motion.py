@@ -106,8 +106,8 @@ class NodalMotion:
         self._work.fill(0.0)
         _advance(self._chunks, self._bundle, dt, self.small_mass)
         sums = ordered_sum(self._work)
-        works = (float(sums[column]) for column in range(WORKS))
-        return StepWork(*works, sums[WORKS:].reshape(-1, 3))
+        internal, gravity, support, mass = (float(sums[column]) for column in range(WORKS))
+        return StepWork(internal, gravity, support, mass, sums[WORKS:].reshape(-1, 3))
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `deforming`."""

@@ -13,7 +13,6 @@ from math import inf, sqrt
 from numba import prange
 
 from pellucid.approximants.axis import affine_weights, axis_weights
-from pellucid.bodies.point_state import load, store
 from pellucid.grid.points import (
     HEATING,
     INVERTED,
@@ -31,6 +30,7 @@ from pellucid.grid.points import (
 from pellucid.grid.velocity_transfer import affine_of, carried, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.point_state import load, store
 
 
 @kernel()
@@ -93,7 +93,7 @@ def scatter(n, mapped, inertia, force):
 @pointwise
 def _misplaced(X, Y, Z, n):
     """What is wrong with a point at (X, Y, Z), in cells from the walls."""
-    if X >= 0.0 and X <= n[0] and Y >= 0.0 and Y <= n[1] and Z >= 0.0 and Z <= n[2]:
+    if X >= 0.0 and n[0] >= X and Y >= 0.0 and n[1] >= Y and Z >= 0.0 and n[2] >= Z:
         return OK
     return LOST if abs(X + Y + Z) < inf else NOT_FINITE
 

@@ -10,6 +10,8 @@ from pellucid.jit import generic, point_function
 
 
 class Flip(NamedTuple):
+    """Points keep their velocity and take the grid's change of it."""
+
     flip: float = 1.0
 
 
@@ -20,6 +22,8 @@ class Blend(NamedTuple):
 
 
 class Apic(NamedTuple):
+    """Points take the grid's velocity and its affine field."""
+
     flip: float = 0.0
 
 

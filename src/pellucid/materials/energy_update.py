@@ -12,14 +12,20 @@ from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
 class ClosedEnergy(NamedTuple):
+    """Backward Euler, solved exactly."""
+
     order: int = 1  # a NamedTuple without fields has no compiled type
 
 
 class ExplicitEnergy(NamedTuple):
+    """Forward Euler with the old stress."""
+
     order: int = 0
 
 
 class IteratedEnergy(NamedTuple):
+    """Backward Euler, by Newton's method."""
+
     tolerance: float = 1e-12  # relative to the energy scale of the step
     limit: int = 50
 
@@ -28,7 +34,9 @@ ENERGY_UPDATES = {"closed": ClosedEnergy(), "explicit": ExplicitEnergy(), "itera
 
 
 @generic
-def new_energy(mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float) -> float:  # type: ignore[empty-body]
+def new_energy(  # type: ignore[empty-body]
+    mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
+) -> float:
     """Specific energy at the end of the step [J/kg]; nan where an iteration does not converge.
 
     density: at the end of the step; old_work: dt/ρ σ_k:D [J/kg]; other_work: dt/ρ (τ - q I):D, the part without P [J/kg].

@@ -3,8 +3,6 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
-import numpy as np
-
 from pellucid.jit import point_function
 from pellucid.materials.artificial_viscosity import (
     ArtificialViscosity,
@@ -14,7 +12,7 @@ from pellucid.materials.artificial_viscosity import (
 )
 from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
-from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import pressure_line, sound_speed
 from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
 from pellucid.model import Model, parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
@@ -114,13 +112,7 @@ def _stored_energy(law, state, density):
 
 @point_function(artificial_heating, NewtonianFluid)
 def _artificial_heating(law, state, density, L, length):
+    av = law.artificial_viscosity
     trD = L[0] + L[4] + L[8]
     a = sound_speed(law.eos, density, state.energy)
-    return -law.artificial_viscosity.work * artificial_pressure(law.artificial_viscosity, density, a, trD, length) * trD / density
-
-
-def point_pressure(material: FluidMaterial, density: np.ndarray, energy: np.ndarray) -> np.ndarray:
-    """Pressure of the equation of state [Pa], shape (n,), at densities and specific energies, without artificial viscosity."""
-    eos = material.law().eos
-    A, B = np.array([pressure_line(eos, rho) for rho in density]).T
-    return np.maximum(A + B * energy, lowest_pressure(eos))
+    return -av.work * artificial_pressure(av, density, a, trD, length) * trD / density

@@ -24,6 +24,8 @@ class ElasticMaterial(Model):
 
 
 class LinearElastic(NamedTuple):
+    """Lamé's constants [Pa]."""
+
     lam: float
     mu: float
 

@@ -9,11 +9,12 @@ from typing import Literal, NamedTuple
 from pellucid.jit import point_function
 from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
 from pellucid.materials.linear_elastic import ElasticMaterial, lame
-from pellucid.model import parameter
 from pellucid.tensors import Symmetric, Tensor, deformed, determinant, largest_row_sum, left_cauchy_green
 
 
 class NeoHookean(NamedTuple):
+    """Lamé's constants [Pa] and the initial density [kg/m³]."""
+
     lam: float
     mu: float
     rho0: float

@@ -40,9 +40,7 @@ class SpinningDisc:
         cylinder, material = body.shape.cylinder, body.material
         if cylinder is None or material.kind == "fluid":
             raise ValueError(f"body {body.name!r} must be an elastic cylinder")
-        return cls(
-            cylinder.radius, material.density, material.young_modulus, material.poisson_ratio, body.angular_velocity[2]
-        )
+        return cls(cylinder.radius, material.density, material.young_modulus, material.poisson_ratio, body.angular_velocity[2])
 
     @property
     def lame(self) -> tuple[float, float]:

@@ -49,9 +49,7 @@ def gallery_figures(run: "Run") -> "dict[str, Figure]":
 
 def energy_columns(run: "Run") -> list[str]:
     """The columns of the history that hold energies."""
-    return [
-        name for name, unit in run.units.items() if unit == "J" and name not in {probe.name for probe in run.case.probe}
-    ]
+    return [name for name, unit in run.units.items() if unit == "J" and name not in {probe.name for probe in run.case.probe}]
 
 
 def energies(run: "Run") -> "Figure":

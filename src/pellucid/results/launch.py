@@ -30,6 +30,7 @@ def run_case(
     """
     from pellucid.simulation import Simulation
 
+    _announce(case, progress)
     simulation = Simulation(case, threads)  # before the folder is touched: a case that cannot be set up erases nothing
     folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
     folder.start(case)
@@ -51,6 +52,7 @@ def resume_case(
 
     folder = RunFolder(out)
     case = folder.read_case()
+    _announce(case, progress)
     simulation = Simulation(case, threads)
     say = progress.message if progress else warnings.warn
     found = checkpoint.read_latest(folder.checkpoint, say)
@@ -62,6 +64,14 @@ def resume_case(
     simulation.restore(arrays, numbers["simulation"])
     folder.reopen()
     return _finish(simulation, Recorder(folder, case, numbers["recorder"]), until, progress, report)
+
+
+def _announce(case: "Case", progress: "Progress | None") -> None:
+    from pellucid.jit import kernels_are_cached
+    from pellucid.simulation import kernel_key
+
+    if progress and not kernels_are_cached(kernel_key(case)):
+        progress.message("compiling kernels (first run only) ...")
 
 
 def _finish(

@@ -21,15 +21,10 @@ REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {"mean": np.mean, "max": np
 def evaluate(probes: "Sequence[Probe]", bodies: Sequence[Any]) -> list[float]:
     """The value of each probe now; only the arrays that are needed are fetched, each once.
 
-    `bodies` have a `name` and a `frame()` of all fields, or better a `field(name)`: points in any order that is the
-    same in every run.
+    `bodies` have a `name` and a `field(name)`: points in any order that is the same in every run.
     """
-    fetch = {body.name: cache(_source(body)) for body in bodies}
+    fetch = {body.name: cache(body.field) for body in bodies}
     return [reduce(probe, fetch[probe.body]) for probe in probes]
-
-
-def _source(body: Any) -> Fetch:
-    return body.field if hasattr(body, "field") else body.frame().__getitem__
 
 
 def reduce(probe: "Probe", field: Fetch) -> float:

@@ -85,9 +85,7 @@ class Recorder:
             "frames": self._frames.to_data(),
             "wall_seconds": self.wall_seconds(),
         }
-        checkpoint.write(
-            self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded}
-        )
+        checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})
         self._checkpointed = clock.monotonic()
 
     def failed(self, sim: Any, error: RunStopped) -> None:

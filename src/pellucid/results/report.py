@@ -91,9 +91,7 @@ def _header(run: Run, summary: dict[str, Any]) -> str:
     paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
     early, end = "", number(run.case.time.end)
     if not run.finished:
-        early = (
-            f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {end} s: nothing is judged yet.</p>'
-        )
+        early = f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {end} s: nothing is judged yet.</p>'
     name = f'<p class="id">{escape(run.case.id)}</p>' if run.case.id else ""
     return f"<header>{name}<h1>{escape(run.case.title)}</h1>{source}{badge}{early}{paragraphs}</header>"
 
@@ -200,6 +198,4 @@ def _case(run: Run) -> str:
 def _words(body: Any) -> str:
     material = body.material
     law = getattr(getattr(material, "eos", None), "kind", "")
-    return ", ".join(filter(None, (body.kind, material.kind, law, f"density {material.density:g} kg/m³"))).replace(
-        "-", " "
-    )
+    return ", ".join(filter(None, (body.kind, material.kind, law, f"density {material.density:g} kg/m³"))).replace("-", " ")

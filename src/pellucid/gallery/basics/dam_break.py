@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 # The experimenters set each series' start so that it passes Z = 1.44 as the others do, and a real gate takes time to
 # leave: the front's place is known only to about a tenth of a width-crossing time, which is 0.15 of Z at its speed.
 FRONT_TOLERANCE = 0.15
-SPEED_TOLERANCE = 0.10  # no start enters the speed; scatter between the experiment's own repeats is 5-8 %
+# No start enters the speed, but the floor here is smooth where the experiment's front drags a boundary layer along; table
+# and figure of the paper differ by 3 % themselves.
+SPEED_TOLERANCE = 0.12
 HEIGHT_TOLERANCE = 0.05  # of the first height: the table's own digits are 0.01, the surface is known to a cell
 
 
@@ -102,7 +104,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
 def _water(run: "Run") -> "Figure":
     name = run.case.body[0].name
     frames = np.asarray(run.times(name), dtype=float)
-    figure = new_figure(10.0, 5.5)
+    figure = new_figure(10.0, 3.6)
     shown = frames[np.linspace(0, len(frames) - 1, 6).astype(int)]
     for axes, time in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, shown, strict=True):
         points = run.fields(name, float(time))

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 CELLS = 4  # the paper plots means over four cells
 DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as wrong as the tolerance allows
-DENSEST = 0.78 / 0.729825  # the densest point of the driven gas over the exact density behind the shock
+DENSEST = 0.78 / 0.729825  # the densest mean of the shocked gas over the exact density behind the shock
+SCATTER = 0.25  # of single points about the means: what a shock leaves on them depends on where in a cell it met them
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
@@ -35,12 +36,20 @@ def metrics(run: "Run") -> dict[str, Metric]:
     result["shock_position"] = Metric(
         position, front, abs(position - front) / travelled, DISPLACED * tube.cell / travelled, "m", "where the shock is"
     )
-    driven = np.asarray(run.fields(run.case.body[1].name)["density"])
-    densest, behind = float(driven.max()), tube.solution.right_density
-    result["largest_density"] = Metric(
-        densest, behind, max(0.0, densest / behind - 1.0), DENSEST - 1.0, "kg/m^3", "densest point of the driven gas"
-    )
-    return result
+    return result | _densest(run, tube, found, time)
+
+
+def _densest(run: "Run", tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
+    """The largest density behind the shock: of the means that the paper plots, and of single points."""
+    shocked, exact = found.centres > tube.fronts(time)["contact"] - CELLS * tube.cell, tube.solution.right_density
+    largest = {
+        "largest_density": (float(np.nanmax(found.means["density"][shocked])), DENSEST - 1.0, "largest mean density"),
+        "densest_point": (float(run.fields(run.case.body[1].name)["density"].max()), SCATTER, "densest single point"),
+    }
+    return {
+        name: Metric(value, exact, max(0.0, value / exact - 1.0), tolerance, "kg/m^3", f"{text} behind the shock")
+        for name, (value, tolerance, text) in largest.items()
+    }
 
 
 def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:

@@ -9,6 +9,8 @@ from pellucid.model import Model, parameter
 
 
 class IdealGas(NamedTuple):
+    """Parameters of the law."""
+
     gamma: float
 
 

@@ -12,6 +12,8 @@ from pellucid.model import Model, parameter
 
 
 class MieGruneisen(NamedTuple):
+    """Parameters of the law."""
+
     rho0: float
     c0: float
     s: float

@@ -9,6 +9,8 @@ from pellucid.model import Model, parameter
 
 
 class StiffenedGas(NamedTuple):
+    """Parameters of the law."""
+
     Gamma: float
     p_inf: float
 

@@ -9,6 +9,8 @@ from pellucid.model import Model, parameter
 
 
 class Tait(NamedTuple):
+    """Parameters of the law."""
+
     rho0: float
     p0: float
     c0: float

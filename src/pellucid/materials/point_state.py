@@ -11,21 +11,27 @@ from pellucid.materials.neo_hookean import FiniteStrainState
 
 
 class FluidArrays(NamedTuple):
+    """Arrays of a fluid."""
+
     stress: np.ndarray  # (n, 6) [Pa]
     internal_energy: np.ndarray  # (n,) [J/kg]
 
 
 class HypoelasticArrays(NamedTuple):
+    """Arrays of a solid in rate form."""
+
     stress: np.ndarray  # (n, 6) [Pa]
 
 
 class FiniteStrainArrays(NamedTuple):
+    """Arrays of a hyperelastic solid."""
+
     stress: np.ndarray  # (n, 6) [Pa]
     deformation_gradient: np.ndarray  # (n, 9)
 
 
 # which arrays hold which state; their fields stand in the same order
-ARRAYS_OF: dict[type, type] = {
+ARRAYS_OF: dict[type, Any] = {
     FluidState: FluidArrays,
     HypoelasticState: HypoelasticArrays,
     FiniteStrainState: FiniteStrainArrays,

@@ -1,0 +1,83 @@
+"""What every case of the gallery must be and do. A new case is picked up by itself."""
+
+import math
+from dataclasses import dataclass
+
+import pytest
+
+import pellucid
+from pellucid import gallery
+from pellucid.case import dumps, load, loads
+from pellucid.results.metrics import Metric
+
+
+@dataclass(frozen=True)
+class Outcome:
+    run: pellucid.Run
+    metrics: dict[str, Metric]
+
+
+@pytest.fixture(scope="session", params=gallery.ids())
+def quick(request, tmp_path_factory):
+    """The quick variant of a case, run once for all tests."""
+    out = tmp_path_factory.mktemp(request.param.replace("/", "-"))
+    run = pellucid.run(load(request.param).quick_variant(), out=out / "run")
+    return Outcome(run, run.metrics)
+
+
+@pytest.mark.parametrize("name", gallery.ids())
+def test_says_what_it_is(name):
+    case = load(name)
+    assert case.title
+    assert case.source
+    assert len(case.description.split()) > 20, "a reader learns from the description what the case shows"
+    assert case.quick, "a quick variant"
+    assert case.times is not None
+    assert case.times.quick <= 10.0
+    assert case.quick_variant() != case
+
+
+@pytest.mark.parametrize("name", gallery.ids())
+def test_survives_writing_and_reading(name):
+    case = load(name)
+    assert loads(dumps(case), name) == case
+
+
+@pytest.mark.parametrize("name", gallery.ids())
+def test_measures_itself(name):
+    module = gallery.module(name)
+    assert module is not None
+    assert callable(module.metrics)
+    assert callable(module.figures)
+
+
+def test_quick_run_is_within_its_tolerances(quick):
+    assert quick.metrics
+    failed = {name: metric for name, metric in quick.metrics.items() if not metric.passed}
+    assert not failed
+
+
+def test_metrics_have_references(quick):
+    for name, metric in quick.metrics.items():
+        assert math.isfinite(metric.value), name
+        assert math.isfinite(metric.reference), name
+        assert metric.error >= 0.0, name
+        assert 0.0 < metric.tolerance < 1.0, name
+        assert metric.meaning, name
+
+
+def test_figures_are_drawn(quick):
+    for figure in gallery.module(quick.run.case.id).figures(quick.run).values():
+        figure.canvas.draw()
+        assert all(axes.get_xlabel() or axes.get_title() or not axes.lines for axes in figure.axes)
+
+
+def test_mass_is_constant(quick):
+    assert quick.run.summary["conservation"]["mass"] == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", gallery.ids())
+def test_full_run_is_within_its_tolerances(name):
+    run = pellucid.run(load(name), report=False)
+    assert not {key: metric for key, metric in run.metrics.items() if not metric.passed}
