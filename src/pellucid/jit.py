@@ -139,7 +139,7 @@ def _activate() -> None:
 def _compile_helper(function: Callable[..., Any]) -> None:
     from numba.extending import register_jitable
 
-    register_jitable(function)
+    register_jitable(forceinline=True)(function)
 
 
 def _compile_generic(operation: Generic) -> None:
@@ -153,7 +153,7 @@ def _compile_generic(operation: Generic) -> None:
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
-    overload(operation.dispatch)(choose)  # type: ignore[attr-defined]
+    overload(operation.dispatch, jit_options={"forceinline": True})(choose)  # type: ignore[attr-defined]
 
 
 def set_threads(threads: int | None) -> int:

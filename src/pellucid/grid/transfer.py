@@ -5,12 +5,14 @@ sum is added in the order of the points: the same bits on any number of threads.
 line (along z), which halves the work of the plain triple loop.
 
 The kernels take a body as a bundle: `mapped` is (functions, transfer, lattice, nodes, points, slabs, affine), `strained` is
-(functions, lattice, nodes, points, slabs, law, state arrays). Flags are integers 0 or 1.
+(functions, lattice, nodes, points, slabs, law, state arrays). Flags are integers 0 or 1. Indices are unsigned, which spares
+numba's question whether they count from the end.
 """
 
 from math import inf, sqrt
 
 from numba import prange
+from numpy import uintp
 
 from pellucid.approximants.axis import affine_weights, axis_weights
 from pellucid.grid.points import (
@@ -40,7 +42,8 @@ def _scatter_slab(mapped, s, inertia, force):
     x, v, sig = points.position, points.velocity, points.stress
     mass, momentum, f = nodes.mass, nodes.momentum, nodes.force
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for p in range(first, last):
+    for signed in range(first, last):
+        p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
@@ -59,7 +62,7 @@ def _scatter_slab(mapped, s, inertia, force):
                     wm = wx[a] * wy[b] * m
                     for c in range(len(wz)):
                         dz = (k + c - Z) * lattice.cell
-                        I = row + c * stride[2]
+                        I = uintp(row + c * stride[2])
                         w = wm * wz[c]
                         mass[I] += w
                         momentum[I, 0] += w * carried(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
@@ -76,7 +79,7 @@ def _scatter_slab(mapped, s, inertia, force):
                     tx, ty, tz = sxx * dx + sxy * dy, sxy * dx + syy * dy, sxz * dx + syz * dy
                     ux, uy, uz = sxz * w, syz * w, szz * w
                     for c in range(len(wz)):
-                        I = row + c * stride[2]
+                        I = uintp(row + c * stride[2])
                         f[I, 0] += tx * wz[c] + ux * gz[c]
                         f[I, 1] += ty * wz[c] + uy * gz[c]
                         f[I, 2] += tz * wz[c] + uz * gz[c]
@@ -105,7 +108,8 @@ def _accelerate_slab(mapped, s, remap):
     momentum, new, change = nodes.momentum, nodes.velocity, nodes.change
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     kinetic = px = py = pz = speed = 0.0
-    for p in range(slabs.first[s], slabs.first[s + 1]):
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
@@ -119,7 +123,7 @@ def _accelerate_slab(mapped, s, remap):
                 row = start + a * stride[0] + b * stride[1]
                 w = wx[a] * wy[b]
                 for c in range(len(wz)):
-                    I = row + c * stride[2]
+                    I = uintp(row + c * stride[2])
                     W = w * wz[c]
                     nx += W * new[I, 0]
                     ny += W * new[I, 1]
@@ -150,7 +154,7 @@ def _accelerate_slab(mapped, s, remap):
                     wm = wx[a] * wy[b] * m
                     for c in range(len(wz)):
                         dz = (k + c - Z) * lattice.cell
-                        I = row + c * stride[2]
+                        I = uintp(row + c * stride[2])
                         w = wm * wz[c]
                         momentum[I, 0] += w * carried(transfer, vx, C[0], C[1], C[2], dx, dy, dz)
                         momentum[I, 1] += w * carried(transfer, vy, C[3], C[4], C[5], dx, dy, dz)
@@ -176,7 +180,8 @@ def _gather_affine_slab(mapped, s):
     first, last = slabs.first[s], slabs.first[s + 1]
     x, new = points.position, nodes.velocity
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for p in range(first, last):
+    for signed in range(first, last):
+        p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
@@ -191,7 +196,7 @@ def _gather_affine_slab(mapped, s):
             for b in range(len(wy)):
                 row = i * stride[0] + j * stride[1] + k * stride[2] + a * stride[0] + b * stride[1]
                 for c in range(len(wz)):
-                    I = row + c * stride[2]
+                    I = uintp(row + c * stride[2])
                     for d in range(3):
                         affine[p, 3 * d] += h * bx[a] * wy[b] * wz[c] * new[I, d]
                         affine[p, 3 * d + 1] += h * wx[a] * by[b] * wz[c] * new[I, d]
@@ -215,7 +220,8 @@ def _deform_slab(strained, s, dt, move):
     stored = heating = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
-    for p in range(slabs.first[s], slabs.first[s + 1]):
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
@@ -229,7 +235,7 @@ def _deform_slab(strained, s, dt, move):
                 row = start + a * stride[0] + b * stride[1]
                 lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
                 for c in range(len(wz)):
-                    I = row + c * stride[2]
+                    I = uintp(row + c * stride[2])
                     lx += wz[c] * deforming[I, 0]
                     ly += wz[c] * deforming[I, 1]
                     lz += wz[c] * deforming[I, 2]
@@ -284,7 +290,7 @@ def _deform_slab(strained, s, dt, move):
             fault = INVERTED if growth <= 0.0 else NOT_FINITE
         if fault != OK and first_fault == OK:
             first_fault = fault
-            at_fault = p
+            at_fault = signed
     slabs.strayed[s] = strayed
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault
@@ -307,7 +313,8 @@ def _move_slab(mapped, s, dt):
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
-    for p in range(slabs.first[s], slabs.first[s + 1]):
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
@@ -335,7 +342,7 @@ def _move_slab(mapped, s, dt):
         fault = _misplaced(X, Y, Z, n)
         if fault != OK and first_fault == OK:
             first_fault = fault
-            at_fault = p
+            at_fault = signed
     slabs.strayed[s] = strayed
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault

@@ -95,7 +95,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
         for name in names:
             points = run.fields(name, float(frames[index]))
             x, y = np.asarray(points["position"])[:, :2].T
-            dots = axes.scatter(x, y, c=np.asarray(points["pressure"]), s=1, cmap="coolwarm", vmin=-60.0, vmax=60.0)
+            dots = axes.scatter(x, y, c=np.asarray(points["pressure"]), s=1, cmap="coolwarm", vmin=-100.0, vmax=100.0)
         axes.set_aspect("equal")
         axes.set_xlim(run.case.grid.lower[0], run.case.grid.upper[0])
         axes.set_ylim(run.case.grid.lower[1], run.case.grid.upper[1])

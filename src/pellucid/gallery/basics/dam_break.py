@@ -14,9 +14,11 @@ if TYPE_CHECKING:
 
     from pellucid.results.run import Run
 
-# The experimenters set each series' start so that it passes Z = 1.44 as the others do, and a real gate takes time to
-# leave: the front's place is known only to about a tenth of a width-crossing time, which is 0.15 of Z at its speed.
-FRONT_TOLERANCE = 0.15
+# The experimenters could not see when the flow began; all their series for this shape pass Z = 1.44 at T = 1.19 to 1.22.
+# So the front is compared in time that counts from that passage; the difference of the starts is a metric of its own.
+PASSAGE_FRONT, PASSAGE_TIME = 1.44, 1.19
+FRONT_TOLERANCE = 0.05  # table and figure of the paper differ by 2.4 % at the same T
+START_TOLERANCE = 0.35  # a gate that leaves in 0.02 s is 0.4 of T late
 # No start enters the speed, but the floor here is smooth where the experiment's front drags a boundary layer along; table
 # and figure of the paper differ by 3 % themselves.
 SPEED_TOLERANCE = 0.12
@@ -47,18 +49,21 @@ def metrics(run: "Run") -> dict[str, Metric]:
 def _against_experiment(run: "Run", column: Column) -> dict[str, Metric]:
     times, front = column.front_time(run.history["time"]), run.history["front"] / column.width
     wanted_time, wanted = martin_moyce("front")
-    known = (wanted_time >= 0.8) & (wanted_time <= times[-1])  # earlier than that the gate is still leaving
     result: dict[str, Metric] = {}
-    if known.sum() >= 3:
-        found = np.interp(wanted_time[known], times, front)
+    if front[-1] > PASSAGE_FRONT:
+        passage = float(np.interp(PASSAGE_FRONT, front, times))
+        text = f"T = n t sqrt(g/a) at which the front passes x/a = {PASSAGE_FRONT}"
+        result["start"] = Metric(passage, PASSAGE_TIME, abs(passage - PASSAGE_TIME), START_TOLERANCE, "", text)
+        aligned = times - passage + PASSAGE_TIME
+        known = (wanted_time >= PASSAGE_TIME) & (wanted_time <= aligned[-1])
+        found = np.interp(wanted_time[known], aligned, front)
         error = float(np.sqrt(np.mean((found / wanted[known] - 1.0) ** 2)))
-        text = "front x/a at the last table time reached; the error is the rms relative one over the table"
+        text = "front x/a at the last table time reached; the error is the rms relative one from that passage on"
         result["front"] = Metric(float(found[-1]), float(wanted[known][-1]), error, FRONT_TOLERANCE, "", text)
-        late = known & (wanted_time >= 1.4)
-        speed = float(np.polyfit(wanted_time[late], np.interp(wanted_time[late], times, front), 1)[0])
-        reference = float(np.polyfit(wanted_time[late], wanted[late], 1)[0])
-        text = "slope of x/a over T = n t sqrt(g/a), T >= 1.4"
-        result["front_speed"] = Metric(speed, reference, abs(speed / reference - 1.0), SPEED_TOLERANCE, "", text)
+        if known.sum() >= 5:
+            speed, reference = (float(np.polyfit(wanted_time[known], z, 1)[0]) for z in (found, wanted[known]))
+            error, text = abs(speed / reference - 1.0), "slope of x/a over T = n t sqrt(g/a)"
+            result["front_speed"] = Metric(speed, reference, error, SPEED_TOLERANCE, "", text)
     height_times, heights = wall_height(run, column)
     wanted_time, wanted = martin_moyce("height")
     known = wanted_time <= height_times[-1]
@@ -87,7 +92,11 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     curves = new_figure(10.0, 4.0)
     left, right = curves.subplots(1, 2)
     times = run.history["time"]
-    left.plot(column.front_time(times), run.history["front"] / column.width, label="pellucid")
+    scaled, front = column.front_time(times), run.history["front"] / column.width
+    left.plot(scaled, front, label="pellucid")
+    if front[-1] > PASSAGE_FRONT:
+        shifted = scaled - float(np.interp(PASSAGE_FRONT, front, scaled)) + PASSAGE_TIME
+        left.plot(shifted, front, "--", color=COLOURS[0], label="pellucid, counted from x/a = 1.44")
     left.plot(column.front_time(times), column.ritter(times), ":", color="black", label="Ritter's bound")
     left.set_ylim(1.0, 1.1 * float(np.max(run.history["front"])) / column.width)
     label(left, "T = n t √(g/a)", "front x/a")

@@ -47,7 +47,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         ),
         "breathing_period": Metric(period, breath, abs(period / breath - 1.0), first_order, "s", "first radial mode"),
         "angle": Metric(
-            angle, wanted, abs(angle / wanted - 1.0), strain + 2.0 * second_order, "rad", "turned angle at the end"
+            angle, wanted, abs(angle / wanted - 1.0), strain + 3.0 * second_order, "rad", "turned angle at the end"
         ),
         "angular_momentum": Metric(
             spin[-1], spin[0], lost, second_order, "kg m^2/s", "at the end against the start: the transfer conserves it nearly"
@@ -111,6 +111,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
         right.plot(r, exact, color="black", linewidth=1)
         right.plot(middles, np.histogram(radius, edges, weights=values)[0] / count, "o", color=colour, label=name)
     label(right, "radius", "stress, mean over the frames", "m", "Pa")
-    left.legend(loc="upper right")
+    left.set_ylim(top=1.25 * float(pull[shown].max()))
+    left.legend(loc="upper right", ncols=2)
     right.legend()
     return {"spinning_disc": figure}
