@@ -9,6 +9,9 @@ from typing import Any
 
 from pellucid.jit import generic, pointwise
 
+# cells squared; close to a wall the weights hardly spread, and dividing by less would lose the digits of a linear field
+LEAST_SPREAD = 1e-4
+
 
 @generic
 def axis_weights(fn: Any, axis: int, u: float, n: int) -> Any:  # type: ignore[empty-body]
@@ -31,7 +34,7 @@ def spread3(offset, w, g):
     """`affine_weights` of three nodes; on a wall, where the functions interpolate and do not spread, derivatives."""
     r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
-    if spread < 1e-8:
+    if spread < LEAST_SPREAD:
         return g
     return (r0 / spread, r1 / spread, r2 / spread)
 
@@ -41,7 +44,7 @@ def spread4(offset, w, g):
     """`affine_weights` of four nodes."""
     r0, r1, r2, r3 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0), w[3] * (offset + 3.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0) + r3 * (offset + 3.0)
-    if spread < 1e-8:
+    if spread < LEAST_SPREAD:
         return g
     return (r0 / spread, r1 / spread, r2 / spread, r3 / spread)
 
