@@ -21,6 +21,7 @@ FIELDS: dict[str, Field] = {
     "pressure": Field(1, "Pa", "pressure of the equation of state; of solids, minus the mean stress"),
     "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy"),
     "internal_energy": Field(1, "J/kg", "specific internal energy"),
+    "strain_energy": Field(1, "J/kg", "work of the stress on unit mass, of solids in rate form"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from pellucid.case.spec import Probe, TimeCase
 
 AT_REST = (0.0,) * 9
-PROBED = ("position", "velocity", "density", "pressure", "internal_energy", "stress", "mass")
+PROBED = ("position", "velocity", "density", "pressure", "internal_energy", "strain_energy", "stress", "mass")
+ONLY_OF = {"internal_energy": "fluid", "strain_energy": "linear-elastic"}
 COMPONENTS: dict[int, tuple[str, ...]] = {1: (), 3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
 
@@ -144,7 +145,7 @@ def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None
 
 def fields_of(body: Body) -> list[str]:
     """The fields that a body writes and probes can read."""
-    return [name for name in PROBED if name != "internal_energy" or body.material.kind == "fluid"]
+    return [name for name in PROBED if ONLY_OF.get(name, body.material.kind) == body.material.kind]
 
 
 def listed(names: Sequence[str]) -> str:

@@ -31,9 +31,13 @@ class LinearElastic(NamedTuple):
 
 
 class HypoelasticState(NamedTuple):
-    """What a point of a rate-form solid carries: Cauchy stress [Pa]."""
+    """What a point of a rate-form solid carries: Cauchy stress [Pa] and the work done on it [J/kg].
+
+    A rate form has no strain energy function; what it stores is the work of its stress.
+    """
 
     stress: Symmetric
+    work: float
 
 
 class LinearElasticMaterial(ElasticMaterial):
@@ -47,25 +51,27 @@ class LinearElasticMaterial(ElasticMaterial):
 
     def initial_state(self) -> HypoelasticState:
         """No stress."""
-        return HypoelasticState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        return HypoelasticState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0)
 
 
 @point_function(update, LinearElastic)
 def _update(law, state, density, L, dt, length):
     D = symmetric_part(L)
+    trD = D[0] + D[1] + D[2]
     s = rotate(spin_rotation(L, dt), state.stress)
-    bulk = dt * law.lam * (D[0] + D[1] + D[2])
+    bulk = dt * law.lam * trD
     m = 2.0 * dt * law.mu
-    return HypoelasticState(
-        (
-            s[0] + m * D[0] + bulk,
-            s[1] + m * D[1] + bulk,
-            s[2] + m * D[2] + bulk,
-            s[3] + m * D[3],
-            s[4] + m * D[4],
-            s[5] + m * D[5],
-        )
+    stress = (
+        s[0] + m * D[0] + bulk,
+        s[1] + m * D[1] + bulk,
+        s[2] + m * D[2] + bulk,
+        s[3] + m * D[3],
+        s[4] + m * D[4],
+        s[5] + m * D[5],
     )
+    # stress and volume of the middle of the step
+    power = 0.5 * (double_dot(s, D) + double_dot(stress, D))
+    return HypoelasticState(stress, state.work + dt * power * (1.0 - 0.5 * dt * trD) / density)
 
 
 @point_function(signal_speed, LinearElastic)
@@ -80,10 +86,7 @@ def _diffusivity(law, density):
 
 @point_function(stored_energy, LinearElastic)
 def _stored_energy(law, state, density):
-    # ½ σ:C⁻¹:σ per current volume
-    s = state.stress
-    pull = s[0] + s[1] + s[2]
-    return 0.25 / law.mu * (double_dot(s, s) - law.lam / (3.0 * law.lam + 2.0 * law.mu) * pull * pull) / density
+    return state.work
 
 
 @point_function(artificial_heating, LinearElastic)

@@ -21,6 +21,7 @@ class HypoelasticArrays(NamedTuple):
     """Arrays of a solid in rate form."""
 
     stress: np.ndarray  # (n, 6) [Pa]
+    strain_energy: np.ndarray  # (n,) [J/kg]
 
 
 class FiniteStrainArrays(NamedTuple):
@@ -51,13 +52,14 @@ def store(arrays: Any, p: int, state: Any) -> None:
 @point_function(load, HypoelasticArrays)
 def _load_hypoelastic(arrays, p):
     s = arrays.stress
-    return HypoelasticState((s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5]))
+    return HypoelasticState((s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5]), arrays.strain_energy[p])
 
 
 @point_function(store, HypoelasticArrays)
 def _store_hypoelastic(arrays, p, state):
     for k in range(6):
         arrays.stress[p, k] = state.stress[k]
+    arrays.strain_energy[p] = state.work
 
 
 @point_function(load, FluidArrays)

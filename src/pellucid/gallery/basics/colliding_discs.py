@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
-CONTACT_DURATION = 1.101  # s
+CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
 RESTITUTION = 0.905
 SETTLED = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
 
@@ -32,11 +32,15 @@ def metrics(run: "Run") -> dict[str, Metric]:
     asymmetry = float(np.max(np.abs(lower + upper)) / speed)
     off_line = float(np.max(np.abs(lower[:, 0] - lower[:, 1])) / speed)
     energy = abs(float(run.summary["conservation"]["energy"]))
+    swing = float(np.max(np.abs(run.history["energy_error"])))
     result = {
         "momentum": Metric(drift, 0.0, drift, 1e-12, "", "|sum m v| over sum m |v| at the end: rounding only"),
         "mirror": Metric(asymmetry, 0.0, asymmetry, 1e-9, "", "largest sum of the two mean velocities over the speed"),
         "diagonal": Metric(off_line, 0.0, off_line, 1e-6, "", "largest vx - vy of a disc over the speed"),
-        "energy": Metric(energy, 0.0, energy, 0.05, "", "relative energy error of the ledger at the end"),
+        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative energy error of the ledger at the end"),
+        # The rate form has no potential: at strains of a tenth, half stress times strain misses some of the work that the
+        # stress did, and gives it back. With the neo-hookean law, which has one, this is below 0.01.
+        "energy_swing": Metric(swing, 0.0, swing, 0.1, "", "largest relative energy error of the ledger on the way"),
     }
     if _as_published(run):
         result |= _contact(run, times, lower, speed)
@@ -49,18 +53,13 @@ def _contact(run: "Run", times: "Array", lower: "Array", speed: float) -> dict[s
     begins = _crossing(times, along, 0.99)
     rebound = float(np.mean(along[times > times[-1] - 0.4]))
     ends = _crossing(times, along, 0.99 * rebound + 0.01)
-    (one, other) = (body.shape.geometry() for body in run.case.body)
-    diameters = 0.5 * float(sum((bounds[1] - bounds[0])[0] for bounds in (one.bounds(), other.bounds())))
-    touch = (float(np.linalg.norm(other.centre() - one.centre())) - diameters) / (2.0 * speed)
     # Discs feel each other when they share nodes, up to two cells apart along each axis: earlier, and so much longer.
     early = 2.0 * np.sqrt(2.0) * run.case.grid.cell / (2.0 * speed)
-    length = ends - begins
-    slower = abs(-rebound / RESTITUTION - 1.0)
+    length, slower = ends - begins, abs(-rebound / RESTITUTION - 1.0)
+    late, longer = abs(begins / CONTACT_BEGINS - 1.0), abs(length / CONTACT_DURATION - 1.0)
     return {
-        "contact_begins": Metric(begins, touch, abs(begins - touch) / touch, early / touch, "s", "when the discs meet"),
-        "contact_duration": Metric(
-            length, CONTACT_DURATION, abs(length / CONTACT_DURATION - 1.0), early / CONTACT_DURATION, "s", "how long"
-        ),
+        "contact_begins": Metric(begins, CONTACT_BEGINS, late, early / CONTACT_BEGINS, "s", "when they slow down"),
+        "contact_duration": Metric(length, CONTACT_DURATION, longer, early / CONTACT_DURATION, "s", "how long"),
         "rebound": Metric(-rebound, RESTITUTION, slower, 0.1, "", "speed of a disc's centre after over before"),
     }
 
