@@ -54,10 +54,12 @@ def _update(law, state, density, L, dt, length):
 
 @point_function(signal_speed, NeoHookean)
 def _signal_speed(law, state, density, L, length):
-    # acoustic tensor of the spatial tangent: ρ c² = (λ + μ - λ ln J + μ n·b n)/J, and ρ J = ρ₀
+    # acoustic tensor of the spatial tangent, with ρ J = ρ₀: ρ₀ c² = λ + μ - λ ln J + μ n·b n along n, μ n·b n across,
+    # and across is faster where J is large
     F = state.deformation_gradient
     stretch = largest_row_sum(left_cauchy_green(F))
-    return sqrt(max(law.lam + law.mu - law.lam * log(determinant(F)) + law.mu * stretch, 0.0) / law.rho0)
+    along = max(law.lam + law.mu - law.lam * log(determinant(F)), 0.0)
+    return sqrt((along + law.mu * stretch) / law.rho0)
 
 
 @point_function(diffusivity, NeoHookean)
