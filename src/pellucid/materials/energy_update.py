@@ -37,7 +37,8 @@ ENERGY_UPDATES = {"closed": ClosedEnergy(), "explicit": ExplicitEnergy(), "itera
 def new_energy(  # type: ignore[empty-body]
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """Specific energy at the end of the step [J/kg]; nan where an iteration does not converge.
+    """Specific energy at the end of the step [J/kg]; nan where an iteration does not converge or the step compresses more
+    than backward Euler can follow.
 
     density: at the end of the step; old_work: dt/ρ σ_k:D [J/kg]; other_work: dt/ρ (τ - q I):D, the part without P [J/kg].
     """
@@ -59,6 +60,8 @@ def _explicit(mode, eos, energy, density, trD, old_work, other_work, dt):
 def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
     A, B = pressure_line(eos, density)
     s = dt * trD / density
+    if s * B <= -1.0:
+        return nan
     e = (energy + other_work - s * A) / (1.0 + s * B)
     if A + B * e < lowest_pressure(eos):
         e = energy + other_work - s * lowest_pressure(eos)
@@ -74,6 +77,8 @@ def _iterated(mode, eos, energy, density, trD, old_work, other_work, dt):
         P = pressure(eos, density, e)
         step = 1e-6 * (abs(e) + scale) + 1e-300
         slope = (pressure(eos, density, e + step) - P) / step
+        if s * slope <= -1.0:
+            return nan
         change = (energy + other_work - s * P - e) / (1.0 + s * slope)
         e += change
         if abs(change) <= mode.tolerance * (abs(e) + scale):
