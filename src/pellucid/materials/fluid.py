@@ -3,6 +3,8 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
+from pydantic import model_validator
+
 from pellucid.jit import point_function
 from pellucid.materials.artificial_viscosity import (
     ArtificialViscosity,
@@ -46,6 +48,18 @@ class FluidMaterial(Model):
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
     energy_update: Literal["closed", "iterated", "explicit"] = parameter("", "how the energy equation is solved", "closed")
+
+    @model_validator(mode="after")
+    def _pressure_is_possible(self) -> "FluidMaterial":
+        eos, energy = self.law().eos, self.initial_state().energy
+        found = pressure(eos, self.density, energy)
+        # rounding of the terms that cancel in a stiff liquid
+        if abs(found - self.pressure) > 1e-9 * (abs(self.pressure) + abs(pressure_line(eos, self.density)[0])):
+            raise ValueError(
+                f"the pressure is {self.pressure:g} Pa, but this equation of state has {found:g} Pa at the initial density and "
+                f"no energy that changes it; use pressure = {found:g}"
+            )
+        return self
 
     def law(self) -> NewtonianFluid:
         """The law as kernels take it."""
