@@ -1,0 +1,66 @@
+"""One or more of every registered material and equation of state, in units of their usual size."""
+
+from typing import get_args
+
+import pytest
+
+from pellucid.materials import Material
+from pellucid.materials.eos import EquationOfState
+from pellucid.materials.fluid import FluidMaterial
+from pellucid.materials.linear_elastic import LinearElasticMaterial
+from pellucid.materials.neo_hookean import NeoHookeanMaterial
+
+EOS = {
+    "ideal-gas": (1.2, 1e5, {"kind": "ideal-gas", "gamma": 1.4}),
+    "stiffened-gas": (1000.0, 0.0, {"kind": "stiffened-gas", "gruneisen": 4.0, "p_infinity": 2.12e8}),
+    "mie-gruneisen": (
+        1000.0,
+        1e5,
+        {"kind": "mie-gruneisen", "sound_speed": 1480.0, "slope": 1.75, "gruneisen": 0.28, "carries_tension": True},
+    ),
+    "tait": (1000.0, 1e5, {"kind": "tait", "sound_speed": 1480.0, "exponent": 7.0, "carries_tension": True}),
+}
+
+
+def fluid(eos="ideal-gas", **changes):
+    """A fluid with one of the equations of state above."""
+    density, pressure, table = EOS[eos]
+    table = table | changes.pop("eos_changes", {})
+    return FluidMaterial.model_validate({"density": density, "pressure": pressure} | changes | {"eos": table})
+
+
+SOLIDS = {
+    "linear-elastic": LinearElasticMaterial(density=2700.0, young_modulus=7e10, poisson_ratio=0.33),
+    "neo-hookean": NeoHookeanMaterial(density=1100.0, young_modulus=17.9e3, poisson_ratio=0.45),
+}
+INVISCID = {name: fluid(name) for name in EOS}
+MATERIALS = {
+    **INVISCID,
+    "viscous": fluid("stiffened-gas", viscosity=8.9e-4),
+    "shocked": fluid("ideal-gas", viscosity=1.0, artificial_viscosity={"quadratic": 2.0, "linear": 1.0}),
+    **SOLIDS,
+}
+
+every_material = pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
+every_inviscid_fluid = pytest.mark.parametrize("material", INVISCID.values(), ids=INVISCID)
+every_solid = pytest.mark.parametrize("material", SOLIDS.values(), ids=SOLIDS)
+
+
+def members(union):
+    """The classes of a union of case models, told apart by kind."""
+    return {get_args(member)[0] for member in get_args(get_args(union)[0])}
+
+
+def unsampled():
+    """Registered classes that no sample above covers."""
+    materials = members(Material) - {type(material) for material in MATERIALS.values()}
+    return materials | (members(EquationOfState) - {type(material.eos) for material in INVISCID.values()})
+
+
+# velocity gradients [1/s] that strain by up to a tenth in a step of 1 ms
+RATES = {
+    "squeeze": (-80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "swell": (30.0, 0.0, 0.0, 0.0, 30.0, 0.0, 0.0, 0.0, 30.0),
+    "shear": (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "general": (-30.0, 20.0, 5.0, -10.0, 15.0, 40.0, 7.0, -3.0, -25.0),
+}
