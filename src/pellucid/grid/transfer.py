@@ -344,8 +344,9 @@ def _move_slab(mapped, s, dt):
             first_fault = fault
             at_fault = signed
     slabs.strayed[s] = strayed
-    slabs.fault[s, 0] = first_fault
-    slabs.fault[s, 1] = at_fault
+    if first_fault != OK:  # what `deform` found earlier in the step stays
+        slabs.fault[s, 0] = first_fault
+        slabs.fault[s, 1] = at_fault
 
 
 @kernel(parallel=True)

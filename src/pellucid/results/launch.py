@@ -5,6 +5,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
+from pellucid.jit import set_threads
 from pellucid.results import checkpoint
 from pellucid.results.recorder import Recorder
 from pellucid.results.run import Run
@@ -28,6 +29,7 @@ def run_case(
     `until` [s] stops early, `report=False` leaves out figures and report. Raises `UsageError` for a folder with other
     things in it, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
+    set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.simulation import Simulation
 
     _announce(case, progress)
@@ -48,6 +50,7 @@ def resume_case(
 
     Raises `UsageError` where there is no run, otherwise as `run_case`.
     """
+    set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.simulation import Simulation
 
     folder = RunFolder(out)
