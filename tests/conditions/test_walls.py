@@ -1,0 +1,137 @@
+"""Supports on nodes, and what they do to bodies."""
+
+import numpy as np
+import pytest
+from scenes import RATE_SOLID, SLIP, advance, box, case, simulation
+
+from pellucid.conditions.support import Support
+from pellucid.conditions.walls import hold_nodes
+from pellucid.errors import CaseError
+from pellucid.grid.grid import Grid
+
+
+def held(*support, counts=(3, 4, 5)):
+    """Positions, held directions (numbers of supports) and wall velocities."""
+    tables = case(box((0, 0, 0), counts), counts=counts, support=support)
+    grid = Grid(tables.grid)
+    walls = hold_nodes(grid, tables.support)
+    index, position = grid.where()
+    return position, grid.nodes.hold[index], walls
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_faces(axis, side):
+    position, hold, walls = held({"where": f"{'xyz'[axis]}-{side}", "velocity": (1, 2, 3)})
+    on_face = position[:, axis] == (0 if side == "lower" else (3, 4, 5)[axis])
+    assert np.all(hold[on_face] == 1)
+    assert not hold[~on_face].any()
+    assert walls.tolist() == [[1, 2, 3], [0, 0, 0]]
+
+
+def test_normal_holds_one_direction():
+    position, hold, _ = held({"where": "y-upper", "fix": "normal"})
+    on_face = position[:, 1] == 4
+    assert np.all(hold[on_face] == (0, 1, 0))
+    assert not hold[~on_face].any()
+
+
+def test_boxes_include_their_faces_and_later_supports_count():
+    inside = {"where": {"box": {"lower": (1, 1, 1), "upper": (2, 2, 2)}}, "fix": ["z"]}
+    position, hold, _ = held({"where": "all-nodes", "fix": ["y", "z"]}, inside)
+    within = np.all((position >= 1) & (position <= 2), axis=1)
+    assert within.sum() == 8
+    assert np.all(hold[within] == (0, 1, 2))
+    assert np.all(hold[~within] == (0, 1, 1))
+
+
+def test_a_box_between_nodes_is_an_error_that_names_the_support():
+    between = {"where": {"box": {"lower": (1.2, 1.2, 1.2), "upper": (1.8, 1.8, 1.8)}}}
+    with pytest.raises(CaseError, match=r"support\.1\.where") as caught:
+        held({"where": "x-lower"}, between)
+    assert "at least one cell" in str(caught.value)
+
+
+def test_thin_axes_are_held_and_do_not_count_for_boxes():
+    flat = {"where": {"box": {"lower": (0, 0, 0.3), "upper": (1, 1, 0.6)}}, "fix": ["x"]}
+    position, hold, walls = held(flat, counts=(3, 3, 1))
+    assert np.all(hold[:, 2] == 2)
+    assert walls[1].tolist() == [0, 0, 0]
+    corner = (position[:, 0] <= 1) & (position[:, 1] <= 1)
+    assert np.all((hold[:, 0] == 1) == corner)
+
+
+def test_normal_needs_a_face():
+    with pytest.raises(ValueError, match="needs a face"):
+        Support(where="all-nodes", fix="normal")
+    with pytest.raises(ValueError, match="holds no direction"):
+        Support(where="x-lower", fix=())
+
+
+# what supports do to bodies
+
+
+def block(**more):
+    return box((0, 0, 0), (2, 2, 2), RATE_SOLID, **more)
+
+
+@pytest.mark.parametrize(
+    ("support", "velocity"),
+    [
+        ([{"where": "x-lower"}], (-0.2, 0.1, 0.05)),
+        (SLIP, (-0.2, 0.1, 0.05)),
+        ([{"where": "x-lower", "fix": ["x"], "velocity": (0.2, 0, 0)}], (0, 0, 0)),
+        ([{"where": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}, "velocity": (0, 0.1, 0)}], (0, 0, 0.1)),
+        ([{"where": "all-nodes", "fix": ["y"]}], (0.1, 0.2, 0.1)),
+    ],
+    ids=["fixed", "slip", "moving", "box", "all nodes"],
+)
+def test_momentum_changes_by_the_impulse_of_the_supports(support, velocity):
+    scene = advance(simulation(block(velocity=velocity), counts=(5, 4, 4), support=support, end=10.0), 25)
+    assert np.abs(scene.ledger.impulse).max() > 1.0
+    # sums of some hundred products in each of 25 steps
+    assert scene.conservation()["momentum"] < 1e-14
+    assert scene.momentum() - scene.ledger.initial_momentum == pytest.approx(scene.ledger.impulse, abs=1e-11)
+
+
+def test_slip_walls_let_tangential_motion_pass():
+    floor = {"where": "z-lower", "fix": "normal"}
+    scene = simulation(block(velocity=(0.5, -0.25, 0.0)), counts=(5, 5, 5), lower=(-1, -2, 0), support=[floor], end=10.0)
+    before = scene.bodies[0].frame()["position"]
+    advance(scene, 30)
+    frame = scene.bodies[0].frame()
+    # rounding of a few dozen terms a step, and of stresses of 1e4 Pa times the same
+    assert np.abs(frame["velocity"] - (0.5, -0.25, 0.0)).max() < 1e-13
+    assert np.abs(frame["position"] - before - scene.time * np.array((0.5, -0.25, 0.0))).max() < 1e-13
+
+
+def test_a_moving_wall_sends_a_wave_and_works():
+    """A slab hit by a wall at 0.1 m/s: the layer that the wave has passed moves with the wall, half its energy is strain."""
+    wall = {"where": "x-lower", "fix": ["x"], "velocity": (0.1, 0, 0)}
+    slab = box((0, 0, 0), (12, 1, 1), RATE_SOLID, (2, 1, 1))
+    scene = simulation(slab, counts=(16, 1, 1), support=[wall], end=10.0, courant=0.2)
+    start = scene.bodies[0].frame()["position"][:, 0]
+    while scene.time < 2.0:
+        scene.step()
+    frame = scene.bodies[0].frame()
+    front = np.sqrt(1.3462e4 / 1000.0) * scene.time  # λ + 2μ = 1.3462 E
+    # a grid of cells of 1 m smears the front over some four of them, and the velocities behind it swing by Gibbs' share
+    assert np.abs(frame["velocity"][start > front + 3.0]).max() < 0.02 * 0.1
+    assert frame["velocity"][start < front - 3.0, 0].mean() == pytest.approx(0.1, rel=0.05)
+    energies, expected = scene.energies(), 0.5 * 1000.0 * front * 0.01
+    assert energies["kinetic"] == pytest.approx(expected, rel=0.1)
+    assert energies["strain"] == pytest.approx(expected, rel=0.1)
+    assert energies["support_work"] == pytest.approx(2.0 * expected, rel=0.1)
+    assert scene.conservation()["energy"] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_thin_axes_stay_still_to_the_last_bit(axis):
+    counts = [4, 4, 4]
+    counts[axis] = 1
+    lower, upper = [1.0] * 3, [3.0] * 3
+    scene = simulation(box(lower, upper, velocity=(0.1, 0.1, 0.1), angular_velocity=(0.3, 0.2, 0.1)), counts=counts, end=10.0)
+    before = scene.bodies[0].frame()["position"][:, axis]
+    frame = advance(scene, 5).bodies[0].frame()
+    assert np.array_equal(frame["position"][:, axis], before)
+    assert not frame["velocity"][:, axis].any()

@@ -1,0 +1,101 @@
+"""The nodes' equation of motion, against the same in numpy."""
+
+import numpy as np
+import pytest
+from scenes import SLIP, box, case
+
+from pellucid.conditions.walls import hold_nodes
+from pellucid.grid.grid import Grid
+from pellucid.grid.motion import CHUNK, NodalMotion
+
+DT, SMALL = 0.25, 1e-3
+GRAVITY = (0.5, 0.0, -2.0)
+
+
+def nodes_at_random(counts, support=()):
+    """A grid with masses, momenta and forces; some nodes are empty, some nearly so."""
+    tables = case(box((0, 0, 0), counts), counts=counts, support=support)
+    grid = Grid(tables.grid)
+    walls = hold_nodes(grid, tables.support)
+    generator = np.random.default_rng(2)
+    n = grid.n_nodes
+    index, _ = grid.where()
+    mass = np.zeros(n)
+    mass[index] = generator.uniform(0.5, 2.0, len(index)) * generator.choice([0.0, 1e-6, 1.0], len(index))
+    grid.nodes.mass[:] = mass
+    grid.nodes.momentum[:] = mass[:, None] * generator.normal(size=(n, 3))
+    grid.nodes.force[:] = generator.normal(size=(n, 3)) * (mass > 0.0)[:, None]
+    return grid, walls
+
+
+@pytest.mark.parametrize("counts", [(3, 3, 3), (20, 20, 20)])  # one chunk of nodes, several
+def test_free_nodes_follow_newton(counts):
+    grid, walls = nodes_at_random(counts)
+    nodes = grid.nodes
+    assert (grid.n_nodes > CHUNK) == (counts[0] > 3)
+    work = NodalMotion(nodes, walls, GRAVITY, SMALL).advance(DT)
+    full = nodes.mass > 0.0
+    v = nodes.momentum[full] / nodes.mass[full, None]
+    new = v + DT * (nodes.force[full] / nodes.mass[full, None] + np.array(GRAVITY))
+    assert nodes.change[full] == pytest.approx(new - v, rel=1e-12)  # differences of large accelerations
+    heavy = nodes.mass[full] > SMALL
+    assert nodes.velocity[full][heavy] == pytest.approx(new[heavy], rel=1e-14)
+    assert not nodes.velocity[~full].any()
+    assert not nodes.change[~full].any()
+    assert np.array_equal(nodes.velocity, nodes.deforming)
+    mean = 0.5 * (v + new)
+    assert work.mass == pytest.approx(nodes.mass.sum(), rel=1e-14)
+    assert work.internal == pytest.approx(DT * np.sum(nodes.force[full] * mean), rel=1e-12)
+    assert work.gravity == pytest.approx(DT * np.sum(nodes.mass[full, None] * mean * GRAVITY), rel=1e-12)
+    assert work.support == 0.0
+    # kinetic energy of the nodes changes by exactly these works
+    change = 0.5 * np.sum(nodes.mass[full, None] * (new**2 - v**2))
+    assert change == pytest.approx(work.internal + work.gravity, rel=1e-12)
+
+
+def test_a_node_with_hardly_any_mass_gets_no_large_velocity():
+    """A millionth of a point's mass under an ordinary force: f/m would be a million times too much."""
+    grid, walls = nodes_at_random((4, 4, 4))
+    nodes = grid.nodes
+    NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL).advance(DT)
+    light = (nodes.mass > 0.0) & (nodes.mass < SMALL)
+    assert light.any()
+    assert nodes.velocity[light] == pytest.approx(nodes.momentum[light] / nodes.mass[light, None])
+    assert np.abs(nodes.change[light]).max() > 1e3, "the points still get the impulse, in proportion to their weight"
+
+
+def test_supports_hold_and_report_their_impulse():
+    moving = {"where": "x-lower", "fix": ["x", "y"], "velocity": (0.5, -0.25, 9.0)}
+    grid, walls = nodes_at_random((4, 4, 4), [*SLIP[2:], moving])
+    nodes = grid.nodes
+    work = NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL).advance(DT)
+    full = nodes.mass > 0.0
+    momentum = nodes.mass[full, None] * nodes.change[full]
+    # impulses of forces and supports make the whole change of momentum
+    total = DT * nodes.force.sum(axis=0) + work.impulses.sum(axis=0)
+    assert momentum.sum(axis=0) == pytest.approx(total, abs=1e-12 * np.abs(momentum).sum())
+    for number, velocity in enumerate(walls):
+        for axis in range(3):
+            held = full & (nodes.hold[:, axis] == number + 1)
+            assert np.all(nodes.velocity[held, axis] == velocity[axis])
+            assert np.all(nodes.deforming[held, axis] == velocity[axis])
+    assert work.support == pytest.approx(np.sum(work.impulses * walls), rel=1e-12)
+
+
+def test_projection_is_momentum_over_mass_with_supports():
+    grid, walls = nodes_at_random((4, 4, 4), [{"where": "z-upper", "fix": ["z"], "velocity": (0, 0, 2.0)}])
+    nodes = grid.nodes
+    NodalMotion(nodes, walls, GRAVITY, SMALL).project()
+    full = nodes.mass > 0.0
+    expected = np.zeros_like(nodes.momentum)
+    expected[full] = nodes.momentum[full] / nodes.mass[full, None]
+    held = nodes.hold > 0
+    assert nodes.deforming[~held] == pytest.approx(expected[~held], rel=1e-15)
+    assert np.all(nodes.deforming[held] == 2.0)
+
+
+def test_chunks_do_not_change_sums():
+    """The works of a large grid are those of its nodes added in any order, to rounding."""
+    grid, walls = nodes_at_random((30, 16, 16))
+    work = NodalMotion(grid.nodes, walls, GRAVITY, SMALL).advance(DT)
+    assert work.mass == pytest.approx(float(np.sum(grid.nodes.mass)), rel=1e-13)

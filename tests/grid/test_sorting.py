@@ -1,0 +1,124 @@
+"""Sorting by cell, and slabs that threads may share."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scenes import box, case, place, simulation
+
+from pellucid.approximants import GRID_FUNCTIONS
+from pellucid.approximants.axis import axis_weights
+from pellucid.grid.grid import Grid
+from pellucid.grid.sorting import sort_by_cell
+
+COUNTS = [(4, 4, 4), (1, 1, 40), (60, 2, 1), (1, 9, 3), (200, 1, 1), (3, 17, 2)]
+
+
+def cloud(counts, n, squeeze=1.0):
+    """A grid, and arrays of points on it at random, some exactly on walls and nodes."""
+    grid = Grid(case(box((0, 0, 0), counts), counts=counts).grid)
+    generator = np.random.default_rng(n)
+    position = generator.random((n, 3)) ** squeeze * counts
+    on_nodes = generator.random(n) < 0.2
+    position[on_nodes] = np.rint(position[on_nodes])
+    return grid, {"id": np.arange(n), "position": position, "stress": generator.random((n, 6))}
+
+
+def cell_of(grid, position):
+    """Cell of each point, counted in the order of the memory."""
+    lattice = grid.lattice
+    cells = np.minimum(position.astype(int), np.array(lattice.counts) - 1)
+    axes = [lattice.slab_axis, *(axis for axis in range(3) if axis != lattice.slab_axis)]
+    return np.ravel_multi_index(cells[:, axes].T, [lattice.counts[axis] for axis in axes])
+
+
+@pytest.mark.parametrize("counts", COUNTS)
+@pytest.mark.parametrize("n", [1, 2, 1000])
+def test_sorting_is_a_stable_permutation_by_cell(counts, n):
+    grid, arrays = cloud(counts, n)
+    before = {name: array.copy() for name, array in arrays.items()}
+    scratch = {}
+    sort_by_cell(arrays, scratch, grid.lattice, 2)
+    order = arrays["id"]
+    assert np.array_equal(order, np.argsort(cell_of(grid, before["position"]), kind="stable"))
+    for name, array in arrays.items():
+        assert np.array_equal(array, before[name][order]), name
+    again = {name: array.copy() for name, array in arrays.items()}
+    sort_by_cell(arrays, scratch, grid.lattice, 2)
+    for name, array in arrays.items():
+        assert np.array_equal(array, again[name]), "sorted points stay as they are"
+
+
+@pytest.mark.parametrize("counts", COUNTS)
+@pytest.mark.parametrize("squeeze", [1.0, 4.0])
+@pytest.mark.parametrize("stencil", [2, 3, 4])
+def test_slabs_cover_points_and_layers_once(counts, squeeze, stencil):
+    grid, arrays = cloud(counts, 700, squeeze)
+    slabs = sort_by_cell(arrays, {}, grid.lattice, stencil)
+    axis = grid.lattice.slab_axis
+    for edges, end in ((slabs.first, 700), (slabs.layer, counts[axis])):
+        assert edges[0] == 0
+        assert edges[-1] == end
+        assert np.all(np.diff(edges) >= 0)
+    layer = np.minimum(arrays["position"][:, axis].astype(int), counts[axis] - 1)
+    for s in range(len(slabs.layer) - 1):
+        own = layer[slabs.first[s] : slabs.first[s + 1]]
+        assert np.all((own >= slabs.layer[s]) & (own < slabs.layer[s + 1]))
+    assert not slabs.strayed.any()
+    assert not slabs.fault.any()
+
+
+@pytest.mark.parametrize("name", GRID_FUNCTIONS)
+@pytest.mark.parametrize("squeeze", [1.0, 4.0])
+@pytest.mark.parametrize("n", [2, 3, 9, 10, 11, 64, 333])
+def test_slabs_of_one_colour_reach_no_common_node(name, squeeze, n):
+    """Points may stray one layer beyond their slab before they are sorted again; weights of zero are written too."""
+    fn = GRID_FUNCTIONS[name]((3, 3, 3))
+    grid, arrays = cloud((n, 1, 1), 3000, squeeze)
+    layer = sort_by_cell(arrays, {}, grid.lattice, fn.stencil).layer
+    reached = []
+    for lower, upper in pairwise(layer):
+        ends = [max(lower - 1.0, 0.0), min(np.nextafter(upper + 1.0, 0.0), float(n))]
+        places = np.clip(np.concatenate([ends, np.linspace(*ends, 97)]), *ends)
+        firsts = [axis_weights(fn, 0, float(u), n)[0] for u in places]
+        reached.append((min(firsts), max(firsts) + fn.stencil - 1))
+    for one, other in zip(reached[:-2], reached[2:], strict=True):
+        assert one[1] < other[0]
+
+
+def test_enough_slabs_for_many_threads():
+    grid, arrays = cloud((400, 1, 1), 5000)
+    for stencil in (2, 3, 4):
+        slabs = sort_by_cell({name: array.copy() for name, array in arrays.items()}, {}, grid.lattice, stencil)
+        shares = np.diff(slabs.first)
+        assert len(shares) >= 32
+        assert shares.max() < 3.0 * shares.mean()
+
+
+def test_a_straying_point_triggers_sorting_once():
+    scene = simulation(box((0, 0, 0), (3, 1, 1)), counts=(40, 1, 1))
+    body = scene.bodies[0]
+    slabs = body.slabs
+    body.sort_if_strayed()
+    assert body.slabs is slabs, "nothing strayed"
+    nodes = scene.grid.nodes
+    index, _ = scene.grid.where()
+    nodes.velocity[index] = (1.0, 0.0, 0.0)
+    nodes.deforming[index] = (1.0, 0.0, 0.0)
+    steps = 0
+    while not body.slabs.strayed.any():
+        body.deform(0.125, move=True)
+        steps += 1
+        assert steps < 1000
+    body.sort_if_strayed()
+    assert body.slabs is not slabs
+    cells = cell_of(scene.grid, body.points.position)
+    assert np.all(np.diff(cells) >= 0)
+
+
+def test_points_on_every_wall_and_corner_are_sorted():
+    scene = simulation(box((0, 0, 0), (2, 2, 2), per_cell=(1, 1, 1)), counts=(2, 2, 2))
+    corners = np.array([(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)], dtype=float)
+    place(scene.bodies[0], corners)
+    assert np.array_equal(np.sort(cell_of(scene.grid, scene.bodies[0].points.position)), np.arange(8))
+    scene.step()

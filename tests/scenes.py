@@ -1,0 +1,47 @@
+"""Small cases and simulations for tests of the grid, the bodies and the time loop."""
+
+import numpy as np
+
+from pellucid.case import Case
+from pellucid.simulation import Simulation
+
+SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+RATE_SOLID = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+GAS = {"kind": "fluid", "density": 1.0, "pressure": 1.0, "eos": {"kind": "ideal-gas", "gamma": 1.4}}
+SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
+
+
+def box(lower, upper, material=SOLID, per_cell=(2, 2, 2), name="block", **more):
+    """A body that fills a box."""
+    shape = {"box": {"lower": lower, "upper": upper}}
+    return {"name": name, "shape": shape, "points_per_cell": per_cell, "material": material} | more
+
+
+def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="trilinear", support=(), **more):
+    """A case on a grid of `counts` cells; `more` are keys of the table `time`, or `gravity` and `energy`."""
+    table = {name: more.pop(name) for name in ("gravity", "energy") if name in more}
+    upper = [a + n * cell for a, n in zip(lower, counts, strict=True)]
+    grid = {"lower": lower, "upper": upper, "cell": cell, "functions": functions}
+    time = {"end": 1.0} | more
+    return Case.model_validate(
+        {"schema": 1, "title": "a test", "grid": grid, "time": time, "body": bodies, "support": support} | table
+    )
+
+
+def simulation(*bodies, threads=1, **more):
+    """A simulation of `case(...)`."""
+    return Simulation(case(*bodies, **more), threads=threads)
+
+
+def place(body, position):
+    """Put the points of a body at other places [m], shape (n, 3)."""
+    assert body.arrays["position"].shape == np.shape(position)
+    body.arrays["position"][:] = position
+    body.sort()
+
+
+def advance(simulation, steps):
+    """Several steps."""
+    for _ in range(steps):
+        simulation.step()
+    return simulation
