@@ -66,9 +66,16 @@ class UsageError(PellucidError):
 
 
 class RunStopped(PellucidError):
-    """A run that stopped itself (NaN, inverted or lost point, collapsed step, energy error), or failed verification."""
+    """A run that stopped itself (NaN, inverted or lost point, collapsed step, energy error), or failed verification.
+
+    `place` says where, as far as it is known: step, time, body, point and its state.
+    """
 
     exit_status = 3
+
+    def __init__(self, message: str, **place: object) -> None:
+        super().__init__(message)
+        self.place = place
 
 
 class Interrupted(PellucidError):

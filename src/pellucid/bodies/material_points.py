@@ -140,22 +140,19 @@ class MaterialPoints:
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
         place = ", ".join(f"{value:.6g}" for value in state["position"])
         remedies = {
-            1: "use a smaller time.step or time.courant, or look at the state below for an impossible value",
+            1: "use a smaller time.step or time.courant, or look in forensics/failure.json for what is impossible in it",
             2: "use a smaller time.step or time.courant, a finer grid.cell, or artificial viscosity for shocks",
             3: "make the grid larger or put a support on the face it crossed",
         }
-        error = RunStopped(
+        raise RunStopped(
             f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` at ({place}) m: "
-            f"{FAULTS[int(code)]}; {remedies[int(code)]}"
+            f"{FAULTS[int(code)]}; {remedies[int(code)]}",
+            step=n_steps,
+            time=time,
+            body=self.name,
+            point=state["id"],
+            state=state,
         )
-        error.step, error.time, error.body, error.point, error.state = (  # type: ignore[attr-defined]
-            n_steps,
-            time,
-            self.name,
-            state["id"],
-            state,
-        )
-        raise error
 
     def _measure(self) -> None:
         """The sums of the initial state."""

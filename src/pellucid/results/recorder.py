@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 
-FAILURE = ("step", "time", "body", "point", "state")
-"""What an error that stops a run may know of its place."""
-
-
 class Recorder:
     """Writes history, frames, checkpoints and the facts of a run to its folder.
 
@@ -91,7 +87,7 @@ class Recorder:
     def failed(self, sim: Any, error: RunStopped) -> None:
         """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
         what = {"message": str(error), "step": sim.n_steps, "time": finite(sim.time)}
-        what |= {name: getattr(error, name) for name in FAILURE if getattr(error, name, None) is not None}
+        what |= error.place
         try:
             self.folder.forensics.mkdir(exist_ok=True)
             write_text(self.folder.forensics / "failure.json", json.dumps(what, indent=2, default=_plain) + "\n")
