@@ -1,5 +1,6 @@
 """Shock tubes: the exact profile of a case, and profiles of a run averaged over a few grid cells."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -108,9 +109,9 @@ class Profile:
         return float(np.sum(np.abs(np.diff(values))) / np.sum(np.diff(self.edges) * np.abs(values)))
 
 
-def points_of(run: Any, time: float | None = None) -> dict[str, Array]:
-    """The points of all bodies of a run as one set (at the end of the run where no time is given)."""
-    frames = [run.fields(body.name, time) for body in run.case.body]
+def points_of(run: Any, bodies: Iterable[Any] | None = None) -> dict[str, Array]:
+    """The points of some bodies of a run, all where none are given, as one set at the end of the run."""
+    frames = [run.fields(body.name) for body in (run.case.body if bodies is None else bodies)]
     names = ("position", "velocity", "density", "pressure", "internal_energy", "mass")
     return {name: np.concatenate([np.asarray(frame[name], dtype=float) for frame in frames]) for name in names}
 

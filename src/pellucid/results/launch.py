@@ -5,7 +5,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
-from pellucid.jit import set_threads
+from pellucid.jit import kernels_are_cached, set_threads
 from pellucid.results import checkpoint
 from pellucid.results.recorder import Recorder
 from pellucid.results.run import Run
@@ -70,10 +70,11 @@ def resume_case(
 
 
 def _announce(case: "Case", progress: "Progress | None") -> None:
-    from pellucid.jit import kernels_are_cached
+    if progress is None:
+        return
     from pellucid.simulation import kernel_key
 
-    if progress and not kernels_are_cached(kernel_key(case)):
+    if not kernels_are_cached(kernel_key(case)):
         progress.message("compiling kernels (first run only) ...")
 
 

@@ -38,9 +38,8 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "mirror": Metric(asymmetry, 0.0, asymmetry, 1e-9, "", "largest sum of the two mean velocities over the speed"),
         "diagonal": Metric(off_line, 0.0, off_line, 1e-6, "", "largest vx - vy of a disc over the speed"),
         "energy": Metric(energy, 0.0, energy, 0.02, "", "relative energy error of the ledger at the end"),
-        # The rate form has no potential: at strains of a tenth, half stress times strain misses some of the work that the
-        # stress did, and gives it back. With the neo-hookean law, which has one, this is below 0.01.
-        "energy_swing": Metric(swing, 0.0, swing, 0.1, "", "largest relative energy error of the ledger on the way"),
+        # Contact squeezes a cell or two of each disc at once, which the step and the transfer follow at first order only.
+        "energy_swing": Metric(swing, 0.0, swing, 0.03, "", "largest relative energy error of the ledger on the way"),
     }
     if _as_published(run):
         result |= _contact(run, times, lower, speed)
