@@ -87,14 +87,21 @@ def collide(n, end=2.4, courant=0.3):
     return table
 
 
+def crossing(times, signal, level):
+    """When a falling signal first passes a level, by linear interpolation."""
+    i = np.flatnonzero(signal < level)[0]
+    return times[i - 1] + (signal[i - 1] - level) / (signal[i - 1] - signal[i]) * (times[i] - times[i - 1])
+
+
 if __name__ == "__main__":
     print("# disc against a smooth wall: finite elements of our own; see disc_on_wall.py")
-    print("rings,contact_begins_s,contact_ends_s,restitution,energy_left")
-    start = GAP / SPEED
+    print("# slowed, released: mean velocity 1 % off the approach, and within 1 % of the rebound (as the case measures)")
+    print("rings,first_touch_s,last_touch_s,slowed_s,released_s,restitution,energy_left")
     for n in (6, 12, 24, 48):
         table = collide(n, end=3.4)
-        touching = table[:, 2] > 0
-        first, last = table[touching, 0][[0, -1]]
-        away = table[:, 0] > last
-        print(f"{n},{first:.4f},{last:.4f},{-table[away, 1].mean() / SPEED:.5f},{table[-1, 3]:.4f}")
-    print(f"# contact begins at {start:.4f} s by geometry")
+        times, along, touching = table[:, 0], table[:, 1] / SPEED, table[:, 2] > 0
+        first, last = times[touching][[0, -1]]
+        rebound = along[times > last].mean()
+        slowed, released = crossing(times, along, 0.99), crossing(times, along, 0.99 * rebound + 0.01)
+        print(f"{n},{first:.4f},{last:.4f},{slowed:.4f},{released:.4f},{-rebound:.5f},{table[-1, 3]:.4f}")
+    print(f"# contact begins at {GAP / SPEED:.4f} s by geometry")

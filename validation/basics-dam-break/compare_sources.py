@@ -1,6 +1,6 @@
 """Is the table that the package carries the experiment's? Compare it with figure 3 as others digitised it.
 
-    python compare_sources.py
+python compare_sources.py
 """
 
 from pathlib import Path

@@ -32,9 +32,7 @@ def jumps(left, right, gamma):
 
     def fluxes(g):
         w = g.velocity - shock
-        return np.array(
-            [g.density * w, g.pressure + g.density * w**2, g.internal_energy + g.pressure / g.density + 0.5 * w**2]
-        )
+        return np.array([g.density * w, g.pressure + g.density * w**2, g.internal_energy + g.pressure / g.density + 0.5 * w**2])
 
     ahead, behind = fluxes(b), fluxes(star)
     found = dict(zip(("mass", "momentum", "enthalpy"), np.abs(behind / ahead - 1.0), strict=True))
