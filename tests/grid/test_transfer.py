@@ -148,7 +148,8 @@ def test_apic_carries_affine_fields_exactly():
     scene = filled("quadratic-bspline", transfer="apic")
     body, nodes = scene.bodies[0], scene.grid.nodes
     index, position = scene.grid.where()
-    nodes.velocity[index] = position @ GRADIENT.T + (1.0, -2.0, 3.0)
+    for values in (nodes.velocity, nodes.deforming):
+        values[index] = position @ GRADIENT.T + (1.0, -2.0, 3.0)
     body.accelerate(remap=True)
     # gradients: velocities of order five over cells of half a metre, over a spread of the weights of at least 1e-4
     assert np.abs(body.arrays["affine"] - tensor(GRADIENT)).max() < 1e-10
