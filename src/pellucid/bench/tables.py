@@ -22,7 +22,7 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
     parts = list(dict.fromkeys(part for row in rows for part in row["parts"]))
     shown = Table(title="a step, everything included, and the shares of its parts")
     shown.add_column("body")
-    for heading in ("points", "M point-steps/s", "ms/step", "bytes/point", *parts):
+    for heading in ("points", "M point-steps/s", "ms/step", "cores", "bytes/point", *parts):
         shown.add_column(heading, justify="right")
     for row in rows:
         shown.add_row(
@@ -30,6 +30,7 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
             f"{row['points']:,}",
             f"{row['point_steps_per_second'] / 1e6:.1f}",
             f"{row['seconds_per_step'] * 1e3:.2f}",
+            f"{row['cores']:.1f}",
             f"{row['bytes_per_point']:.0f}",
             *(f"{row['parts'][part]:.0%}" if part in row["parts"] else "" for part in parts),
         )

@@ -23,10 +23,11 @@ def bench(
 
     points: sizes to measure, about (the body is a cube of whole cells). steps: steps in a block, the fastest of three
     blocks counts; None chooses by size. threads: None takes every core. peers: run `benchmarks/peers` as well.
+    `cores` is how many cores the body really had: fewer than the threads on a machine with other work.
     Raises RunStopped where a measurement ends badly, such as for want of memory.
 
     Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
-    bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "peers": [...]}; SI units.
+    cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "peers": [...]}; SI units.
     """
     import numba
 
