@@ -70,9 +70,7 @@ def test_a_fixed_step_is_checked_before_the_run():
 def test_a_fixed_step_is_checked_in_the_run():
     clock = Clock(TimeCase(end=1.0, step=0.1))
     clock.advance(clock.next_step([body(0.1)]))
-    with pytest.raises(
-        RunStopped, match=r"step 1, time 0.1 s: .* body `block` is 0.05 s now"
-    ):
+    with pytest.raises(RunStopped, match=r"step 1, time 0.1 s: .* body `block` is 0.05 s now"):
         clock.next_step([body(0.05)])
 
 
