@@ -267,3 +267,9 @@ def test_second_viscosity():
     assert extra(given, shear) == pytest.approx([0, 0, 0, 0, 0, 15.0], abs=1e-5)
     assert extra(stokes, swell) == pytest.approx([0] * 6, abs=1e-5), "Stokes: no bulk viscosity"
     assert extra(given, swell) == pytest.approx([2 * 5.0 * 2 + 7.0 * 6] * 3 + [0] * 3, abs=1e-5)
+
+
+def test_a_second_viscosity_that_gives_energy_is_an_error():
+    assert fluid(viscosity=3.0, second_viscosity=-2.0).second_viscosity == -2.0  # Stokes' own value may be written out
+    with pytest.raises(ValueError, match="below -2/3 viscosity = -2"):
+        fluid(viscosity=3.0, second_viscosity=-2.01)

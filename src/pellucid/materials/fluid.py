@@ -61,6 +61,16 @@ class FluidMaterial(Model):
             )
         return self
 
+    @model_validator(mode="after")
+    def _viscosity_takes_energy(self) -> "FluidMaterial":
+        least = -2.0 / 3.0 * self.viscosity
+        if self.second_viscosity is not None and self.second_viscosity < least * (1.0 + 1e-12):
+            raise ValueError(
+                f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s: expansion would "
+                f"give energy; leave it out for Stokes' value"
+            )
+        return self
+
     def law(self) -> NewtonianFluid:
         """The law as kernels take it."""
         lam = -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
