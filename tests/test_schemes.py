@@ -97,7 +97,6 @@ def spun(transfer, scheme="musl", **more):
     return angular() / start, 1.0 + scene.conservation()["energy"]
 
 
-@pytest.mark.xfail(strict=True, reason="nodes with hardly any mass drop their impulse")
 @every_scheme
 def test_apic_keeps_angular_momentum_where_pic_loses_it(scheme):
     pic, apic, flip = (spun(transfer, scheme) for transfer in ("pic", "apic", "flip"))

@@ -26,7 +26,7 @@ from pellucid.schemes import SCHEMES
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not move by their own acceleration
+SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 POINTS_PER_THREAD = 10_000  # at least; smaller shares cost more to hand out than they save
 SETTLED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
 PROGRESS_INTERVAL = 0.2  # s of wall time

@@ -15,7 +15,6 @@ from pellucid.state import FIELDS
 every_function = pytest.mark.parametrize("functions", GRID_FUNCTIONS)
 every_transfer = pytest.mark.parametrize("transfer", TRANSFERS)
 every_scheme = pytest.mark.parametrize("scheme", SCHEMES)
-light_nodes = pytest.mark.xfail(strict=True, reason="nodes with hardly any mass drop gravity and, but for FLIP, impulse")
 
 
 def flying(velocity=(0.6, -0.3, 0.2), material=SOLID, **more):
@@ -48,7 +47,6 @@ def test_rigid_translation_is_exact_for_every_transfer_and_scheme(transfer, sche
     assert np.abs(frame["stress"]).max() < 10.0 * tolerance * SOLID["young_modulus"]
 
 
-@light_nodes
 @every_transfer
 @every_scheme
 def test_free_fall_is_exact(transfer, scheme):
@@ -82,7 +80,7 @@ def test_mass_is_constant_and_momentum_of_two_bodies_in_contact():
     assert speeds[1] > -0.45
 
 
-@pytest.mark.parametrize("transfer", [pytest.param(t, marks=light_nodes if t != "flip" else ()) for t in TRANSFERS])
+@every_transfer
 def test_momentum_of_a_closed_system_for_every_transfer(transfer):
     """A pulsating block with ragged edges, some of them just across a node, where a node's mass is next to nothing."""
     wave = {"amplitude": (0.3, 0.2, 0.1), "wave_vector": (2.0, 1.0, 0.5), "phase": 0.4}

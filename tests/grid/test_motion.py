@@ -42,7 +42,7 @@ def test_free_nodes_follow_newton(counts):
     assert nodes.velocity[full][heavy] == pytest.approx(new[heavy], rel=1e-14)
     assert not nodes.velocity[~full].any()
     assert not nodes.change[~full].any()
-    assert np.array_equal(nodes.velocity, nodes.deforming)
+    assert np.array_equal(nodes.velocity[full][heavy], nodes.deforming[full][heavy])
     mean = 0.5 * (v + new)
     assert work.mass == pytest.approx(nodes.mass.sum(), rel=1e-14)
     assert work.internal == pytest.approx(DT * np.sum(nodes.force[full] * mean), rel=1e-12)
@@ -53,14 +53,14 @@ def test_free_nodes_follow_newton(counts):
     assert change == pytest.approx(work.internal + work.gravity, rel=1e-12)
 
 
-def test_a_node_with_hardly_any_mass_gets_no_large_velocity():
-    """A millionth of a point's mass under an ordinary force: f/m would be a million times too much."""
+def test_a_node_with_hardly_any_mass_strains_nothing_by_its_force():
+    """A millionth of a point's mass under an ordinary force: f/m would be a million times too much in a gradient."""
     grid, walls = nodes_at_random((4, 4, 4))
     nodes = grid.nodes
     NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL).advance(DT)
     light = (nodes.mass > 0.0) & (nodes.mass < SMALL)
     assert light.any()
-    assert nodes.velocity[light] == pytest.approx(nodes.momentum[light] / nodes.mass[light, None])
+    assert nodes.deforming[light] == pytest.approx(nodes.momentum[light] / nodes.mass[light, None])
     assert np.abs(nodes.change[light]).max() > 1e3, "the points still get the impulse, in proportion to their weight"
 
 

@@ -53,9 +53,10 @@ def _advance_chunk(bundle, chunk, dt, small):
             internal += dt * f * mean
             fall += dt * m * gravity[d] * mean
             change[I, d] = new - v
-            # a node that hardly any mass reaches moves with its points, without the unbounded f/m
-            velocity[I, d] = new if m > small or s > 0 else v
-            deforming[I, d] = velocity[I, d]
+            velocity[I, d] = new
+            # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
+            # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
+            deforming[I, d] = new if m > small or s > 0 else v + dt * gravity[d]
     work[chunk, INTERNAL] = internal
     work[chunk, GRAVITY] = fall
     work[chunk, SUPPORT] = pushed
@@ -92,7 +93,7 @@ class NodalMotion:
     """Moves the nodes of one velocity field.
 
     walls: velocities of the supports [m/s], shape (supports, 3), read at every step; small_mass [kg]: nodes with less do not
-    move by their own acceleration.
+    strain points by their internal forces.
     """
 
     def __init__(self, nodes: Nodes, walls: np.ndarray, gravity: tuple[float, float, float], small_mass: float) -> None:

@@ -177,8 +177,10 @@ def accelerate(n, mapped, remap):
 @kernel()
 def _gather_affine_slab(mapped, s):
     fn, _, lattice, nodes, points, slabs, affine = mapped.content
+    # trilinear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
+    new = nodes.deforming if fn.stencil == 2 else nodes.velocity
     first, last = slabs.first[s], slabs.first[s + 1]
-    x, new = points.position, nodes.velocity
+    x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(first, last):
         p = uintp(signed)

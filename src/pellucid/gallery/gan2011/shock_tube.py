@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.references.shock_tube import QUANTITIES, Profile, Tube, points_of
+from pellucid.references.shock_tube import QUANTITIES, Array, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
 from pellucid.results.style import COLOURS, label, new_figure
 
@@ -31,7 +31,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         tolerance = DISPLACED * tube.cell * exact.relative_variation(name)
         result[f"{name}_l1"] = Metric(error, 0.0, error, tolerance, "", f"relative L1 error of the mean {name}")
     result |= _star_states(tube, found, time)
-    position, front = _shock_position(tube, found), tube.fronts(time)["shock"]
+    position, front = _shock_position(tube, points), tube.fronts(time)["shock"]
     travelled = front - tube.diaphragm
     result["shock_position"] = Metric(
         position, front, abs(position - front) / travelled, DISPLACED * tube.cell / travelled, "m", "where the shock is"
@@ -73,12 +73,14 @@ def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
     return result
 
 
-def _shock_position(tube: Tube, found: Profile) -> float:
-    """Where the mean pressure, followed from the right end, passes half the jump [m]."""
+def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
+    """Where the mean pressure of single cells, followed from the right end, passes half the jump [m]."""
+    profile = Profile.of_points(points, tube.edges(1))
+    known = np.isfinite(profile.means["pressure"])
+    x, p = profile.centres[known], profile.means["pressure"][known]
     half = 0.5 * (tube.solution.pressure + tube.solution.right.pressure)
-    above = int(np.flatnonzero(found.means["pressure"] > half)[-1])
-    x, p = found.centres[above : above + 2], found.means["pressure"][above : above + 2]
-    return float(x[0] + (p[0] - half) / (p[0] - p[1]) * (x[1] - x[0]))
+    above = int(np.flatnonzero(p > half)[-1])
+    return float(x[above] + (p[above] - half) / (p[above] - p[above + 1]) * (x[above + 1] - x[above]))
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:
