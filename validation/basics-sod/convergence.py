@@ -1,6 +1,6 @@
 """Errors of Sod's tube over the cell, with B-splines and with linear functions at three Courant numbers.
 
-    python convergence.py        writes convergence.csv beside this file
+python convergence.py        writes convergence.csv beside this file
 """
 
 import csv

@@ -105,7 +105,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     for axes, quantity in ((left, "front"), (right, "height")):
         if abs(column.aspect - 2.0) < 0.02:
             axes.plot(*martin_moyce(quantity), "o", color=COLOURS[1], markersize=4, label="Martin & Moyce 1952")
-        axes.legend()
+        axes.legend(loc="lower right" if axes is left else "upper right")
     right.set_xlim(0.0, 1.05 * float(column.height_time(times[-1])))
     return {"front": curves, "water": _water(run)}
 
