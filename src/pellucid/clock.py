@@ -1,6 +1,7 @@
 """Time and the choice of the step."""
 
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from pellucid.errors import CaseError, Problem, RunStopped
@@ -13,10 +14,14 @@ COLLAPSED = 1e-6  # of the largest step so far
 
 
 class Clock:
-    """Counts steps and time. The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ))."""
+    """Counts steps and time. The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ)).
 
-    def __init__(self, case: "TimeCase") -> None:
+    longest: a step that is never exceeded, such as the time in which bodies fall through a cell [s].
+    """
+
+    def __init__(self, case: "TimeCase", longest: float = inf) -> None:
         self.case = case
+        self.longest = longest
         self.n_steps = 0
         self.time = 0.0
         self.dt = 0.0
@@ -28,7 +33,7 @@ class Clock:
         Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed.
         """
         body = max(bodies, key=lambda b: b.sums["rate"])
-        stable = 1.0 / body.sums["rate"] if body.sums["rate"] > 0.0 else float("inf")
+        stable = min(1.0 / body.sums["rate"] if body.sums["rate"] > 0.0 else inf, self.longest)
         if self.case.step is not None:
             self._check_fixed(self.case.step, stable, body.name)
             remaining = self.case.end / self.case.step - self.n_steps

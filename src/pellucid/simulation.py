@@ -8,6 +8,7 @@ import time as wall_clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,7 +57,8 @@ class Simulation:
         self.threads = set_threads(threads or self._worthwhile_threads())
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
         self._motion = NodalMotion(self.grid.nodes, walls, case.gravity, small_mass)
-        self.clock = Clock(case.time)
+        pull = hypot(*case.gravity)
+        self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
         self.ledger = Ledger(self.bodies, case.gravity)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned = False

@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from pellucid.case import loads
 from pellucid.cli import app
+from pellucid.errors import CaseError
 
 # name: (what is replaced, by what, text on the line to blame ("" for the replacement, None for the file), words)
 MISTAKES = {
@@ -175,6 +177,12 @@ MISTAKES = {
         "body = []",
         ["body"],
     ),
+    "points that cannot be shared": (
+        "points_per_cell = [2, 2, 1]",
+        "points_per_cell = 8",
+        "",
+        ["cannot be shared equally among 2 axes", "1, 4, 9"],
+    ),
     "a later format": ("schema = 1", "schema = 2", "", ["schema = 2", "must be 1"]),
     "a bad quick setting": ('"grid.cell" = 0.1', '"grid.cel" = 0.1', "", ['quick."grid.cel"', "did you mean `cell`?"]),
     "an impossible quick setting": (
@@ -264,3 +272,10 @@ def test_a_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 2
     assert "UTF-8" in result.stderr
+
+
+def test_an_error_in_the_only_body_is_the_only_one_told(text: str) -> None:
+    block = text[text.index('[[body]]\nname = "block"') : text.index("[[support]]")]
+    with pytest.raises(CaseError) as caught:
+        loads(text.replace(block, "").replace("density = 1000.0", "density = -1", 1))
+    assert [problem.key for problem in caught.value.problems] == ["body.drop.material.density"]

@@ -6,13 +6,18 @@ from pellucid.geometry.shapes import Box, Cylinder, Sphere
 from pellucid.grid.spec import GridCase
 
 
-def points_along_axes(points_per_cell: int | tuple[int, int, int], thin: tuple[bool, bool, bool]) -> tuple[int, int, int]:
-    """Points per cell along x, y, z; a single number is shared equally among the axes that are not thin."""
+def points_along_axes(
+    points_per_cell: int | tuple[int, int, int] | None, thin: tuple[bool, bool, bool]
+) -> tuple[int, int, int]:
+    """Points per cell along x, y, z; a single number is shared equally among the axes that are not thin.
+
+    Raises ValueError where it cannot be.
+    """
     if isinstance(points_per_cell, tuple):
         return points_per_cell
     active = 3 - sum(thin)
-    each = round(points_per_cell ** (1.0 / active))
-    if each**active != points_per_cell:
+    each = 2 if points_per_cell is None else round(float(points_per_cell) ** (1.0 / active))
+    if points_per_cell is not None and each**active != points_per_cell:
         listed = ", ".join(str(n**active) for n in range(1, 6))
         raise ValueError(
             f"points_per_cell = {points_per_cell} cannot be shared equally among {active} axes; "

@@ -30,7 +30,9 @@ class MaterialPointsCase(Model):
     kind: Literal["material-points"] = "material-points"
     name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     shape: Shape = parameter("", "where the body is at the start")
-    points_per_cell: int | tuple[int, int, int] = parameter("", "points in a cell: along each axis, or their number", 8)
+    points_per_cell: int | tuple[int, int, int] | None = parameter(
+        "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
+    )
     material: Material = parameter("", "what the body is made of")
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
@@ -38,8 +40,8 @@ class MaterialPointsCase(Model):
 
     @field_validator("points_per_cell")
     @classmethod
-    def _positive(cls, value: int | tuple[int, int, int]) -> int | tuple[int, int, int]:
-        if min(value if isinstance(value, tuple) else (value,)) < 1:
+    def _positive(cls, value: int | tuple[int, int, int] | None) -> int | tuple[int, int, int] | None:
+        if value is not None and min(value if isinstance(value, tuple) else (value,)) < 1:
             raise ValueError("points_per_cell must be at least 1 along every axis")
         return value
 

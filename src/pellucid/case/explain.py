@@ -59,8 +59,8 @@ def explain(error: ValidationError, data: Any) -> list[Finding]:
     found: list[Finding] = []
     for path, group in groups.items():
         alternatives = [other for other in groups if len(other) > len(path) and other[: len(path)] == path]
-        if alternatives and all(detail.kind in TYPES or detail.kind == "literal_error" for detail in group):
-            continue  # the value is of the other alternative's type, whose own errors say more
+        if alternatives and all(detail.kind in TYPES or detail.kind in ("literal_error", "too_short") for detail in group):
+            continue  # the value is of the other alternative's type, or lacks an item that is itself wrong: that says more
         found += _findings(path, group, data)
     return _without_echoes(found)
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import TYPE_CHECKING, NamedTuple
 
+from pellucid.bodies.seeding import points_along_axes
 from pellucid.bodies.spec import Body
 from pellucid.case.lines import Path
 from pellucid.clock import MARGIN
@@ -72,6 +73,10 @@ def _repeated_names(kind: str, names: Sequence[str | None]) -> Iterator[Finding]
 def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterator[Finding]:
     if body is None or isinstance(body, str) or grid is None:
         return
+    try:
+        points_along_axes(body.points_per_cell, grid.thin())
+    except ValueError as error:
+        yield Finding(("body", index, "points_per_cell"), str(error))
     path = ("body", index, "shape")
     lower, upper = body.shape.geometry().bounds()
     ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
@@ -115,7 +120,10 @@ def _support(index: int, support: Support | None, grid: GridCase | None) -> Iter
     if support is None or grid is None or not isinstance(support.where, BoxRegion):
         return
     lower, upper = support.where.box.bounds()
-    for axis, low, high, grid_low, grid_high in zip("xyz", lower, upper, grid.lower, grid.extent_upper(), strict=True):
+    ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
+    for axis, low, high, grid_low, grid_high, thin in ends:
+        if thin:
+            continue
         if high < low or high < grid_low or low > grid_high:
             box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
             text = f"the box holds no node: {axis} from {box}, the grid's from {nodes}"

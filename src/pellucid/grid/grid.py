@@ -58,7 +58,7 @@ class Grid:
         self.functions = case.functions
         self.n_nodes = n
         momentum, force, velocity, change, deforming = (np.zeros((n, 3)) for _ in range(5))
-        hold = np.zeros((n, 3), np.int8)
+        hold = np.zeros((n, 3), np.int16)
         self.nodes = Nodes(np.zeros(n), momentum, force, velocity, change, deforming, hold)
 
     def clear_inertia(self) -> None:
