@@ -96,16 +96,16 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     left.plot(scaled, front, label="pellucid")
     if front[-1] > PASSAGE_FRONT:
         shifted = scaled - float(np.interp(PASSAGE_FRONT, front, scaled)) + PASSAGE_TIME
-        left.plot(shifted, front, "--", color=COLOURS[0], label="pellucid, counted from x/a = 1.44")
+        left.plot(shifted, front, "--", color=COLOURS[0], label="counted from x/a = 1.44")
     left.plot(column.front_time(times), column.ritter(times), ":", color="black", label="Ritter's bound")
-    left.set_ylim(1.0, 1.1 * float(np.max(run.history["front"])) / column.width)
+    left.set_ylim(1.0, 1.25 * float(np.max(run.history["front"])) / column.width)
     label(left, "T = n t √(g/a)", "front x/a")
     right.plot(*wall_height(run, column), label="pellucid")
     label(right, "t √(g/a)", "height at the wall over the first")
     for axes, quantity in ((left, "front"), (right, "height")):
         if abs(column.aspect - 2.0) < 0.02:
             axes.plot(*martin_moyce(quantity), "o", color=COLOURS[1], markersize=4, label="Martin & Moyce 1952")
-        axes.legend(loc="lower right" if axes is left else "upper right")
+        axes.legend(frameon=True, loc="upper left" if axes is left else "upper right")
     right.set_xlim(0.0, 1.05 * float(column.height_time(times[-1])))
     return {"front": curves, "water": _water(run)}
 
