@@ -43,9 +43,7 @@ def gradient(i: int, j: int, k: int, f: vec3):
 
 @wp.func
 def base_of(x: vec3):
-    return wp.vec3i(
-        int(wp.floor(x[0] * inverse_cell)), int(wp.floor(x[1] * inverse_cell)), int(wp.floor(x[2] * inverse_cell))
-    )
+    return wp.vec3i(int(wp.floor(x[0] * inverse_cell)), int(wp.floor(x[1] * inverse_cell)), int(wp.floor(x[2] * inverse_cell)))
 
 
 @wp.func
