@@ -49,14 +49,14 @@ def _advance_chunk(bundle, chunk, dt, small):
                 pushed += impulse * wall
                 work[chunk, WORKS + 3 * (s - 1) + d] += impulse
                 new = wall
-            mean = 0.5 * (v + new)
-            internal += dt * f * mean
-            fall += dt * m * gravity[d] * mean
             change[I, d] = new - v
             velocity[I, d] = new
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
             deforming[I, d] = new if m > small or s > 0 else v + dt * gravity[d]
+            mean = 0.5 * (v + deforming[I, d])
+            internal += dt * f * mean
+            fall += dt * m * gravity[d] * mean
     work[chunk, INTERNAL] = internal
     work[chunk, GRAVITY] = fall
     work[chunk, SUPPORT] = pushed
