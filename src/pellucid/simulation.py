@@ -56,7 +56,7 @@ class Simulation:
         self.bodies = [MaterialPoints(body, case.grid, self.grid, transfer) for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
-        self._motion = NodalMotion(self.grid.nodes, walls, case.gravity, small_mass)
+        self._motion = NodalMotion(self.grid.nodes, walls, case.gravity, small_mass, transfer.flip)
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
         self.ledger = Ledger(self.bodies, case.gravity)

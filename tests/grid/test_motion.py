@@ -33,7 +33,7 @@ def test_free_nodes_follow_newton(counts):
     grid, walls = nodes_at_random(counts)
     nodes = grid.nodes
     assert (grid.n_nodes > CHUNK) == (counts[0] > 3)
-    work = NodalMotion(nodes, walls, GRAVITY, SMALL).advance(DT)
+    work = NodalMotion(nodes, walls, GRAVITY, SMALL, flip=1.0).advance(DT)
     full = nodes.mass > 0.0
     v = nodes.momentum[full] / nodes.mass[full, None]
     new = v + DT * (nodes.force[full] / nodes.mass[full, None] + np.array(GRAVITY))
@@ -59,7 +59,7 @@ def test_a_node_with_hardly_any_mass_strains_nothing_by_its_force():
     """A millionth of a point's mass under an ordinary force: f/m would be a million times too much in a gradient."""
     grid, walls = nodes_at_random((4, 4, 4))
     nodes = grid.nodes
-    NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL).advance(DT)
+    NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL, flip=1.0).advance(DT)
     light = (nodes.mass > 0.0) & (nodes.mass < SMALL)
     assert light.any()
     assert nodes.deforming[light] == pytest.approx(nodes.momentum[light] / nodes.mass[light, None])
@@ -70,7 +70,7 @@ def test_supports_hold_and_report_their_impulse():
     moving = {"where": "x-lower", "fix": ["x", "y"], "velocity": (0.5, -0.25, 9.0)}
     grid, walls = nodes_at_random((4, 4, 4), [*SLIP[2:], moving])
     nodes = grid.nodes
-    work = NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL).advance(DT)
+    work = NodalMotion(nodes, walls, (0.0, 0.0, 0.0), SMALL, flip=1.0).advance(DT)
     full = nodes.mass > 0.0
     momentum = nodes.mass[full, None] * nodes.change[full]
     # impulses of forces and supports make the whole change of momentum
@@ -87,7 +87,7 @@ def test_supports_hold_and_report_their_impulse():
 def test_projection_is_momentum_over_mass_with_supports():
     grid, walls = nodes_at_random((4, 4, 4), [{"where": "z-upper", "fix": ["z"], "velocity": (0, 0, 2.0)}])
     nodes = grid.nodes
-    NodalMotion(nodes, walls, GRAVITY, SMALL).project()
+    NodalMotion(nodes, walls, GRAVITY, SMALL, flip=1.0).project()
     full = nodes.mass > 0.0
     expected = np.zeros_like(nodes.momentum)
     expected[full] = nodes.momentum[full] / nodes.mass[full, None]
@@ -99,5 +99,5 @@ def test_projection_is_momentum_over_mass_with_supports():
 def test_chunks_do_not_change_sums():
     """The works of a large grid are those of its nodes added in any order, to rounding."""
     grid, walls = nodes_at_random((30, 16, 16))
-    work = NodalMotion(grid.nodes, walls, GRAVITY, SMALL).advance(DT)
+    work = NodalMotion(grid.nodes, walls, GRAVITY, SMALL, flip=1.0).advance(DT)
     assert work.mass == pytest.approx(float(np.sum(grid.nodes.mass)), rel=1e-13)

@@ -73,14 +73,14 @@ def test_slabs_cover_points_and_layers_once(counts, squeeze, stencil):
 @pytest.mark.parametrize("n", [2, 3, 9, 10, 11, 64, 333])
 def test_slabs_of_one_colour_reach_no_common_node(name, squeeze, n):
     """Points may stray one layer beyond their slab before they are sorted again; weights of zero are written too."""
-    fn = GRID_FUNCTIONS[name]((3, 3, 3))
+    fn = GRID_FUNCTIONS[name](3)
     grid, arrays = cloud((n, 1, 1), 3000, squeeze)
     layer = sort_by_cell(arrays, {}, grid.lattice, fn.stencil).layer
     reached = []
     for lower, upper in pairwise(layer):
         ends = [max(lower - 1.0, 0.0), min(np.nextafter(upper + 1.0, 0.0), float(n))]
         places = np.clip(np.concatenate([ends, np.linspace(*ends, 97)]), *ends)
-        firsts = [axis_weights(fn, 0, float(u), n)[0] for u in places]
+        firsts = [axis_weights(fn, float(u), n)[0] for u in places]
         reached.append((min(firsts), max(firsts) + fn.stencil - 1))
     for one, other in zip(reached[:-2], reached[2:], strict=True):
         assert one[1] < other[0]

@@ -14,10 +14,10 @@ LEAST_SPREAD = 1e-4
 
 
 @generic
-def axis_weights(fn: Any, axis: int, u: float, n: int) -> Any:  # type: ignore[empty-body]
+def axis_weights(fn: Any, u: float, n: int) -> Any:  # type: ignore[empty-body]
     """First node, weights, and derivatives by u of the functions that reach coordinate u (in cells from the wall).
 
-    axis: 0, 1 or 2; n: number of cells along it. The tuples have as many entries as `stencil(fn)`.
+    n: number of cells along the axis. The tuples have `fn.stencil` entries.
     """
 
 

@@ -13,7 +13,7 @@ class CubicBSpline(NamedTuple):
 
 
 @point_function(axis_weights, CubicBSpline)
-def _axis_weights(fn, axis, u, n):
+def _axis_weights(fn, u, n):
     i = min(max(int(u), 0), n - 1)
     f = u - i
     r = 1.0 - f

@@ -7,9 +7,9 @@ from pellucid.jit import point_function, pointwise
 
 
 class Gimp(NamedTuple):
-    """`half` is half the edge of a point along each axis, in cells; at most ½."""
+    """`half` is half the edge of a point along the axis, in cells; at most ½."""
 
-    half: tuple[float, float, float]
+    half: float
     stencil: int = 3
 
 
@@ -29,8 +29,8 @@ def _averaged_tent(r, l):
 
 
 @point_function(axis_weights, Gimp)
-def _axis_weights(fn, axis, u, n):
-    l = fn.half[axis]
+def _axis_weights(fn, u, n):
+    l = fn.half
     i = min(max(int(u - l + 1.0) - 1, -1), n - 1)
     w0, g0 = _averaged_tent(u - i, l)
     w1, g1 = _averaged_tent(u - i - 1.0, l)

@@ -13,7 +13,7 @@ class QuadraticBSpline(NamedTuple):
 
 
 @point_function(axis_weights, QuadraticBSpline)
-def _axis_weights(fn, axis, u, n):
+def _axis_weights(fn, u, n):
     i = min(max(int(u + 0.5), 0), n)
     f = u - i
     first, w = fold3(i - 1, n, (0.5 * (0.5 - f) * (0.5 - f), 0.75 - f * f, 0.5 * (0.5 + f) * (0.5 + f)))

@@ -13,7 +13,7 @@ class Trilinear(NamedTuple):
 
 
 @point_function(axis_weights, Trilinear)
-def _axis_weights(fn, axis, u, n):
+def _axis_weights(fn, u, n):
     i = min(max(int(u), 0), n - 1)
     f = u - i
     return i, (1.0 - f, f), (-1.0, 1.0)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.approximants import GRID_FUNCTIONS
+from pellucid.approximants import grid_functions
 from pellucid.bodies.fields import point_pressures
 from pellucid.bodies.seeding import points_along_axes, seed
 from pellucid.bodies.spec import MaterialPointsCase
@@ -31,7 +31,8 @@ class MaterialPoints:
         self.grid = grid
         self.transfer = velocity_transfer
         per_cell = points_along_axes(case.points_per_cell, grid.thin)
-        self.functions = GRID_FUNCTIONS[grid_case.functions](per_cell)
+        self.functions = grid_functions(grid_case.functions, per_cell, grid.thin)
+        self._stencil = max(function.stencil for function in self.functions)
         self.arrays = self._initial_arrays(case, *seed(case.shape.geometry(), grid_case, per_cell))
         self._scratch: dict[int, np.ndarray] = {}
         self.sums: dict[str, float] = {}
@@ -91,7 +92,7 @@ class MaterialPoints:
 
     def sort(self) -> None:
         """Sort the points by cell and share them out in slabs."""
-        self._share(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self.functions.stencil))
+        self._share(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self._stencil))
 
     def sort_if_strayed(self) -> None:
         """Sort again where a point left its slab."""
@@ -113,7 +114,9 @@ class MaterialPoints:
     def accelerate(self, remap: bool) -> None:
         """New velocities; where `remap`, their momentum back on the nodes."""
         if len(self._affine):
-            kernels.gather_affine(self._n_slabs, self._mapped)
+            # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
+            nodes = self.grid.nodes
+            kernels.gather_affine(self._n_slabs, self._mapped, nodes.deforming if self._stencil == 2 else nodes.velocity)
         kernels.accelerate(self._n_slabs, self._mapped, int(remap))
         sums = ordered_sum(self.slabs.sums)
         self.sums["kinetic"], self.sums["speed"] = float(sums[KINETIC]), float(sums[SPEED])

@@ -44,5 +44,7 @@ def _nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
     if support.where == "all-nodes":
         return np.ones(len(position), bool)
     axis, side = "xyz".index(support.where[0]), support.where[2:]
+    if grid.thin[axis]:
+        return np.ones(len(position), bool)
     cells = np.rint((position[:, axis] - grid.lattice.lower[axis]) / grid.lattice.cell)
     return np.asarray(cells == (0 if side == "lower" else grid.lattice.counts[axis]))

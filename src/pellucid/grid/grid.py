@@ -37,14 +37,14 @@ class Grid:
     """A uniform grid and its nodal arrays."""
 
     def __init__(self, case: GridCase) -> None:
-        counts = case.counts()
+        counts, thin = case.counts(), case.thin()
         slab_axis = int(np.argmax(counts))
         order = [slab_axis] + [axis for axis in range(3) if axis != slab_axis]
         strides = [0, 0, 0]
         n = 1
         for axis in reversed(order):
             strides[axis] = n
-            n *= max(counts[axis] + PAD, LARGEST_STENCIL)
+            n *= 1 if thin[axis] else max(counts[axis] + PAD, LARGEST_STENCIL)
         lower = tuple(float(value) for value in case.lower)
         self.lattice = Lattice(
             (lower[0], lower[1], lower[2]),
@@ -54,8 +54,7 @@ class Grid:
             (strides[0], strides[1], strides[2]),
             slab_axis,
         )
-        self.thin = case.thin()
-        self.functions = case.functions
+        self.thin = thin
         self.n_nodes = n
         momentum, force, velocity, change, deforming = (np.zeros((n, 3)) for _ in range(5))
         hold = np.zeros((n, 3), np.int16)
@@ -75,8 +74,12 @@ class Grid:
         self.nodes.force.fill(0.0)
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3)."""
-        i, j, k = (axis.ravel() for axis in np.indices(tuple(n + 1 for n in self.lattice.counts)))
+        """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
+
+        A thin axis has one node, which stands at its lower end.
+        """
+        nodes = tuple(1 if thin else n + 1 for n, thin in zip(self.lattice.counts, self.thin, strict=True))
+        i, j, k = (axis.ravel() for axis in np.indices(nodes))
         s = self.lattice.strides
         position = np.stack((i, j, k), axis=1) * self.lattice.cell + np.array(self.lattice.lower)
         return i * s[0] + j * s[1] + k * s[2], position

@@ -26,7 +26,7 @@ class StepWork(NamedTuple):
 
 
 @kernel()
-def _advance_chunk(bundle, chunk, dt, small):
+def _advance_chunk(bundle, chunk, dt, small, flip):
     nodes, walls, gravity, work = bundle.content
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     change, deforming, hold = nodes.change, nodes.deforming, nodes.hold
@@ -39,13 +39,17 @@ def _advance_chunk(bundle, chunk, dt, small):
             continue
         total += m
         for d in range(3):
-            v = momentum[I, d] / m
+            s = hold[I, d]
+            mapped = momentum[I, d] / m
+            # a held direction has the wall's velocity before the step too: then points beside a wall keep their velocity,
+            # as they do beside their mirror image
+            v = walls[s - 1, d] if s > 0 else mapped
             f = force[I, d]
             new = v + dt * (f / m + gravity[d])
-            s = hold[I, d]
             if s > 0:
                 wall = walls[s - 1, d]
-                impulse = m * (wall - new)
+                # what FLIP hands on is the change of velocity, what PIC hands on the velocity itself
+                impulse = m * (wall - new + (1.0 - flip) * (wall - mapped))
                 pushed += impulse * wall
                 work[chunk, WORKS + 3 * (s - 1) + d] += impulse
                 new = wall
@@ -64,9 +68,9 @@ def _advance_chunk(bundle, chunk, dt, small):
 
 
 @kernel(parallel=True)
-def _advance(chunks, bundle, dt, small):
+def _advance(chunks, bundle, dt, small, flip):
     for chunk in prange(chunks):
-        _advance_chunk(bundle, chunk, dt, small)
+        _advance_chunk(bundle, chunk, dt, small, flip)
 
 
 @kernel()
@@ -93,11 +97,14 @@ class NodalMotion:
     """Moves the nodes of one velocity field.
 
     walls: velocities of the supports [m/s], shape (supports, 3), read at every step; small_mass [kg]: nodes with less do not
-    strain points by their internal forces.
+    strain points by their internal forces; flip: share of FLIP in the transfer to the points.
     """
 
-    def __init__(self, nodes: Nodes, walls: np.ndarray, gravity: tuple[float, float, float], small_mass: float) -> None:
+    def __init__(
+        self, nodes: Nodes, walls: np.ndarray, gravity: tuple[float, float, float], small_mass: float, flip: float
+    ) -> None:
         self.small_mass = small_mass
+        self.flip = flip
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
         self._work = np.zeros((self._chunks, WORKS + 3 * len(walls)))
         self._bundle = Bundle(nodes, walls, gravity, self._work)
@@ -105,7 +112,7 @@ class NodalMotion:
     def advance(self, dt: float) -> StepWork:
         """p + dt (f + m g) on every node, then the supports; fills velocity, change and deforming."""
         self._work.fill(0.0)
-        _advance(self._chunks, self._bundle, dt, self.small_mass)
+        _advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
         sums = ordered_sum(self._work)
         internal, gravity, support, mass = (float(sums[column]) for column in range(WORKS))
         return StepWork(internal, gravity, support, mass, sums[WORKS:].reshape(-1, 3))

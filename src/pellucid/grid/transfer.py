@@ -47,9 +47,9 @@ def _scatter_slab(mapped, s, inertia, force):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, gx = axis_weights(fn, 0, X, n[0])
-        j, wy, gy = axis_weights(fn, 1, Y, n[1])
-        k, wz, gz = axis_weights(fn, 2, Z, n[2])
+        i, wx, gx = axis_weights(fn[0], X, n[0])
+        j, wy, gy = axis_weights(fn[1], Y, n[1])
+        k, wz, gz = axis_weights(fn[2], Z, n[2])
         start = i * stride[0] + j * stride[1] + k * stride[2]
         if inertia:
             C = affine_of(transfer, affine, p)
@@ -113,9 +113,9 @@ def _accelerate_slab(mapped, s, remap):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, _ = axis_weights(fn, 0, X, n[0])
-        j, wy, _ = axis_weights(fn, 1, Y, n[1])
-        k, wz, _ = axis_weights(fn, 2, Z, n[2])
+        i, wx, _ = axis_weights(fn[0], X, n[0])
+        j, wy, _ = axis_weights(fn[1], Y, n[1])
+        k, wz, _ = axis_weights(fn[2], Z, n[2])
         start = i * stride[0] + j * stride[1] + k * stride[2]
         nx = ny = nz = cx = cy = cz = 0.0
         for a in range(len(wx)):
@@ -175,10 +175,8 @@ def accelerate(n, mapped, remap):
 
 
 @kernel()
-def _gather_affine_slab(mapped, s):
-    fn, _, lattice, nodes, points, slabs, affine = mapped.content
-    # trilinear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
-    new = nodes.deforming if fn.stencil == 2 else nodes.velocity
+def _gather_affine_slab(mapped, new, s):
+    fn, _, lattice, _, points, slabs, affine = mapped.content
     first, last = slabs.first[s], slabs.first[s + 1]
     x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
@@ -187,12 +185,12 @@ def _gather_affine_slab(mapped, s):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, gx = axis_weights(fn, 0, X, n[0])
-        j, wy, gy = axis_weights(fn, 1, Y, n[1])
-        k, wz, gz = axis_weights(fn, 2, Z, n[2])
-        bx = affine_weights(fn, i - X, wx, gx)
-        by = affine_weights(fn, j - Y, wy, gy)
-        bz = affine_weights(fn, k - Z, wz, gz)
+        i, wx, gx = axis_weights(fn[0], X, n[0])
+        j, wy, gy = axis_weights(fn[1], Y, n[1])
+        k, wz, gz = axis_weights(fn[2], Z, n[2])
+        bx = affine_weights(fn[0], i - X, wx, gx)
+        by = affine_weights(fn[1], j - Y, wy, gy)
+        bz = affine_weights(fn[2], k - Z, wz, gz)
         affine[p, :] = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -206,10 +204,10 @@ def _gather_affine_slab(mapped, s):
 
 
 @kernel(parallel=True)
-def gather_affine(n, mapped):
-    """The affine velocity field about each point, for APIC."""
+def gather_affine(n, mapped, new):
+    """The affine field of the nodal velocity `new` [m/s], shape (nodes, 3), about each point, for APIC."""
     for s in prange(n):
-        _gather_affine_slab(mapped, s)
+        _gather_affine_slab(mapped, new, s)
 
 
 @kernel()
@@ -227,9 +225,9 @@ def _deform_slab(strained, s, dt, move):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, gx = axis_weights(fn, 0, X, n[0])
-        j, wy, gy = axis_weights(fn, 1, Y, n[1])
-        k, wz, gz = axis_weights(fn, 2, Z, n[2])
+        i, wx, gx = axis_weights(fn[0], X, n[0])
+        j, wy, gy = axis_weights(fn[1], Y, n[1])
+        k, wz, gz = axis_weights(fn[2], Z, n[2])
         start = i * stride[0] + j * stride[1] + k * stride[2]
         xx = xy = xz = yx = yy = yz = zx = zy = zz = nx = ny = nz = 0.0
         for a in range(len(wx)):
@@ -320,9 +318,9 @@ def _move_slab(mapped, s, dt):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, _ = axis_weights(fn, 0, X, n[0])
-        j, wy, _ = axis_weights(fn, 1, Y, n[1])
-        k, wz, _ = axis_weights(fn, 2, Z, n[2])
+        i, wx, _ = axis_weights(fn[0], X, n[0])
+        j, wy, _ = axis_weights(fn[1], Y, n[1])
+        k, wz, _ = axis_weights(fn[2], Z, n[2])
         vx = vy = vz = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):

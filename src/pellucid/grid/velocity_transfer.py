@@ -4,6 +4,7 @@ Sources: Brackbill & Ruppel 1986 (FLIP); Stomakhin et al. 2013 (blend); Jiang, S
 (APIC). An APIC point also carries the affine velocity field C about itself, `affine` of shape (n, 9) [1/s].
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function
@@ -90,7 +91,7 @@ def _carried_affinely(transfer, v, C0, C1, C2, dx, dy, dz):
 
 
 # by the name in the case file; each takes the case's flip fraction
-TRANSFERS = {
+TRANSFERS: dict[str, Callable[[float], Any]] = {
     "flip": lambda fraction: Flip(),
     "pic": lambda fraction: Blend(0.0),
     "blend": lambda fraction: Blend(fraction),
