@@ -57,6 +57,12 @@ def test_an_exact_run_has_no_error(change):
     assert found["density_l1"].value < 2e-4  # points stand for a fortieth of a cell, and the fronts cut through one
 
 
+def test_points_of_the_paper_are_judged_as_means_are():
+    for change, limit in (({}, 0.78), ({"grid.cell": 0.005, "time.step": 8e-5}, 1.25 * 0.729825)):
+        metric = metrics(ExactRun(load("gan2011/shock-tube").with_settings(change)))["densest_point"]
+        assert metric.reference * (1.0 + metric.tolerance) == pytest.approx(limit, rel=1e-5)
+
+
 def test_means_are_conservative():
     run = ExactRun(load("gan2011/shock-tube"))
     tube, points = run.tube, points_of(run)

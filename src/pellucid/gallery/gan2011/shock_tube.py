@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.case import load
 from pellucid.references.shock_tube import QUANTITIES, Array, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
 from pellucid.results.style import COLOURS, label, new_figure
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 
 CELLS = 4  # the paper plots means over four cells
 DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as wrong as the tolerance allows
-DENSEST = 0.78 / 0.729825  # the densest mean of the shocked gas over the exact density behind the shock
-SCATTER = 0.25  # of single points about the means: what a shock leaves on them depends on where in a cell it met them
+DENSEST = 0.78 / 0.729825  # the densest shocked gas over the exact density behind the shock
+SCATTER = 0.25  # of single points about the means, more on coarse grids, with linear functions and behind weaker shocks
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
@@ -40,12 +41,16 @@ def metrics(run: "Run") -> dict[str, Metric]:
 
 
 def _densest(run: "Run", tube: Tube) -> dict[str, Metric]:
-    """The largest density of the driven gas: of its means over four cells, as the paper plots, and of its points."""
+    """The largest density of the driven gas: of its means over four cells, as the paper plots, and of its points.
+
+    In the paper's tube on the paper's grid no point may be denser than the densest mean may be.
+    """
     driven = points_of(run, run.case.body[1:])
     means = Profile.of_points(driven, tube.edges(CELLS)).means["density"]
+    scatter = DENSEST - 1.0 if tube == Tube.of(load("gan2011/shock-tube")) else SCATTER
     largest = {
         "largest_density": (float(np.nanmax(means)), DENSEST - 1.0, "largest mean density of the driven gas"),
-        "densest_point": (float(driven["density"].max()), SCATTER, "densest single point of the driven gas"),
+        "densest_point": (float(driven["density"].max()), scatter, "densest single point of the driven gas"),
     }
     exact = tube.solution.right_density
     return {
