@@ -16,6 +16,7 @@ from pellucid import Simulation
 from pellucid.bench import bench, peers, table
 from pellucid.bench.bandwidth import triad_bandwidth
 from pellucid.bench.problem import MATERIALS, bench_case
+from pellucid.errors import UsageError
 
 PEER_SCRIPTS = Path(__file__).parents[1] / "benchmarks" / "peers"
 
@@ -112,3 +113,13 @@ def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -
 
 
 MACHINE = {"processor": "a", "threads": 1, "triad_bytes_per_second": 1e10, "pellucid": "0", "numba": "0"}
+
+
+def test_small_bodies_survive_blocks_of_hundreds_of_steps() -> None:
+    result = bench([1000], steps=100)
+    assert all(body["steps"] == 100 for body in result["bodies"])
+
+
+def test_sizes_without_sense_are_refused() -> None:
+    with pytest.raises(UsageError, match="between 8 and"):
+        bench([1], steps=1)

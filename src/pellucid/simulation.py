@@ -51,12 +51,12 @@ class Simulation:
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
         self.case = case
         self.grid = Grid(case.grid)
-        walls = hold_nodes(self.grid, case.support)
+        supports = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         self.bodies = [MaterialPoints(body, case.grid, self.grid, transfer) for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
-        self._motion = NodalMotion(self.grid.nodes, walls, case.gravity, small_mass, transfer.flip)
+        self._motion = NodalMotion(self.grid.nodes, supports, case.gravity, small_mass, transfer.flip)
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
         self.ledger = Ledger(self.bodies, case.gravity)

@@ -9,6 +9,9 @@ Symmetric = tuple[float, float, float, float, float, float]
 Tensor = tuple[float, float, float, float, float, float, float, float, float]
 
 
+IDENTITY: Tensor = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
 @pointwise
 def symmetric_part(A: Tensor) -> Symmetric:
     """½ (A + Aᵀ)."""

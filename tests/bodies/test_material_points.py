@@ -232,3 +232,15 @@ def test_a_single_point_flies_and_swings():
     assert frame["velocity"][0] == pytest.approx((0.1, 0, 0), abs=1e-14)
     assert case(box((1, 1, 1), (2, 2, 2))).body[0].name == "block"
     assert sqrt(np.sum(frame["stress"] ** 2)) < 1e-9
+
+
+def test_volume_and_deformation_gradient_of_a_turning_solid_agree():
+    """V = V₀ det F, also when the points, moved forward in steps, spiral outward."""
+    disc = {"cylinder": {"centre": (2.0, 2.0, 0.0), "radius": 1.2}}
+    body = {"name": "disc", "shape": disc, "material": SOLID, "angular_velocity": (0.0, 0.0, 1.0)}
+    scene = simulation(body, counts=(16, 16, 1), cell=0.25, step=0.02, end=10.0)
+    start = scene.bodies[0].frame()
+    frame = advance(scene, 60).bodies[0].frame()
+    J = np.linalg.det(frame["deformation_gradient"].reshape(-1, 3, 3))
+    assert np.abs(J - 1.0).max() > 1e-4
+    assert frame["density"] * J == pytest.approx(start["density"], rel=1e-12)

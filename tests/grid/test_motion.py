@@ -76,12 +76,12 @@ def test_supports_hold_and_report_their_impulse():
     # impulses of forces and supports make the whole change of momentum
     total = DT * nodes.force.sum(axis=0) + work.impulses.sum(axis=0)
     assert momentum.sum(axis=0) == pytest.approx(total, abs=1e-12 * np.abs(momentum).sum())
-    for number, velocity in enumerate(walls):
+    for number, velocity in enumerate(walls.velocity):
         for axis in range(3):
             held = full & (nodes.hold[:, axis] == number + 1)
             assert np.all(nodes.velocity[held, axis] == velocity[axis])
             assert np.all(nodes.deforming[held, axis] == velocity[axis])
-    assert work.support == pytest.approx(np.sum(work.impulses * walls), rel=1e-12)
+    assert work.support == pytest.approx(np.sum(work.impulses * walls.velocity), rel=1e-12)
 
 
 def test_projection_is_momentum_over_mass_with_supports():

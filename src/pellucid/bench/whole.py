@@ -10,9 +10,10 @@ from typing import Any
 import pellucid
 from pellucid.bench.peers import run_peers
 from pellucid.bench.problem import MATERIALS
-from pellucid.errors import RunStopped
+from pellucid.errors import RunStopped, UsageError
 
 POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
+MOST_POINTS = 1_000_000_000
 PEER_POINTS = 1_000_000
 
 
@@ -33,6 +34,9 @@ def bench(
 
     from pellucid.bench.bandwidth import triad_bandwidth
 
+    unfit = [n for n in points or () if not 8 <= n <= MOST_POINTS]
+    if unfit:
+        raise UsageError(f"--points {unfit[0]:g}: a size must lie between 8 and {MOST_POINTS:g}")
     threads = threads or numba.config.NUMBA_NUM_THREADS
     machine = {
         "processor": _processor(),
@@ -59,9 +63,10 @@ def _steps(points: int) -> int:
 def _measured(body: str, points: int, steps: int, threads: int) -> dict[str, Any]:
     request = json.dumps({"body": body, "points": points, "steps": steps, "threads": threads})
     command = [sys.executable, "-m", "pellucid.bench.measure", request]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise RunStopped(f"the benchmark of {points} points ({body}) ended with status {done.returncode}; is it too large?")
+        reason = done.stderr.strip().splitlines()[-1:] or ["it may be too large for this machine's memory"]
+        raise RunStopped(f"the benchmark of {points} points ({body}) ended with status {done.returncode}: {reason[0]}")
     result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
     return result
 

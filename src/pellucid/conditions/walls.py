@@ -7,15 +7,13 @@ import numpy as np
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.grid import Grid
+from pellucid.grid.motion import Supports
 
 REACH = 1e-6  # of a cell, by which a node may lie outside a box and still be held
 
 
-def hold_nodes(grid: Grid, supports: Sequence[Support]) -> np.ndarray:
-    """Mark the held directions of the nodes; the velocities [m/s] of the supports, shape (supports + 1, 3).
-
-    Where supports overlap the later one counts. The last row holds the thin axes.
-    """
+def hold_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
+    """Mark the held directions of the nodes. Where supports overlap the later one counts; the last row is of thin axes."""
     index, position = grid.where()
     hold = grid.nodes.hold
     for number, support in enumerate(supports):
@@ -32,7 +30,9 @@ def hold_nodes(grid: Grid, supports: Sequence[Support]) -> np.ndarray:
             hold[index[inside], axis] = number + 1
     for axis in np.flatnonzero(grid.thin):
         hold[:, axis] = len(supports) + 1
-    return np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
+    velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
+    faces = [isinstance(support.where, str) and support.where != "all-nodes" for support in supports]
+    return Supports(velocity, np.array([*faces, True], dtype=np.int64))
 
 
 def _nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:

@@ -15,6 +15,13 @@ NOTHING = 1e-290  # kg; a node below this carries no point
 INTERNAL, GRAVITY, SUPPORT, MASS, WORKS = range(5)
 
 
+class Supports(NamedTuple):
+    """What holds nodes; `Nodes.hold` counts its rows from 1."""
+
+    velocity: np.ndarray  # (supports, 3) [m/s]
+    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a grip within it
+
+
 class StepWork(NamedTuple):
     """What the nodes did over a step."""
 
@@ -27,7 +34,7 @@ class StepWork(NamedTuple):
 
 @kernel()
 def _advance_chunk(bundle, chunk, dt, small, flip):
-    nodes, walls, gravity, work = bundle.content
+    nodes, walls, mirror, gravity, work = bundle.content
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     change, deforming, hold = nodes.change, nodes.deforming, nodes.hold
     internal = fall = pushed = total = 0.0
@@ -41,15 +48,16 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
         for d in range(3):
             s = hold[I, d]
             mapped = momentum[I, d] / m
-            # a held direction has the wall's velocity before the step too: then points beside a wall keep their velocity,
-            # as they do beside their mirror image
-            v = walls[s - 1, d] if s > 0 else mapped
+            # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
+            # beside their mirror image; points in a grip take the velocity of the grip
+            v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
             f = force[I, d]
             new = v + dt * (f / m + gravity[d])
             if s > 0:
                 wall = walls[s - 1, d]
-                # what FLIP hands on is the change of velocity, what PIC hands on the velocity itself
-                impulse = m * (wall - new + (1.0 - flip) * (wall - mapped))
+                impulse = m * (wall - new)
+                if mirror[s - 1]:  # FLIP hands on the change of velocity, PIC the velocity itself
+                    impulse += m * (1.0 - flip) * (wall - mapped)
                 pushed += impulse * wall
                 work[chunk, WORKS + 3 * (s - 1) + d] += impulse
                 new = wall
@@ -75,7 +83,7 @@ def _advance(chunks, bundle, dt, small, flip):
 
 @kernel()
 def _project_chunk(bundle, chunk):
-    nodes, walls, _, _ = bundle.content
+    nodes, walls, _, _, _ = bundle.content
     mass, momentum, deforming, hold = nodes.mass, nodes.momentum, nodes.deforming, nodes.hold
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
@@ -96,18 +104,18 @@ def _project(chunks, bundle):
 class NodalMotion:
     """Moves the nodes of one velocity field.
 
-    walls: velocities of the supports [m/s], shape (supports, 3), read at every step; small_mass [kg]: nodes with less do not
+    supports: their velocities [m/s] are read at every step; small_mass [kg]: nodes with less do not
     strain points by their internal forces; flip: share of FLIP in the transfer to the points.
     """
 
     def __init__(
-        self, nodes: Nodes, walls: np.ndarray, gravity: tuple[float, float, float], small_mass: float, flip: float
+        self, nodes: Nodes, supports: Supports, gravity: tuple[float, float, float], small_mass: float, flip: float
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
-        self._work = np.zeros((self._chunks, WORKS + 3 * len(walls)))
-        self._bundle = Bundle(nodes, walls, gravity, self._work)
+        self._work = np.zeros((self._chunks, WORKS + 3 * len(supports.velocity)))
+        self._bundle = Bundle(nodes, supports.velocity, supports.mirror, gravity, self._work)
 
     def advance(self, dt: float) -> StepWork:
         """p + dt (f + m g) on every node, then the supports; fills velocity, change and deforming."""

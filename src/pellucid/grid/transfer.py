@@ -31,7 +31,7 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.velocity_transfer import affine_of, carried, new_velocity
 from pellucid.jit import kernel, pointwise
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
 from pellucid.materials.point_state import load, store
 
 
@@ -271,7 +271,7 @@ def _deform_slab(strained, s, dt, move):
             if along < lowest or along >= highest:
                 strayed = 1
             fault = _misplaced(X, Y, Z, n)
-        growth = 1.0 + dt * (L[0] + L[4] + L[8])
+        growth = volume_growth(law, L, dt)
         if growth > 0.0:
             volume[p] *= growth
             m = mass[p]

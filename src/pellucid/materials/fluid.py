@@ -15,7 +15,7 @@ from pellucid.materials.artificial_viscosity import (
 from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
 from pellucid.materials.eos.equation import pressure_line, sound_speed
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
 from pellucid.model import Model, parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
 
@@ -115,6 +115,11 @@ def _update(law, state, density, L, dt, length):
         two_mu * D[5],
     )
     return FluidState(stress, energy)
+
+
+@point_function(volume_growth, NewtonianFluid)
+def _volume_growth(law, L, dt):
+    return 1.0 + dt * (L[0] + L[4] + L[8])
 
 
 @point_function(signal_speed, NewtonianFluid)

@@ -19,6 +19,11 @@ def update(law: Any, state: Any, density: float, L: Tensor, dt: float, length: f
 
 
 @generic
+def volume_growth(law: Any, L: Tensor, dt: float) -> float:  # type: ignore[empty-body]
+    """Volume after the step over volume before, consistent with what the law makes of L."""
+
+
+@generic
 def signal_speed(law: Any, state: Any, density: float, L: Tensor, length: float) -> float:  # type: ignore[empty-body]
     """Fastest signal relative to the material [m/s], artificial viscosity included: it bounds the step."""
 

@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
 from pellucid.model import Model, parameter
 from pellucid.tensors import Symmetric, double_dot, rotate, spin_rotation, symmetric_part
 
@@ -72,6 +72,11 @@ def _update(law, state, density, L, dt, length):
     # stress and volume of the middle of the step
     power = 0.5 * (double_dot(s, D) + double_dot(stress, D))
     return HypoelasticState(stress, state.work + dt * power * (1.0 - 0.5 * dt * trD) / density)
+
+
+@point_function(volume_growth, LinearElastic)
+def _volume_growth(law, L, dt):
+    return 1.0 + dt * (L[0] + L[4] + L[8])
 
 
 @point_function(signal_speed, LinearElastic)

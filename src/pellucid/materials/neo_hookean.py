@@ -7,9 +7,9 @@ from math import log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
 from pellucid.materials.linear_elastic import ElasticMaterial, lame
-from pellucid.tensors import Symmetric, Tensor, deformed, determinant, largest_row_sum, left_cauchy_green
+from pellucid.tensors import IDENTITY, Symmetric, Tensor, deformed, determinant, largest_row_sum, left_cauchy_green
 
 
 class NeoHookean(NamedTuple):
@@ -38,7 +38,7 @@ class NeoHookeanMaterial(ElasticMaterial):
 
     def initial_state(self) -> FiniteStrainState:
         """No stress, no deformation."""
-        return FiniteStrainState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+        return FiniteStrainState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), IDENTITY)
 
 
 @point_function(update, NeoHookean)
@@ -50,6 +50,11 @@ def _update(law, state, density, L, dt, length):
     normal = (law.lam * log(J) - law.mu) / J
     stress = (m * b[0] + normal, m * b[1] + normal, m * b[2] + normal, m * b[3], m * b[4], m * b[5])
     return FiniteStrainState(stress, F)
+
+
+@point_function(volume_growth, NeoHookean)
+def _volume_growth(law, L, dt):
+    return determinant(deformed(L, dt, IDENTITY))
 
 
 @point_function(signal_speed, NeoHookean)
