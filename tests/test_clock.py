@@ -7,7 +7,8 @@ import pytest
 from scenes import GAS, SOLID, advance, box, case, simulation
 
 from pellucid.case import TimeCase
-from pellucid.clock import COLLAPSED, MARGIN, Clock
+from pellucid.case.spec import STEP_MARGIN
+from pellucid.clock import COLLAPSED, Clock
 from pellucid.errors import CaseError, RunStopped
 
 
@@ -61,10 +62,10 @@ def test_fixed_steps_are_counted_not_summed(end, step, count):
 
 def test_a_fixed_step_is_checked_before_the_run():
     with pytest.raises(CaseError, match=r"largest stable step of body `slow` is 0.1 s") as caught:
-        Clock(TimeCase(end=1.0, step=0.1 * (1.0 + MARGIN) + 1e-6)).next_step([body(1.0), body(0.1, "slow")])
+        Clock(TimeCase(end=1.0, step=0.1 * (1.0 + STEP_MARGIN) + 1e-6)).next_step([body(1.0), body(0.1, "slow")])
     assert "time.step" in str(caught.value)
     assert "0.08" in str(caught.value), "a step that would do"
-    Clock(TimeCase(end=1.0, step=0.1 * (1.0 + MARGIN) - 1e-6)).next_step([body(0.1)])
+    Clock(TimeCase(end=1.0, step=0.1 * (1.0 + STEP_MARGIN) - 1e-6)).next_step([body(0.1)])
 
 
 def test_a_fixed_step_is_checked_in_the_run():

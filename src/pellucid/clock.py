@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from pellucid.case.spec import STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase
 
-MARGIN = 0.05  # by which a fixed step may exceed the stable one before the run stops
 COLLAPSED = 1e-6  # of the largest step so far
 
 
@@ -64,7 +64,7 @@ class Clock:
         return self.time >= (self.case.end if until is None else min(until, self.case.end))
 
     def _check_fixed(self, step: float, stable: float, body: str) -> None:
-        if step <= stable * (1.0 + MARGIN):
+        if step <= stable * (1.0 + STEP_MARGIN):
             return
         text = f"the largest stable step of body `{body}` is {stable:.4g} s"
         remedy = f"use time.step = {0.8 * stable:.2g} or less, or leave it out and let time.courant choose"

@@ -29,6 +29,8 @@ def to_si(text: str, unit: str) -> float:
     """
     import pint
 
+    if '"' in text or "'" in text:
+        raise UnitError(f"a quote too many in {text}")  # pint reads past it
     if not any(character.isdigit() for character in text):
         raise UnitError(f'"{text}" is no number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
     if _is_number(text):

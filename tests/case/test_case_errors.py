@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pellucid.case import loads
+from pellucid.case import loads, located
 from pellucid.cli import app
-from pellucid.errors import CaseError
+from pellucid.errors import CaseError, Problem
 
 # name: (what is replaced, by what, text on the line to blame ("" for the replacement, None for the file), words)
 MISTAKES = {
@@ -183,6 +183,34 @@ MISTAKES = {
         "",
         ["cannot be shared equally among 2 axes", "1, 4, 9"],
     ),
+    "one bracket for a body": (
+        None,
+        'schema = 1\ntitle = "t"\n[grid]\nlower = [0,0,0]\nupper = [1,1,1]\ncell = 0.5\n[time]\nend = 1\n[body]\nname = "a"\n'
+        '[[probe]]\nname = "p"\nbody = "a"\nquantity = "mass"\n',
+        "[body]",
+        ["must be a list", "write `[[body]]`"],
+    ),
+    "one bracket for a support": (
+        '[[support]]\nwhere = "x-lower"\nfix = "normal"\n\n[[support]]',
+        "[support]",
+        "[support]",
+        ["must be a list", "write `[[support]]`"],
+    ),
+    "one bracket for a probe": ("[[probe]]", "[probe]", "[probe]", ["must be a list", "write `[[probe]]`"]),
+    "cells without number": ("cell = 0.05", "cell = 1e-320", "[grid]", ["inf cells", "along x", "use a larger cell"]),
+    "frames without number": (
+        "[quick]",
+        "[output]\nframes = 1e-9\n\n[quick]",
+        "frames = ",
+        ["output.frames = 1e-09", "1e+08 frames", "at most 100 000", "use 1e-06 s or more"],
+    ),
+    "rows without number": (
+        "[quick]",
+        "[output]\nhistory = '1 ps'\n\n[quick]",
+        "history = ",
+        ["output.history", "1e+11 rows", "at most 10 000 000", "use 1e-08 s or more"],
+    ),
+    "a quote within a quantity": ("end = 0.1", """end = '"5 ms'""", "", ["time.end", "a quote too many"]),
     "a later format": ("schema = 1", "schema = 2", "", ["schema = 2", "must be 1"]),
     "a bad quick setting": ('"grid.cell" = 0.1', '"grid.cel" = 0.1', "", ['quick."grid.cel"', "did you mean `cell`?"]),
     "an impossible quick setting": (
@@ -279,3 +307,32 @@ def test_an_error_in_the_only_body_is_the_only_one_told(text: str) -> None:
     with pytest.raises(CaseError) as caught:
         loads(text.replace(block, "").replace("density = 1000.0", "density = -1", 1))
     assert [problem.key for problem in caught.value.problems] == ["body.drop.material.density"]
+
+
+def test_a_table_with_one_bracket_is_the_only_error_told() -> None:
+    with pytest.raises(CaseError) as caught:
+        loads(MISTAKES["one bracket for a body"][1])
+    assert [problem.key for problem in caught.value.problems] == ["body"]
+
+
+def test_the_remedy_for_too_many_frames_is_enough(text: str) -> None:
+    for end in (1.0, 0.7, 0.123456789):
+        changed = text.replace("end = 0.1", f"end = {end}").replace("[quick]", "[output]\nframes = 1e-9\n[quick]")
+        with pytest.raises(CaseError) as caught:
+            loads(changed)
+        interval = caught.value.problems[0].remedy.split()[1]
+        assert loads(changed.replace("frames = 1e-9", f"frames = {interval}")).output.frames == float(interval)
+
+
+def test_the_set_up_of_a_run_is_blamed_on_a_line_by_name(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(text.replace("[quick]", '[quick]\n"body.block.shape.box.upper" = [0.8, 0.4, 0]'), encoding="utf-8")
+    error = CaseError(Problem("too thin", "body.block.shape"))
+    shape = line_of("shape = { box", file.read_text())
+    assert f"{file}:{shape}: body.block.shape" in str(located(error, str(file)))
+    coarse = line_of('"body.block', file.read_text())
+    assert f"{file}:{coarse}: " in str(located(error, str(file), quick=True))
+    blamed = str(located(error, str(file), settings=["body.1.shape.box.upper=[0.7, 0.4, 0]", "grid.cell=0.1"]))
+    assert blamed.startswith("--set body.1.shape.box.upper=[0.7, 0.4, 0]: body.block.shape\n")
+    assert f"{file}:{line_of('[time]', text)}: time.step" in str(located(CaseError(Problem("no", "time.step")), str(file)))
+    assert str(located(CaseError("all wrong"), str(file))) == f"{file}: all wrong"

@@ -15,6 +15,7 @@ from pellucid.errors import CaseError
         ('"usl"', "usl"),
         ("usl", "usl"),
         ("3 kPa", "3 kPa"),
+        ("the 'wet' wall", "the 'wet' wall"),
         ('{ kind = "ideal-gas", gamma = 1.4 }', {"kind": "ideal-gas", "gamma": 1.4}),
     ],
 )
@@ -120,6 +121,14 @@ def test_another_kind_starts_from_its_own_defaults(text: str) -> None:
 @pytest.mark.parametrize("setting", ["grid.cell", "=3"])
 def test_a_setting_needs_key_and_value(setting: str) -> None:
     with pytest.raises(CaseError, match="KEY=VALUE"):
+        parse_setting(setting)
+
+
+@pytest.mark.parametrize(
+    "setting", ['time.end="5 ms', 'time.end=5 ms"', "title='Gas", "grid.upper=[1, 0.5, 0", "body.drop.shape={ box = 3"]
+)
+def test_toml_that_was_begun_is_ended(setting: str) -> None:
+    with pytest.raises(CaseError, match="no valid TOML"):
         parse_setting(setting)
 
 

@@ -83,6 +83,16 @@ def test_a_file_as_folder_is_refused(calls: list) -> None:
     assert "is a file" in result.stderr
 
 
+def test_a_place_that_cannot_be_looked_at_is_refused(calls: list, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "exists", refuse)
+    result = run("basics/sod", "--out", "secret")
+    assert result.exit_code == 2
+    assert "cannot write results to secret: Permission denied" in result.stderr
+
+
 def test_an_earlier_run_may_be_replaced(calls: list) -> None:
     Path("again").mkdir()
     for name in ("case.toml", "history.csv"):
@@ -99,6 +109,8 @@ def test_an_earlier_run_may_be_replaced(calls: list) -> None:
         (["--until", "-1"], "greater than 0 s"),
         (["--until", "3 kg"], "[mass]"),
         (["--every", "nan"], "greater than 0 s"),
+        (["--every", "1 fs"], "--every 1 fs: output.frames"),
+        (["--set", 'time.end="5 ms'], "close every quote"),
         (["--set", "grid.cel=1"], "did you mean `cell`?"),
         (["--set", "grid.cell"], "KEY=VALUE"),
     ],

@@ -1,5 +1,6 @@
 """What a user writes: the data model of a case, read from TOML or built in Python."""
 
+from pellucid.case.memory import check_memory
 from pellucid.case.reading import load, loads, located
 from pellucid.case.schema import json_schema
 from pellucid.case.settings import parse_setting, parse_value
@@ -13,6 +14,7 @@ __all__ = [
     "Probe",
     "TimeCase",
     "TimesCase",
+    "check_memory",
     "dumps",
     "json_schema",
     "load",

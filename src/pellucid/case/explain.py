@@ -141,6 +141,8 @@ def _findings(path: Path, group: list[Detail], data: Any) -> list[Finding]:
     if not wanted:
         return [Finding(path, first.message)]
     text = f"must be {' or '.join(dict.fromkeys(wanted))}{_meaning(path, data)}"
+    if wanted == ["a list"] and isinstance(value, dict) and len(path) == 1:
+        return [Finding(path, text, f"write `[[{path[0]}]]`, with two brackets, above each of them")]
     return [Finding(path, text, hint(value, choices) if isinstance(value, str) else "")]
 
 

@@ -15,8 +15,8 @@ from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
 from pellucid.case.relations import Finding, findings
 from pellucid.case.schema import keys_at
-from pellucid.case.settings import parse_setting, put, split_key
-from pellucid.case.spec import Case, Probe, TimeCase
+from pellucid.case.settings import find, parse_setting, put
+from pellucid.case.spec import Case, OutputCase, Probe, TimeCase
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError, Problem, shown
 from pellucid.grid.spec import GridCase
@@ -32,17 +32,18 @@ def load(case: "str | FilePath") -> Case:
     return loaded.model_copy(update={"id": case}) if gallery.has(str(case)) and not loaded.id else loaded
 
 
-def located(error: CaseError, case: str, quick: bool, settings: Sequence[str]) -> CaseError:
+def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
     """What the set-up of a run found wrong, with the line of the case or the setting that it comes from."""
-    own = dict(parse_setting(text) for text in settings)
     text, filename = _source(case)
-    lines = key_lines(text)
+    data, lines = tomllib.loads(text), key_lines(text)
+    own = [(find(data, key), _setting(key, value)) for key, value in map(parse_setting, settings)]
+    coarse = [(find(data, key), ("quick", key)) for key in data.get("quick", {})] if quick else []
     problems = []
     for item in error.problems:
-        path: Path = tuple(split_key(item.key)) if item.key else ()
-        line = (quick and lines.get(("quick", item.key))) or lines.get(path)
-        setting = _setting(item.key, own[item.key]) if item.key in own else ""
-        problems.append(replace(item, line=line or None, setting=setting))
+        path = find(data, item.key) if item.key else ()
+        setting = " ".join(words for other, words in own if path and _related(other, path))
+        place = next((entry for other, entry in coarse if path and _related(other, path)), path)
+        problems.append(replace(item, line=_line(place, lines), setting=setting))
     return CaseError(problems, filename)
 
 
@@ -118,13 +119,14 @@ def _validated(data: dict[str, Any]) -> tuple[Case | None, list[Finding]]:
 
 def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
     """What does not fit together among the parts that are right in themselves; pydantic stops before this."""
-    bodies = _sound(data.get("body"), Body)
+    bodies = _sound(data.get("body"), Body) or [None]  # what is no list may still hold the body that a probe means
     for index, body in enumerate(bodies):
-        written = data["body"][index]
+        written = data["body"][index] if isinstance(data.get("body"), list) and data["body"] else None
         if body is None and isinstance(written, dict) and isinstance(written.get("name"), str):
             bodies[index] = written["name"]
     grid, time = _sound([data.get("grid")], GridCase)[0], _sound([data.get("time")], TimeCase)[0]
-    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe), time)
+    output = _sound([data.get("output", {})], OutputCase)[0]
+    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe), time, output)
 
 
 def _sound(items: Any, kind: Any) -> list[Any]:
@@ -154,8 +156,12 @@ def _quick_findings(case: Case) -> list[Finding]:
 
 def _at_line(found: Finding, data: Any, lines: Mapping[Path, int]) -> Problem:
     item = problem(found, data)
-    line = next((lines[found.path[:n]] for n in range(len(found.path), 0, -1) if found.path[:n] in lines), None)
-    return Problem(item.text, item.key, item.value, item.remedy, line)
+    return Problem(item.text, item.key, item.value, item.remedy, _line(found.path, lines))
+
+
+def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
+    """The line of a path, or of the innermost table around it that has one."""
+    return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
 
 
 def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:

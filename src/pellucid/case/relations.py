@@ -3,24 +3,23 @@
 import difflib
 from collections.abc import Iterator, Sequence
 from math import hypot, inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pellucid.bodies.seeding import points_along_axes
 from pellucid.bodies.spec import Body
 from pellucid.case.lines import Path
-from pellucid.clock import MARGIN
+from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.grid.spec import GridCase
 from pellucid.materials.law import diffusivity, signal_speed
 from pellucid.state import FIELDS
 
-if TYPE_CHECKING:
-    from pellucid.case.spec import Probe, TimeCase
-
 AT_REST = (0.0,) * 9
 PROBED = ("position", "velocity", "density", "pressure", "internal_energy", "strain_energy", "stress", "mass")
 ONLY_OF = {"internal_energy": "fluid", "strain_energy": "linear-elastic"}
 COMPONENTS: dict[int, tuple[str, ...]] = {1: (), 3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
+
+MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
 
 
 class Finding(NamedTuple):
@@ -43,8 +42,9 @@ def findings(
     grid: GridCase | None,
     bodies: Sequence[Body | str | None],
     supports: Sequence[Support | None],
-    probes: "Sequence[Probe | None]",
-    time: "TimeCase | None",
+    probes: Sequence[Probe | None],
+    time: TimeCase | None,
+    output: OutputCase | None,
 ) -> list[Finding]:
     """Everything that does not fit together. A part that is itself wrong is None, or for a body perhaps its name."""
     return [
@@ -54,10 +54,11 @@ def findings(
         *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time)),
         *(found for i, support in enumerate(supports) for found in _support(i, support, grid)),
         *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies)),
+        *_instants(time, output),
     ]
 
 
-def _name(part: "Body | Probe | str | None") -> str | None:
+def _name(part: Body | Probe | str | None) -> str | None:
     return part if part is None or isinstance(part, str) else part.name
 
 
@@ -92,7 +93,7 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
 
 
-def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: "TimeCase | None") -> Iterator[Finding]:
+def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None) -> Iterator[Finding]:
     """A fixed step that cannot be stable even at the start, with signals that cross more than a cell in it."""
     if body is None or isinstance(body, str) or grid is None or time is None:
         return
@@ -106,7 +107,7 @@ def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time
     crossing = h / (speed + hypot(*body.velocity)) if speed or any(body.velocity) else inf
     spread = diffusivity(law, material.density)
     limit = min(crossing, h * h / (2.0 * spread) if spread else inf)
-    if time.step is not None and time.step > limit * (1.0 + MARGIN):
+    if time.step is not None and time.step > limit * (1.0 + STEP_MARGIN):
         fastest = speed + hypot(*body.velocity)
         reason = f"in body {body.name} signals move at {fastest:.4g} m/s through cells of {h:g} m"
         yield Finding(
@@ -130,7 +131,7 @@ def _support(index: int, support: Support | None, grid: GridCase | None) -> Iter
             yield Finding(("support", index, "where", "box"), text, "let the box overlap the grid")
 
 
-def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
     if probe is None:
         return
     names = [name for name in map(_name, bodies) if name is not None]
@@ -149,6 +150,19 @@ def _probe(index: int, probe: "Probe | None", bodies: Sequence[Body | str | None
     if probe.component is not None and probe.component not in choices:
         text = f"{probe.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
         yield Finding(("probe", index, "component"), text, "" if choices else "leave `component` out")
+
+
+def _instants(time: TimeCase | None, output: OutputCase | None) -> Iterator[Finding]:
+    """More instants than anyone can want: their places in the files are laid out when the run begins."""
+    if time is None or output is None:
+        return
+    for key, most, what in (("history", MOST_ROWS, "rows of history.csv"), ("frames", MOST_FRAMES, "frames of the fields")):
+        interval = getattr(output, key)
+        if interval is not None and time.end / interval > most * (1.0 + 1e-5):  # so that the remedy, rounded, is enough
+            text = f"{time.end / interval:.3g} {what} until time.end = {time.end:g} s; a run writes at most {most:,}".replace(
+                ",", " "
+            )
+            yield Finding(("output", key), text, f"use {time.end / most:g} s or more, or leave it out")
 
 
 def fields_of(body: Body) -> list[str]:

@@ -3,6 +3,7 @@
 import difflib
 import re
 import tomllib
+from collections.abc import Mapping
 from typing import Any
 
 from pellucid.case.lines import Path
@@ -10,16 +11,22 @@ from pellucid.errors import CaseError, Problem, shown
 
 _PART = re.compile(r'"([^"]*)"|\'([^\']*)\'|([^.\s"\']+)')
 
+_BROKEN = re.compile(r"""^["'\[{]|^[^"]*"$|^[^']*'$""")  # begins a text, list or table, or ends a text that never began
+
 
 def parse_setting(text: str) -> tuple[str, Any]:
     """Split "grid.cell=0.02" into the key and its value, read as TOML or else as plain text.
 
-    Raises CaseError where there is no "=" or no key.
+    Raises CaseError where there is no "=" or no key, or the value begins or ends as TOML and is none.
     """
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise CaseError(Problem("a setting is KEY=VALUE, for example grid.cell=0.02", setting=f"--set {text}"))
-    return key.strip(), parse_value(value.strip())
+    read = parse_value(value.strip())
+    if isinstance(read, str) and read == value.strip() and _BROKEN.search(read):
+        remedy = "close every quote and bracket; for the shell put the whole setting into single quotes"
+        raise CaseError(Problem(f"`{read}` is no valid TOML", remedy=remedy, setting=f"--set {text}"))
+    return key.strip(), read
 
 
 def parse_value(text: str) -> Any:
@@ -36,6 +43,20 @@ def split_key(key: str) -> list[str]:
     if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
         raise CaseError(f"`{key}` is no dotted key such as grid.cell or body.driver.material.density")
     return parts
+
+
+def find(data: Mapping[str, Any], key: str) -> Path:
+    """The path of a dotted key in `data`, list items by number; what is not there stays as it is written."""
+    here: Any = data
+    path: Path = ()
+    for part in split_key(key):
+        try:
+            step = _step(here, part, path)
+            here = here[step]
+        except (CaseError, KeyError):
+            step, here = part, {}
+        path += (step,)
+    return path
 
 
 def put(data: dict[str, Any], key: str, value: Any) -> Path:

@@ -11,6 +11,8 @@ from pellucid.grid.spec import GridCase
 from pellucid.model import Model, Vector, parameter
 
 ZERO = (0.0, 0.0, 0.0)
+STEP_MARGIN = 0.05
+"""By which a fixed step may exceed the stable one."""
 
 
 class TimeCase(Model):
@@ -86,7 +88,7 @@ class Case(Model):
     def _parts_fit_together(self) -> "Case":
         from pellucid.case.relations import Disagreement, findings
 
-        found = findings(self.grid, list(self.body), list(self.support), list(self.probe), self.time)
+        found = findings(self.grid, list(self.body), list(self.support), list(self.probe), self.time, self.output)
         if found:
             raise Disagreement(found)
         return self

@@ -47,10 +47,15 @@ def show(case: CaseArgument) -> None:
 def validate(
     file: Annotated[str, typer.Argument(metavar="FILE.toml", help="The case file, or a gallery id.")],
 ) -> None:
-    """Check a case file without running it: keys, types, units, limits, names, places. Status 2 if any is wrong."""
-    from pellucid.case import load
+    """Check a case file without running it: keys, types, units, limits, names, places, memory. Status 2 if any is wrong."""
+    from pellucid.case import check_memory, load, located
+    from pellucid.errors import CaseError
 
     case = load(file)
+    try:
+        check_memory(case)
+    except CaseError as error:
+        raise located(error, file) from None
     cells = " x ".join(str(count) for count in case.grid.counts())
     bodies = ", ".join(body.name for body in case.body)
     typer.echo(f"{file} is valid: {case.title}; grid of {cells} cells; bodies {bodies}; to t = {case.time.end:g} s")

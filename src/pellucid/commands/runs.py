@@ -44,7 +44,10 @@ def run(
     end = read_time("--until", until)
     interval = read_time("--every", every)
     if interval is not None:
-        chosen = chosen.with_settings({"output.frames": interval})
+        try:
+            chosen = chosen.with_settings({"output.frames": interval})
+        except CaseError as error:
+            raise error.blame(f"--every {every}") from None
     folder = prepared(out) if out else unused(Path("runs"), case_name(case, chosen))
 
     from pellucid.case import located
@@ -105,9 +108,13 @@ def unused(parent: Path, name: str) -> Path:
 
 def prepared(folder: Path) -> Path:
     """The folder, fit for a new run: an earlier run may be replaced, anything else is refused with UsageError."""
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--out {folder} is a file; name a folder for the results")
-    if folder.exists() and (names := {item.name for item in folder.iterdir()}):
+    from pellucid.results.files import usable
+
+    with usable(folder):
+        if folder.exists() and not folder.is_dir():
+            raise UsageError(f"--out {folder} is a file; name a folder for the results")
+        names = {item.name for item in folder.iterdir()} if folder.exists() else set()
+    if names:
         if "case.toml" not in names or (len(names) > 1 and not names & LEFT_BY_A_RUN):
             raise UsageError(f"--out {folder} holds other files and no run; name a new or empty folder")
         typer.echo(f"replacing the earlier run in {folder}", err=True)

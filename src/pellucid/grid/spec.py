@@ -8,6 +8,8 @@ from pellucid.model import Model, Vector, parameter
 
 Functions = Literal["trilinear", "gimp", "quadratic-bspline", "cubic-bspline"]
 
+MOST_CELLS = 1e9  # along an axis; no machine holds more
+
 
 class GridCase(Model):
     """A uniform Cartesian grid. An axis no longer than one cell is one cell thick: its velocity is held at zero."""
@@ -23,6 +25,8 @@ class GridCase(Model):
             if high < low:
                 raise ValueError(f"grid.upper along {axis} is {high:g} m, below grid.lower {low:g} m; exchange them")
             cells = (high - low) / self.cell
+            if cells > MOST_CELLS:
+                raise ValueError(f"{cells:.3g} cells of {self.cell:g} m along {axis}; use a larger cell")
             if cells > 1.0 + 1e-6 and abs(cells - round(cells)) > 1e-6 * cells:
                 fit = (high - low) / round(cells)
                 raise ValueError(

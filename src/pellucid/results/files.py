@@ -1,13 +1,16 @@
 """Files that are either whole or not there, whatever ends the process."""
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from pellucid.errors import PellucidError
+from pellucid.errors import PellucidError, UsageError
 
 DRAFT = ".writing"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+UNFIT = (errno.ENOENT, errno.ENOTDIR, errno.EACCES, errno.EPERM, errno.EROFS, errno.ENAMETOOLONG, errno.ELOOP)
 
 
 class OutputError(PellucidError):
@@ -61,6 +64,18 @@ def sync(path: Path) -> None:
 
 
 @contextmanager
+def usable(folder: Path) -> Iterator[None]:
+    """Turn an error of the operating system about a folder that can take no results into a `UsageError`."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in UNFIT:
+            raise
+        reason = f"cannot write results to {folder}: {error.strerror}"
+        raise UsageError(f"{reason}\n    name a folder that you may write to, with `--out`") from error
+
+
+@contextmanager
 def explained(folder: Path) -> Iterator[None]:
     """Turn an error of the operating system into an `OutputError` that says what to do."""
     try:
@@ -69,9 +84,10 @@ def explained(folder: Path) -> Iterator[None]:
         reason = error.strerror or str(error) or type(error).__name__
         checkpoints = folder / "checkpoint"
         kept = any(checkpoints.glob("*.npz")) if checkpoints.is_dir() else False
+        mend = "make room" if error.errno in FULL else "mend this"
         remedy = (
-            f"the earlier checkpoints are intact: make room, then `pellucid resume {folder}` goes on from the last one"
+            f"the earlier checkpoints are intact: {mend}, then `pellucid resume {folder}` goes on from the last one"
             if kept
-            else "no checkpoint had been written yet: make room and start again"
+            else f"no checkpoint had been written yet: {mend} and start again"
         )
         raise OutputError(f"cannot write the results to {folder}: {reason}\n    {remedy}") from error

@@ -30,8 +30,10 @@ def run_case(
     things in it, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
+    from pellucid.case import check_memory
     from pellucid.simulation import Simulation
 
+    check_memory(case)
     _announce(case, progress)
     simulation = Simulation(case, threads)  # before the folder is touched: a case that cannot be set up erases nothing
     folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
@@ -51,10 +53,12 @@ def resume_case(
     Raises `UsageError` where there is no run, otherwise as `run_case`.
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
+    from pellucid.case import check_memory
     from pellucid.simulation import Simulation
 
     folder = RunFolder(out)
     case = folder.read_case()
+    check_memory(case)
     _announce(case, progress)
     simulation = Simulation(case, threads)
     say = progress.message if progress else warnings.warn

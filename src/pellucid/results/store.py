@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pellucid
 from pellucid.errors import UsageError
-from pellucid.results.files import explained, is_draft, write_text
+from pellucid.results.files import explained, is_draft, usable, write_text
 from pellucid.results.metrics import Metric, finite
 
 if TYPE_CHECKING:
@@ -37,15 +37,15 @@ class RunFolder:
     def start(self, case: "Case") -> None:
         """Make the folder ready for a new run of `case`; the results of an earlier run in it are removed.
 
-        Raises `UsageError` for a folder that holds other things, and `OutputError` where it cannot be written.
+        Raises `UsageError` for a folder that holds other things or cannot be written to, `OutputError` for a full disk.
         """
         from pellucid.case import dumps
 
-        if self.path.exists() and not self.path.is_dir():
-            raise UsageError(f"{self.path} is a file; give a folder for the results")
-        if self.path.is_dir() and not self.case.is_file() and not all(map(is_draft, self.path.iterdir())):
-            raise UsageError(f"{self.path} holds other things than a run; give a new or empty folder for the results")
-        with explained(self.path):
+        with explained(self.path), usable(self.path):
+            if self.path.exists() and not self.path.is_dir():
+                raise UsageError(f"{self.path} is a file; give a folder for the results")
+            if self.path.is_dir() and not self.case.is_file() and not all(map(is_draft, self.path.iterdir())):
+                raise UsageError(f"{self.path} holds other things than a run; give a new or empty folder for the results")
             self.path.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
             self.history.unlink(missing_ok=True)
@@ -55,7 +55,7 @@ class RunFolder:
 
     def reopen(self) -> None:
         """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
-        with explained(self.path):
+        with explained(self.path), usable(self.path):
             self.summary.unlink(missing_ok=True)
             self.report.unlink(missing_ok=True)
             shutil.rmtree(self.figures, ignore_errors=True)

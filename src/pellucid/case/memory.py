@@ -1,0 +1,54 @@
+"""Whether a case fits into the memory of this machine; a case that does not is still a case, for another machine."""
+
+import os
+from math import prod
+from typing import TYPE_CHECKING
+
+from pellucid.bodies.seeding import points_along_axes
+from pellucid.errors import CaseError, Problem
+from pellucid.grid.grid import PAD
+
+if TYPE_CHECKING:
+    from pellucid.case.spec import Case
+
+NODE_BYTES = 140  # mass, five vectors, three holds
+POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
+
+
+def check_memory(case: "Case") -> None:
+    """Raise CaseError where nodes and points together need more than the physical memory."""
+    there = physical_memory()
+    nodes, points = n_nodes(case), n_points(case)
+    needed = NODE_BYTES * nodes + POINT_BYTES * points
+    if there is None or needed <= there:
+        return
+    fits = case.grid.cell * (needed / there) ** (1.0 / (3 - sum(case.grid.thin())))
+    text = (
+        f"the grid has {nodes:.3g} nodes and the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of "
+        f"memory, and this machine has {there / 2**30:.3g} GiB"
+    )
+    remedy = f"use a larger grid.cell (above {fits:.2g} m), or a machine with more memory"
+    raise CaseError(Problem(text, "grid.cell", case.grid.cell, remedy))
+
+
+def n_nodes(case: "Case") -> float:
+    """Number of nodes that the grid stores."""
+    return prod(float(n + PAD) for n, thin in zip(case.grid.counts(), case.grid.thin(), strict=True) if not thin)
+
+
+def n_points(case: "Case") -> float:
+    """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
+    x, y, z = (not thin for thin in case.grid.thin())
+    cells = case.grid.cell ** (x + y + z)
+    return sum(
+        body.shape.geometry().measure((x, y, z)) / cells * prod(points_along_axes(body.points_per_cell, case.grid.thin()))
+        for body in case.body
+    )
+
+
+def physical_memory() -> int | None:
+    """Memory of this machine [bytes]; None where the system does not tell."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None

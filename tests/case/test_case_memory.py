@@ -1,0 +1,81 @@
+"""Whether a case fits into the memory is counted as it will be laid out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from pellucid.bodies.seeding import points_along_axes, seed
+from pellucid.case import Case, check_memory, loads, memory
+from pellucid.cli import app
+from pellucid.errors import CaseError
+from pellucid.grid.grid import Grid
+
+BLOCK = """
+schema = 1
+title = "A block"
+[grid]
+lower = [0, 0, 0]
+upper = [1, 1, 1]
+cell = 0.1
+[time]
+end = 0.1
+[[body]]
+name = "block"
+shape = { box = { lower = [0, 0, 0], upper = [0.5, 0.5, 0.5] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }
+"""
+
+
+@pytest.fixture(params=["flat", "solid"])
+def case(request: pytest.FixtureRequest, text: str) -> Case:
+    return loads(text if request.param == "flat" else BLOCK)
+
+
+def test_nodes_and_points_are_counted(case: Case) -> None:
+    grid = Grid(case.grid)
+    assert memory.n_nodes(case) == grid.n_nodes
+    assert sum(array.nbytes for array in grid.nodes) <= memory.NODE_BYTES * grid.n_nodes
+    thin = case.grid.thin()
+    points = [seed(b.shape.geometry(), case.grid, points_along_axes(b.points_per_cell, thin))[0] for b in case.body]
+    assert memory.n_points(case) == pytest.approx(sum(map(len, points)), rel=0.05)
+
+
+def test_what_fits_passes_and_what_does_not_names_need_and_remedy(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_memory(case)
+    monkeypatch.setattr(memory, "physical_memory", lambda: 2**16)
+    with pytest.raises(CaseError) as caught:
+        check_memory(case)
+    (problem,) = caught.value.problems
+    assert problem.key == "grid.cell"
+    assert "GiB of memory, and this machine has 6.1e-05 GiB" in problem.text
+    assert float(problem.remedy.split("above ")[1].split()[0]) > case.grid.cell
+    monkeypatch.setattr(memory, "physical_memory", lambda: None)
+    check_memory(case)
+
+
+@pytest.mark.parametrize("command", ["validate", "run"])
+def test_a_grid_beyond_any_machine_is_an_error_of_its_line(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("big.toml").write_text(BLOCK.replace("cell = 0.1", "cell = 1e-5"))
+    result = CliRunner().invoke(app, [command, "big.toml"])
+    assert result.exit_code == 2
+    for words in ("big.toml:7: grid.cell", "1e+15 nodes", "1e+15 points", "GiB of memory", "use a larger grid.cell (above 0.0"):
+        assert words in result.stderr
+    assert not Path("runs").exists()
+
+
+def test_a_setting_is_to_blame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("block.toml").write_text(BLOCK)
+    result = CliRunner().invoke(app, ["run", "block.toml", "--set", "grid.cell=1e-5"])
+    assert result.exit_code == 2
+    assert "--set grid.cell=1e-05: the grid has" in result.stderr
+
+
+def test_physical_memory_is_known_here() -> None:
+    there = memory.physical_memory()
+    assert there is None or np.log2(there) > 27
