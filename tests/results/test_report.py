@@ -19,11 +19,15 @@ METRICS = {
     "loss<0": Metric(float("nan"), 0.0, 0.3, 0.1),
 }
 
+CAPTIONS = {"front_of_the_gas": "How far the gas < came."}
+
 
 def _figure(run):
     figure = new_figure(4.0, 2.0)
     figure.subplots().plot(run.history["time"], run.history["front"])
-    return {"front_of_the_gas": figure}
+    titled = new_figure(4.0, 2.0)
+    titled.suptitle("The gas at rest")
+    return {"front_of_the_gas": figure, "gas": titled, "plain_gas": new_figure(4.0, 2.0)}
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +36,7 @@ def gallery():
     import pellucid.case
     import pellucid.gallery
 
-    module = types.SimpleNamespace(metrics=lambda run: METRICS, figures=_figure)
+    module = types.SimpleNamespace(metrics=lambda run: METRICS, figures=_figure, CAPTIONS=CAPTIONS)
     case = free_flight(id="tests/free-flight", quick={"time.end": 0.5})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pellucid.gallery, "module", lambda name: module if name == case.id else None)
@@ -59,8 +63,13 @@ def test_needs_nothing_from_elsewhere(page):
 
 def test_shows_every_figure(page, out):
     pictures = [base64.b64decode(data) for data in re.findall(r'src="data:image/png;base64,([^"]+)"', page)]
-    names = ["front_of_the_gas", "bodies_speed", "bodies_load", "energies", "momentum", "probes"]
+    names = ["front_of_the_gas", "gas", "plain_gas", "bodies_speed", "bodies_load", "energies", "momentum", "probes"]
     assert pictures == [(out / f"figures/{name}.png").read_bytes() for name in names]
+
+
+def test_captions_are_those_of_the_gallery_or_else_the_titles(page):
+    captions = re.findall("<figcaption>(.*?)</figcaption>", page)
+    assert captions[:3] == ["How far the gas &lt; came.", "The gas at rest", "Plain gas."]
 
 
 def test_says_what_passed_and_what_failed(page):

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from pellucid.results.run import Run
 
 
-def write_figures(run: "Run") -> list[Path]:
-    """Draw every figure of the run to `figures/<name>.png` and return the paths in the order of the report."""
+def write_figures(run: "Run") -> dict[Path, str]:
+    """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles."""
     folder = run.folder.figures
-    paths = []
+    titles = {}
     with house_style():
         figures = gallery_figures(run)
         figures |= clouds.pictures(run) | {"energies": energies(run), "momentum": momentum(run)}
@@ -28,11 +28,12 @@ def write_figures(run: "Run") -> list[Path]:
         with explained(run.out):
             folder.mkdir(exist_ok=True)
             for name, figure in figures.items():
-                paths.append(folder / f"{name}.png")
+                path = folder / f"{name}.png"
                 figure.draw_without_rendering()  # the layout settles in the second drawing
-                with replacing(paths[-1]) as temporary:
+                with replacing(path) as temporary:
                     figure.savefig(temporary, format="png", dpi=DPI)
-    return paths
+                titles[path] = figure.get_suptitle()
+    return titles
 
 
 def gallery_figures(run: "Run") -> "dict[str, Figure]":

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pellucid import gallery
 from pellucid.results import figures
 from pellucid.results.files import explained, write_text
 from pellucid.results.metrics import Metric
@@ -43,12 +44,14 @@ def write_report(out: Run | Path | str) -> Path:
     """
     run = out if isinstance(out, Run) else Run(out)
     summary = run.summary
-    paths = figures.write_figures(run)
+    module = gallery.module(run.case.id)
+    captions = CAPTIONS | getattr(module, "CAPTIONS", {})
+    pictures = [_figure(path, captions.get(path.stem, title)) for path, title in figures.write_figures(run).items()]
     sections = [
         _header(run, summary),
         _facts(run, summary),
         _section("Checks", _metrics(run.metrics)) if run.metrics else "",
-        _section("Figures", "".join(map(_figure, paths))),
+        _section("Figures", "".join(pictures)),
         _section("Energy ledger", _ledger(run)),
         _section("Conservation", _conservation(run, summary)),
         _section("The case", _case(run)),
@@ -140,12 +143,12 @@ def _metrics(metrics: dict[str, Metric]) -> str:
     return _table(head, (row(name, metric) for name, metric in metrics.items()), "numbers last-word")
 
 
-def _figure(path: Path) -> str:
+def _figure(path: Path, caption: str) -> str:
     picture = path.read_bytes()
     data = base64.b64encode(picture).decode("ascii")
     pixels = int.from_bytes(picture[16:20])  # the width, in the header of a PNG
     width = min(100.0, 100.0 * pixels / (WIDTH * DPI))  # so that all figures have letters of one size
-    caption = escape(CAPTIONS.get(path.stem, path.stem.replace("_", " ").capitalize() + "."))
+    caption = escape(caption or path.stem.replace("_", " ").capitalize() + ".")
     image = f'<img alt="{caption}" style="width: {width:.0f}%" src="data:image/png;base64,{data}">'
     return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 

@@ -20,6 +20,11 @@ CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
 RESTITUTION = 0.905
 SETTLED = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
 
+CAPTIONS = {
+    "discs": "The discs at six instants, coloured by pressure.",
+    "velocities": "Mean velocity of each disc along the line of centres; dotted, what finite elements give for the rebound.",
+}
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Momentum, mirror symmetry, energy; where the case is Sulsky's, also when and how long they touch, and rebound."""

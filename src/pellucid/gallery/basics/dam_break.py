@@ -24,6 +24,11 @@ START_TOLERANCE = 0.35  # a gate that leaves in 0.02 s is 0.4 of T late
 SPEED_TOLERANCE = 0.12
 HEIGHT_TOLERANCE = 0.05  # of the first height: the table's own digits are 0.01, the surface is known to a cell
 
+CAPTIONS = {
+    "front": "Front of the water, and its height at the wall, against time, beside the experiment and Ritter's bound.",
+    "water": "The water at six instants, coloured by speed.",
+}
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Front, its speed and the height at the wall against the experiment; Ritter's bound; how nearly incompressible."""

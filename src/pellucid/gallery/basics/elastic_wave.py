@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from pellucid.results.run import Run
 
+CAPTIONS = {"wave": "Velocity and displacement along the bar at the end, and the velocity of the antinode against time."}
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Relative L2 errors of velocity and displacement at the end, and the error of the period."""

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+CAPTIONS = {"spinning_disc": "Mean stress against time, and the stresses over the radius, averaged over the frames."}
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Mean stress (virial theorem), first breath, turned angle, angular momentum, energy."""
