@@ -101,7 +101,7 @@ def test_isentropic_compression_is_followed_to_first_order():
 
 
 def test_gan_s_numbers():
-    """Cytoplasm and medium at P = 0: Γ = 4 with P∞ = 2.12e8 and 6.13e8 Pa; the sheet's five digits."""
+    """Cytoplasm and medium at P = 0: Γ = 4 with P∞ = 2.12e8 and 6.13e8 Pa; five digits, worked out by hand."""
     for p_infinity, energy, speed in ((2.12e8, 2.65e5, 1029.6), (6.13e8, 7.6625e5, 1750.7)):
         material = fluid("stiffened-gas", eos_changes={"p_infinity": p_infinity})
         state = material.initial_state()

@@ -220,7 +220,7 @@ def test_diffusivity_and_heating_are_those_of_viscous_fluids_alone(material):
 
 @pytest.mark.parametrize("steps", [50, 500])
 def test_a_quarter_turn_takes_the_stress_along(steps):
-    """Gan's sheet: stretch, then turn rigidly by 90 degrees in many steps."""
+    """Stretch, then turn rigidly by 90 degrees in many steps."""
     material = LinearElasticMaterial(density=1.0, young_modulus=1.0, poisson_ratio=0.3)
     law = material.law()
     state = stretched(material, tensor(np.diag([0.01, 0.002, -0.003])))[0]
