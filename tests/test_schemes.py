@@ -57,12 +57,15 @@ def test_observed_order_in_space_and_time(scheme, functions):
     assert max(errors[1]) < 0.03
 
 
-def test_order_in_time_alone():
-    """On one grid, displacements of MUSL and USF at successively halved steps come closer by one half each: first order."""
-    for scheme in ("musl", "usf"):
-        runs = [swung(16, steps, scheme)[2] for steps in (40, 80, 160, 320)]
-        steps = [np.abs(one - other).max() for one, other in pairwise(runs)]
-        assert [one / other for one, other in pairwise(steps)] == pytest.approx([2.0, 2.0], rel=0.1), scheme
+@every_scheme
+def test_order_in_time_alone(scheme):
+    """On one grid, displacements at successively halved steps come closer by one half each: first order.
+
+    With longer steps than these the second-order part still shows (2.6 for MUSL, 1.2 for USL at 40 steps).
+    """
+    runs = [swung(16, steps, scheme)[2] for steps in (160, 320, 640, 1280)]
+    steps = [np.abs(one - other).max() for one, other in pairwise(runs)]
+    assert [one / other for one, other in pairwise(steps)] == pytest.approx([2.0, 2.0], rel=0.1)
 
 
 def test_schemes_differ_and_agree():
