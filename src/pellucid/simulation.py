@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.material_points import MaterialPoints
+from pellucid.bodies.kinds import BODIES
 from pellucid.clock import Clock
 from pellucid.conditions.walls import hold_nodes
 from pellucid.errors import Interrupted, RunStopped
@@ -53,7 +53,7 @@ class Simulation:
         self.grid = Grid(case.grid)
         supports = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.bodies = [MaterialPoints(body, case.grid, self.grid, transfer) for body in case.body]
+        self.bodies = [BODIES[body.kind](body, case.grid, self.grid, transfer) for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
         self._motion = NodalMotion(self.grid.nodes, supports, case.gravity, small_mass, transfer.flip)

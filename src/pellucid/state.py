@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+COMPONENT_NAMES: dict[int, tuple[str, ...]] = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
+
 
 class Field(NamedTuple):
     """`components` numbers per point, in SI `unit`."""
@@ -9,6 +11,11 @@ class Field(NamedTuple):
     components: int
     unit: str
     meaning: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the components are called; nothing for a scalar or where they have no names."""
+        return COMPONENT_NAMES.get(self.components, ())
 
 
 FIELDS: dict[str, Field] = {
@@ -22,6 +29,9 @@ FIELDS: dict[str, Field] = {
     "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy"),
     "internal_energy": Field(1, "J/kg", "specific internal energy"),
     "strain_energy": Field(1, "J/kg", "work of the stress on unit mass, of solids in rate form"),
+    "frame": Field(9, "1", "tangent frame of a membrane: rows first tangent, second tangent, normal"),
+    "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame"),
+    "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }

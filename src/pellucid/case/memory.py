@@ -4,7 +4,6 @@ import os
 from math import prod
 from typing import TYPE_CHECKING
 
-from pellucid.bodies.seeding import points_along_axes
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.grid import PAD
 
@@ -38,12 +37,7 @@ def n_nodes(case: "Case") -> float:
 
 def n_points(case: "Case") -> float:
     """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
-    x, y, z = (not thin for thin in case.grid.thin())
-    cells = case.grid.cell ** (x + y + z)
-    return sum(
-        body.shape.geometry().measure((x, y, z)) / cells * prod(points_along_axes(body.points_per_cell, case.grid.thin()))
-        for body in case.body
-    )
+    return sum(body.size(case.grid) for body in case.body)
 
 
 def physical_memory() -> int | None:

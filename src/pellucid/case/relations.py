@@ -5,19 +5,12 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.seeding import points_along_axes
 from pellucid.bodies.spec import Body
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.grid.spec import GridCase
-from pellucid.materials.law import diffusivity, signal_speed
 from pellucid.state import FIELDS
-
-AT_REST = (0.0,) * 9
-PROBED = ("position", "velocity", "density", "pressure", "internal_energy", "strain_energy", "stress", "mass")
-ONLY_OF = {"internal_energy": "fluid", "strain_energy": "linear-elastic"}
-COMPONENTS: dict[int, tuple[str, ...]] = {1: (), 3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
 MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
 
@@ -74,19 +67,17 @@ def _repeated_names(kind: str, names: Sequence[str | None]) -> Iterator[Finding]
 def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterator[Finding]:
     if body is None or isinstance(body, str) or grid is None:
         return
-    try:
-        points_along_axes(body.points_per_cell, grid.thin())
-    except ValueError as error:
-        yield Finding(("body", index, "points_per_cell"), str(error))
-    path = ("body", index, "shape")
-    lower, upper = body.shape.geometry().bounds()
+    for key, text, remedy in body.misfits(grid):
+        yield Finding(("body", index, key), text, remedy)
+    path = ("body", index, body.place)
+    lower, upper = body.bounds()
     ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:
         if thin:
             continue
         slack = 1e-9 * (grid_high - grid_low)
         reach = f"along {axis} the body reaches from {low:g} to {high:g} m"
-        if high <= low:
+        if high <= low and body.place == "shape":
             yield Finding(path, f"{reach}: it has no extent there", "let the upper end lie above the lower one")
         elif low < grid_low - slack or high > grid_high + slack:
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
@@ -98,14 +89,12 @@ def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time
     if body is None or isinstance(body, str) or grid is None or time is None:
         return
     material, h = body.material, grid.cell
-    law = material.law()
-    speed = signal_speed(law, material.initial_state(), material.density, AT_REST, h)
+    speed, spread = material.signals(h)
     if material.kind == "fluid" and material.pressure < 0.0 and not speed:
         text = f"the fluid has no real sound speed at density {material.density:g} kg/m^3"
         yield Finding(("body", index, "material", "pressure"), text, "raise the pressure, or p_infinity where there is one")
         return
     crossing = h / (speed + hypot(*body.velocity)) if speed or any(body.velocity) else inf
-    spread = diffusivity(law, material.density)
     limit = min(crossing, h * h / (2.0 * spread) if spread else inf)
     if time.step is not None and time.step > limit * (1.0 + STEP_MARGIN):
         fastest = speed + hypot(*body.velocity)
@@ -141,12 +130,12 @@ def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None])
             yield Finding(("probe", index, "body"), text, hint(probe.body, names))
         return
     body = next(body for body in bodies if _name(body) == probe.body)
-    fields = list(PROBED) if body is None or isinstance(body, str) else fields_of(body)
+    fields = list(FIELDS) if body is None or isinstance(body, str) else list(body.probed)
     if probe.quantity not in fields:
         text = f"body {probe.body} has no such field; it has {listed(fields)}"
         yield Finding(("probe", index, "quantity"), text, hint(probe.quantity, fields))
         return
-    choices = COMPONENTS[FIELDS[probe.quantity].components]
+    choices = FIELDS[probe.quantity].names
     if probe.component is not None and probe.component not in choices:
         text = f"{probe.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
         yield Finding(("probe", index, "component"), text, "" if choices else "leave `component` out")
@@ -163,11 +152,6 @@ def _instants(time: TimeCase | None, output: OutputCase | None) -> Iterator[Find
                 ",", " "
             )
             yield Finding(("output", key), text, f"use {time.end / most:g} s or more, or leave it out")
-
-
-def fields_of(body: Body) -> list[str]:
-    """The fields that a body writes and probes can read."""
-    return [name for name in PROBED if ONLY_OF.get(name, body.material.kind) == body.material.kind]
 
 
 def listed(names: Sequence[str]) -> str:

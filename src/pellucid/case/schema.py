@@ -45,7 +45,8 @@ def _choice(node: dict[str, Any], value: Any) -> dict[str, Any]:
     if not options:
         return node
     if isinstance(value, dict) and len(kinds(node)) == len(options):
-        return next((option for option in options if option["properties"]["kind"]["const"] == value.get("kind")), {})
+        kind = value.get("kind", kinds(node)[0])  # bodies have a kind that may be left out: the first
+        return next((option for option in options if option["properties"]["kind"]["const"] == kind), {})
     wanted = "object" if isinstance(value, dict) else "array" if isinstance(value, (list, tuple)) else "number"
     return next((option for option in options if option.get("type") == wanted), options[0])
 

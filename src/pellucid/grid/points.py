@@ -4,11 +4,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-OK, NOT_FINITE, INVERTED, LOST = 0, 1, 2, 3
+OK, NOT_FINITE, INVERTED, LOST, FOLDED = 0, 1, 2, 3, 4
+
+
+class Fault(NamedTuple):
+    """Why a run cannot go on, and what to do."""
+
+    meaning: str
+    remedy: str
+
+
 FAULTS = {
-    NOT_FINITE: "its state is not a finite number",
-    INVERTED: "its volume would become zero or negative in this step",
-    LOST: "it left the grid",
+    NOT_FINITE: Fault(
+        "its state is not a finite number",
+        "use a smaller time.step or time.courant, or look in forensics/failure.json for what is impossible in it",
+    ),
+    INVERTED: Fault(
+        "its volume would become zero or negative in this step",
+        "use a smaller time.step or time.courant, a finer grid.cell, or artificial viscosity for shocks",
+    ),
+    FOLDED: Fault(
+        "the surface folded onto itself at this point within one step",
+        "use a smaller time.step, or a surface with more triangles where it bends",
+    ),
+    LOST: Fault("it left the grid", "make the grid larger or put a support on the face it crossed"),
 }
 
 

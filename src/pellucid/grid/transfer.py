@@ -94,7 +94,7 @@ def scatter(n, mapped, inertia, force):
 
 
 @pointwise
-def _misplaced(X, Y, Z, n):
+def misplaced(X, Y, Z, n):
     """What is wrong with a point at (X, Y, Z), in cells from the walls."""
     if X >= 0.0 and n[0] >= X and Y >= 0.0 and n[1] >= Y and Z >= 0.0 and n[2] >= Z:
         return OK
@@ -210,13 +210,54 @@ def gather_affine(n, mapped, new):
         _gather_affine_slab(mapped, new, s)
 
 
+@pointwise
+def gathered(fn, lattice, deforming, new, X, Y, Z):
+    """Gradient of the nodal velocity `deforming` [1/s], a 9-tuple, and the velocity `new` [m/s] at (X, Y, Z), in cells."""
+    h, n, stride = lattice.inverse_cell, lattice.counts, lattice.strides
+    i, wx, gx = axis_weights(fn[0], X, n[0])
+    j, wy, gy = axis_weights(fn[1], Y, n[1])
+    k, wz, gz = axis_weights(fn[2], Z, n[2])
+    start = i * stride[0] + j * stride[1] + k * stride[2]
+    xx = xy = xz = yx = yy = yz = zx = zy = zz = nx = ny = nz = 0.0
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            row = start + a * stride[0] + b * stride[1]
+            lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
+            for c in range(len(wz)):
+                I = uintp(row + c * stride[2])
+                lx += wz[c] * deforming[I, 0]
+                ly += wz[c] * deforming[I, 1]
+                lz += wz[c] * deforming[I, 2]
+                dx += gz[c] * deforming[I, 0]
+                dy += gz[c] * deforming[I, 1]
+                dz += gz[c] * deforming[I, 2]
+                mx += wz[c] * new[I, 0]
+                my += wz[c] * new[I, 1]
+                mz += wz[c] * new[I, 2]
+            w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
+            xx += gX * lx
+            xy += gY * lx
+            xz += w * dx
+            yx += gX * ly
+            yy += gY * ly
+            yz += w * dy
+            zx += gX * lz
+            zy += gY * lz
+            zz += w * dz
+            nx += w * mx
+            ny += w * my
+            nz += w * mz
+    L = (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
+    return L, nx, ny, nz
+
+
 @kernel()
 def _deform_slab(strained, s, dt, move):
     fn, lattice, nodes, points, slabs, law, carried_state = strained.content
     x, v = points.position, points.velocity
     mass, volume = points.mass, points.volume
     new, deforming = nodes.velocity, nodes.deforming
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
     stored = heating = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
@@ -225,40 +266,7 @@ def _deform_slab(strained, s, dt, move):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, gx = axis_weights(fn[0], X, n[0])
-        j, wy, gy = axis_weights(fn[1], Y, n[1])
-        k, wz, gz = axis_weights(fn[2], Z, n[2])
-        start = i * stride[0] + j * stride[1] + k * stride[2]
-        xx = xy = xz = yx = yy = yz = zx = zy = zz = nx = ny = nz = 0.0
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                row = start + a * stride[0] + b * stride[1]
-                lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
-                for c in range(len(wz)):
-                    I = uintp(row + c * stride[2])
-                    lx += wz[c] * deforming[I, 0]
-                    ly += wz[c] * deforming[I, 1]
-                    lz += wz[c] * deforming[I, 2]
-                    dx += gz[c] * deforming[I, 0]
-                    dy += gz[c] * deforming[I, 1]
-                    dz += gz[c] * deforming[I, 2]
-                    mx += wz[c] * new[I, 0]
-                    my += wz[c] * new[I, 1]
-                    mz += wz[c] * new[I, 2]
-                w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-                xx += gX * lx
-                xy += gY * lx
-                xz += w * dx
-                yx += gX * ly
-                yy += gY * ly
-                yz += w * dy
-                zx += gX * lz
-                zy += gY * lz
-                zz += w * dz
-                nx += w * mx
-                ny += w * my
-                nz += w * mz
-        L = (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
+        L, nx, ny, nz = gathered(fn, lattice, deforming, new, X, Y, Z)
         fault = OK
         if move:
             x[p, 0] += dt * nx
@@ -270,7 +278,7 @@ def _deform_slab(strained, s, dt, move):
             along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
             if along < lowest or along >= highest:
                 strayed = 1
-            fault = _misplaced(X, Y, Z, n)
+            fault = misplaced(X, Y, Z, n)
         growth = volume_growth(law, L, dt)
         if growth > 0.0:
             volume[p] *= growth
@@ -310,7 +318,7 @@ def deform(n, strained, dt, move):
 def _move_slab(mapped, s, dt):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
     x, new = points.position, nodes.velocity
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
@@ -318,18 +326,7 @@ def _move_slab(mapped, s, dt):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        i, wx, _ = axis_weights(fn[0], X, n[0])
-        j, wy, _ = axis_weights(fn[1], Y, n[1])
-        k, wz, _ = axis_weights(fn[2], Z, n[2])
-        vx = vy = vz = 0.0
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
-                for c in range(len(wz)):
-                    w = wx[a] * wy[b] * wz[c]
-                    vx += w * new[row + c * stride[2], 0]
-                    vy += w * new[row + c * stride[2], 1]
-                    vz += w * new[row + c * stride[2], 2]
+        _, vx, vy, vz = gathered(fn, lattice, new, new, X, Y, Z)
         x[p, 0] += dt * vx
         x[p, 1] += dt * vy
         x[p, 2] += dt * vz
@@ -339,7 +336,7 @@ def _move_slab(mapped, s, dt):
         along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
         if along < lowest or along >= highest:
             strayed = 1
-        fault = _misplaced(X, Y, Z, n)
+        fault = misplaced(X, Y, Z, n)
         if fault != OK and first_fault == OK:
             first_fault = fault
             at_fault = signed

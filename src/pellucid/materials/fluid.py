@@ -15,7 +15,15 @@ from pellucid.materials.artificial_viscosity import (
 from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
 from pellucid.materials.eos.equation import pressure_line, sound_speed
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
+from pellucid.materials.law import (
+    AT_REST,
+    artificial_heating,
+    diffusivity,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+)
 from pellucid.model import Model, parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
 
@@ -87,6 +95,11 @@ class FluidMaterial(Model):
         A, B = pressure_line(self.law().eos, self.density)
         P = self.pressure
         return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
+        law = self.law()
+        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
 
 
 @point_function(update, NewtonianFluid)

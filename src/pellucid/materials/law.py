@@ -9,6 +9,8 @@ from typing import Any
 from pellucid.jit import generic
 from pellucid.tensors import Tensor
 
+AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
 
 @generic
 def update(law: Any, state: Any, density: float, L: Tensor, dt: float, length: float) -> Any:  # type: ignore[empty-body]

@@ -4,7 +4,15 @@ from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
+from pellucid.materials.law import (
+    AT_REST,
+    artificial_heating,
+    diffusivity,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+)
 from pellucid.model import Model, parameter
 from pellucid.tensors import Symmetric, double_dot, rotate, spin_rotation, symmetric_part
 
@@ -52,6 +60,11 @@ class LinearElasticMaterial(ElasticMaterial):
     def initial_state(self) -> HypoelasticState:
         """No stress."""
         return HypoelasticState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0)
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
+        law = self.law()
+        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
 
 
 @point_function(update, LinearElastic)

@@ -7,7 +7,15 @@ from math import log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
+from pellucid.materials.law import (
+    AT_REST,
+    artificial_heating,
+    diffusivity,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+)
 from pellucid.materials.linear_elastic import ElasticMaterial, lame
 from pellucid.tensors import IDENTITY, Symmetric, Tensor, deformed, determinant, largest_row_sum, left_cauchy_green
 
@@ -39,6 +47,11 @@ class NeoHookeanMaterial(ElasticMaterial):
     def initial_state(self) -> FiniteStrainState:
         """No stress, no deformation."""
         return FiniteStrainState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), IDENTITY)
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
+        law = self.law()
+        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
 
 
 @point_function(update, NeoHookean)

@@ -37,7 +37,7 @@ class Column:
     @classmethod
     def of(cls, case: "Case") -> "Column":
         """The column of a case: its first body, a box, with gravity along -y."""
-        lower, upper = case.body[0].shape.geometry().bounds()
+        lower, upper = case.body[0].bounds()
         return cls(float(upper[0] - lower[0]), float(upper[1] - lower[1]), -case.gravity[1])
 
     @property

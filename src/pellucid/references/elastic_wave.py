@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pellucid.bodies.spec import MaterialPointsCase
+
 if TYPE_CHECKING:
     from pellucid.case import Case
 
@@ -26,7 +28,7 @@ class StandingWave:
     def of(cls, case: "Case") -> "StandingWave":
         """The wave that the first body of a case starts with. In a bar held sideways the wave's modulus is λ + 2μ."""
         body = case.body[0]
-        material, wave = body.material, body.velocity_wave
+        material, wave = body.material, body.velocity_wave if isinstance(body, MaterialPointsCase) else None
         if wave is None or material.kind == "fluid":
             raise ValueError(f"body {body.name!r} must be an elastic solid with a velocity_wave")
         nu = material.poisson_ratio

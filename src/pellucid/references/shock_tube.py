@@ -30,7 +30,7 @@ class Tube:
     def of(cls, case: "Case") -> "Tube":
         """The tube of a case whose first body is the gas on the left, its second the gas on the right."""
         left, right = (_gas(body) for body in case.body)
-        diaphragm = float(case.body[0].shape.geometry().bounds()[1][0])
+        diaphragm = float(case.body[0].bounds()[1][0])
         return cls(solve(left, right), diaphragm, case.grid.lower[0], case.grid.upper[0], case.grid.cell)
 
     def exact(self, x: Array, time: float) -> dict[str, Array]:

@@ -16,6 +16,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import j0, j1
 
+from pellucid.bodies.spec import MaterialPointsCase
+
 if TYPE_CHECKING:
     from pellucid.case import Case
 
@@ -37,8 +39,9 @@ class SpinningDisc:
     def of(cls, case: "Case") -> "SpinningDisc":
         """The disc of a case with one body, a cylinder along z."""
         body = case.body[0]
-        cylinder, material = body.shape.cylinder, body.material
-        if cylinder is None or material.kind == "fluid":
+        cylinder = body.shape.cylinder if isinstance(body, MaterialPointsCase) else None
+        material = body.material
+        if not isinstance(body, MaterialPointsCase) or cylinder is None or material.kind == "fluid":
             raise ValueError(f"body {body.name!r} must be an elastic cylinder")
         return cls(cylinder.radius, material.density, material.young_modulus, material.poisson_ratio, body.angular_velocity[2])
 

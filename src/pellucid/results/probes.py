@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.state import FIELDS
+from pellucid.state import COMPONENT_NAMES, FIELDS
 
 if TYPE_CHECKING:
     from pellucid.case import Probe
-
-COMPONENTS = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
 Fetch = Callable[[str], np.ndarray]
 
@@ -45,7 +43,7 @@ def scalar(values: np.ndarray, component: str | None = None) -> np.ndarray:
     if values.ndim == 1:
         return values
     if component is not None:
-        return np.ascontiguousarray(values[:, COMPONENTS[values.shape[1]].index(component)])
+        return np.ascontiguousarray(values[:, COMPONENT_NAMES[values.shape[1]].index(component)])
     if values.shape[1] == 3:
         return np.asarray(np.linalg.norm(values, axis=1))
     xx, yy, zz, yz, xz, xy = values.T

@@ -1,0 +1,11 @@
+"""The kinds of bodies: one line each. A body is built from its case, the grid's case, the grid and the velocity transfer."""
+
+from typing import Any
+
+from pellucid.bodies.material_points import MaterialPoints
+from pellucid.bodies.membrane_points import MembranePoints
+
+BODIES: dict[str, Any] = {
+    "material-points": MaterialPoints,
+    "membrane-points": MembranePoints,
+}

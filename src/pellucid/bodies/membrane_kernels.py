@@ -1,0 +1,181 @@
+"""Straining of membrane points: gradients from the grid, frames from the moved triangles, plane stress from the law.
+
+Source: Gan et al. 2011, section 2.1, with the misprints put right: strains are accumulated in the carried frame, and the frame
+also takes the spin about its normal, without which a sheet that turns in its own plane would leave its stress behind.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+from numpy import uintp
+
+from pellucid.grid.points import FOLDED, HEATING, INVERTED, NOT_FINITE, OK, RATE, STORED
+from pellucid.grid.transfer import gathered, misplaced
+from pellucid.jit import kernel
+from pellucid.materials.membrane import plane_response, plane_wave_speed, stretched
+
+
+class MembraneArrays(NamedTuple):
+    """What membrane points carry beside mass, volume and stress."""
+
+    frame: np.ndarray  # (n, 9) rows t₁, t₂, normal
+    in_plane: np.ndarray  # (n, 4) shape in the frame, the law's own
+    plane_stress: np.ndarray  # (n, 3) σ'₁₁, σ'₂₂, σ'₁₂ in the frame [Pa]
+    strain_energy: np.ndarray  # (n,) work of the stress [J/kg]
+
+
+@kernel()
+def _gather_slab(mapped, s, gradient, dt, move):
+    fn, _, lattice, nodes, points, slabs, _ = mapped.content
+    x = points.position
+    new, deforming = nodes.velocity, nodes.deforming
+    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    strayed = first_fault = at_fault = 0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        L, nx, ny, nz = gathered(fn, lattice, deforming, new, X, Y, Z)
+        for d in range(9):
+            gradient[p, d] = L[d]
+        if move:
+            x[p, 0] += dt * nx
+            x[p, 1] += dt * ny
+            x[p, 2] += dt * nz
+            X += dt * h * nx
+            Y += dt * h * ny
+            Z += dt * h * nz
+            along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
+            if along < lowest or along >= highest:
+                strayed = 1
+            fault = misplaced(X, Y, Z, n)
+            if fault != OK and first_fault == OK:
+                first_fault = fault
+                at_fault = signed
+    slabs.strayed[s] = strayed
+    slabs.fault[s, 0] = first_fault
+    slabs.fault[s, 1] = at_fault
+
+
+@kernel(parallel=True)
+def gather_gradients(n, mapped, gradient, dt, move):
+    """Velocity gradients into `gradient`, shape (points, 9); where `move`, new positions."""
+    for s in prange(n):
+        _gather_slab(mapped, s, gradient, dt, move)
+
+
+@kernel()
+def _strain_slab(surface, s, dt):
+    lattice, points, slabs, fans, gradient, law, carried, thickness = surface.content
+    x, v = points.position, points.velocity
+    frame, shape = carried.frame, carried.in_plane
+    stored = rate = 0.0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        fault = OK
+        # normal and share of area, from the triangles about the point
+        nx = ny = nz = share = 0.0
+        for t in range(fans.start[p], fans.start[p + 1]):
+            q, r = fans.corners[t, 0], fans.corners[t, 1]
+            ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
+            bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
+            cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            twice = sqrt(cx * cx + cy * cy + cz * cz)
+            share += twice / 6.0
+            nx += cx / twice
+            ny += cy / twice
+            nz += cz / twice
+        length = sqrt(nx * nx + ny * ny + nz * nz)
+        nx, ny, nz = nx / length, ny / length, nz / length
+        # turn the first tangent with the normal: S a = c a + w × a + w (w·a)/(1 + c)
+        mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
+        ux, uy, uz = frame[p, 0], frame[p, 1], frame[p, 2]
+        c = mx * nx + my * ny + mz * nz
+        wx, wy, wz = my * nz - mz * ny, mz * nx - mx * nz, mx * ny - my * nx
+        along = (wx * ux + wy * uy + wz * uz) / (1.0 + c)
+        tx = c * ux + wy * uz - wz * uy + wx * along
+        ty = c * uy + wz * ux - wx * uz + wy * along
+        tz = c * uz + wx * uy - wy * ux + wz * along
+        # keep it in the plane and of unit length
+        off = tx * nx + ty * ny + tz * nz
+        tx, ty, tz = tx - off * nx, ty - off * ny, tz - off * nz
+        length = sqrt(tx * tx + ty * ty + tz * tz)
+        tx, ty, tz = tx / length, ty / length, tz / length
+        sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+        L = gradient[p]
+        Ltx, Lty, Ltz = (
+            L[0] * tx + L[1] * ty + L[2] * tz,
+            L[3] * tx + L[4] * ty + L[5] * tz,
+            L[6] * tx + L[7] * ty + L[8] * tz,
+        )
+        Lsx, Lsy, Lsz = (
+            L[0] * sx + L[1] * sy + L[2] * sz,
+            L[3] * sx + L[4] * sy + L[5] * sz,
+            L[6] * sx + L[7] * sy + L[8] * sz,
+        )
+        # spin about the normal, as a rotation of the tangents (Cayley)
+        a = 0.25 * dt * (sx * Ltx + sy * Lty + sz * Ltz - tx * Lsx - ty * Lsy - tz * Lsz)
+        cosine, sine = (1.0 - a * a) / (1.0 + a * a), 2.0 * a / (1.0 + a * a)
+        D11 = tx * Ltx + ty * Lty + tz * Ltz
+        D22 = sx * Lsx + sy * Lsy + sz * Lsz
+        D12 = 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz)
+        tx, ty, tz, sx, sy, sz = (
+            cosine * tx + sine * sx,
+            cosine * ty + sine * sy,
+            cosine * tz + sine * sz,
+            cosine * sx - sine * tx,
+            cosine * sy - sine * ty,
+            cosine * sz - sine * tz,
+        )
+        # the stretching in the turned frame
+        E11 = cosine * cosine * D11 + sine * sine * D22 + 2.0 * sine * cosine * D12
+        E22 = sine * sine * D11 + cosine * cosine * D22 - 2.0 * sine * cosine * D12
+        E12 = sine * cosine * (D22 - D11) + (cosine * cosine - sine * sine) * D12
+        F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), (E11, E22, E12), dt)
+        s11, s22, s12, ratio = plane_response(law, F)
+        old = carried.plane_stress
+        power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
+        volume = share * thickness * ratio
+        density = points.mass[p] / volume
+        points.volume[p] = volume
+        carried.strain_energy[p] += dt * power / density
+        old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
+        for d in range(4):
+            shape[p, d] = F[d]
+        frame[p, 0], frame[p, 1], frame[p, 2] = tx, ty, tz
+        frame[p, 3], frame[p, 4], frame[p, 5] = sx, sy, sz
+        frame[p, 6], frame[p, 7], frame[p, 8] = nx, ny, nz
+        sig = points.stress
+        sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
+        sig[p, 1] = s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy
+        sig[p, 2] = s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz
+        sig[p, 3] = s11 * ty * tz + s22 * sy * sz + s12 * (ty * sz + tz * sy)
+        sig[p, 4] = s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx)
+        sig[p, 5] = s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx)
+        stored += points.mass[p] * carried.strain_energy[p]
+        speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
+        wave = plane_wave_speed(law, F, density)
+        rate = max(rate, lattice.inverse_cell * (wave + speed))
+        if c < -0.999:
+            fault = FOLDED
+        elif ratio <= 0.0:
+            fault = INVERTED
+        elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
+            fault = NOT_FINITE
+        if fault != OK and slabs.fault[s, 0] == OK:
+            slabs.fault[s, 0] = fault
+            slabs.fault[s, 1] = signed
+    slabs.sums[s, STORED] = stored
+    slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, RATE] = rate
+
+
+@kernel(parallel=True)
+def strain(n, surface, dt):
+    """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
+    for s in prange(n):
+        _strain_slab(surface, s, dt)

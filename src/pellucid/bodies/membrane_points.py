@@ -1,0 +1,64 @@
+"""Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
+
+from typing import Any
+
+import numpy as np
+
+from pellucid.approximants import grid_functions
+from pellucid.bodies import membrane_kernels as kernels
+from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
+from pellucid.bodies.point_body import PointBody
+from pellucid.bodies.spec import MembranePointsCase
+from pellucid.bundle import Bundle
+from pellucid.grid.grid import Grid
+from pellucid.grid.points import Slabs
+from pellucid.grid.spec import GridCase
+from pellucid.materials.membrane import initial_shape
+
+
+class MembranePoints(PointBody):
+    """Points of a triangulated surface, which carry its tangent frames and its triangles along."""
+
+    energy_kind = "strain"
+
+    def __init__(self, case: MembranePointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
+        self.material = case.material
+        self.law: Any = case.material.law()
+        self.thickness = case.thickness
+        vertices, self.triangles = case.surface.triangulate()
+        n = len(vertices)
+        volume = area_shares(vertices, self.triangles) * case.thickness
+        arrays = {
+            "id": np.arange(n),
+            "position": vertices,
+            "velocity": np.tile(np.array(case.velocity), (n, 1)),
+            "mass": case.material.density * volume,
+            "volume": volume,
+            "stress": np.zeros((n, 6)),
+            "frame": initial_frames(vertices, self.triangles),
+            "in_plane": np.tile(np.array(initial_shape(self.law)), (n, 1)),
+            "plane_stress": np.zeros((n, 3)),
+            "strain_energy": np.zeros(n),
+        }
+        self._gradient = np.zeros((n, 9))
+        # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
+        super().__init__(case.name, grid, grid_functions(grid_case.functions, (2, 2, 2), grid.thin), velocity_transfer, arrays)
+
+    def bind(self) -> None:
+        """Take up arrays that were replaced."""
+        super().bind()
+        self._carried = kernels.MembraneArrays(*(self.arrays[name] for name in kernels.MembraneArrays._fields))
+
+    def _share(self, slabs: Slabs) -> None:
+        super()._share(slabs)
+        where = np.argsort(self.arrays["id"])  # from a point's number to its place
+        fans = fans_of(where[self.triangles], self.n_points)
+        self._surface = Bundle(
+            self.grid.lattice, self.points, slabs, fans, self._gradient, self.law, self._carried, self.thickness
+        )
+
+    def deform(self, dt: float, move: bool) -> None:
+        """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
+        kernels.gather_gradients(self._n_slabs, self._mapped, self._gradient, dt, int(move))
+        kernels.strain(self._n_slabs, self._surface, dt)
+        self._collect_strain_sums()

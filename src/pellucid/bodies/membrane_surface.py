@@ -1,0 +1,45 @@
+"""The triangulated surface that membrane points carry along: who is next to whom, normals, shares of area."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Fans(NamedTuple):
+    """The triangles about each point: corners[start[p]:start[p+1]] are the two other corners of each, in their turn."""
+
+    start: np.ndarray  # (n+1,)
+    corners: np.ndarray  # (3 m, 2) for m triangles
+
+
+def fans_of(triangles: np.ndarray, n: int) -> Fans:
+    """The fans of n points; triangles, shape (m, 3), counterclockwise about the normal."""
+    a, b, c = triangles.T
+    owner = np.concatenate([a, b, c])
+    corners = np.concatenate([np.stack(pair, axis=1) for pair in ((b, c), (c, a), (a, b))])
+    order = np.argsort(owner, kind="stable")
+    start = np.searchsorted(owner[order], np.arange(n + 1))
+    return Fans(start, np.ascontiguousarray(corners[order]))
+
+
+def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """A third of the area of each adjacent triangle [m²], shape (n,)."""
+    a, b, c = position[triangles.T]
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return np.bincount(triangles.ravel(), np.repeat(area / 3.0, 3), minlength=len(position))
+
+
+def initial_frames(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Frames (rows t₁, t₂, n), shape (n, 9), with n the normalised mean of the unit normals about a point (Gan 2011, eq. 8)."""
+    a, b, c = position[triangles.T]
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    mean = np.zeros_like(position)
+    for corner in triangles.T:
+        np.add.at(mean, corner, normal)
+    mean /= np.linalg.norm(mean, axis=1)[:, None]
+    # any tangent will do; take the axis that is farthest from the normal
+    away = np.eye(3)[np.argmin(np.abs(mean), axis=1)]
+    first = away - np.einsum("ij,ij->i", away, mean)[:, None] * mean
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return np.ascontiguousarray(np.concatenate([first, np.cross(mean, first), mean], axis=1))

@@ -1,0 +1,156 @@
+"""What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from pellucid.bundle import Bundle
+from pellucid.errors import RunStopped
+from pellucid.grid import transfer as kernels
+from pellucid.grid.grid import Grid
+from pellucid.grid.points import FAULTS, HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
+from pellucid.grid.sorting import empty_slabs, sort_by_cell
+from pellucid.grid.velocity_transfer import Apic
+from pellucid.reductions import ordered_sum
+
+HIDDEN = ("volume", "affine")  # arrays that results do not show
+
+
+class PointBody(ABC):
+    """Points whose unknowns live on the grid, sorted by cell whenever one strays.
+
+    A kind of body gives the initial arrays and says how its points are strained (`deform`), what they store
+    (`energy_kind`), and fields of its own.
+    """
+
+    energy_kind: str
+
+    def __init__(self, name: str, grid: Grid, functions: Any, velocity_transfer: Any, arrays: dict[str, np.ndarray]) -> None:
+        self.name = name
+        self.grid = grid
+        self.functions = functions
+        self._stencil = max(function.stencil for function in functions)
+        self.transfer = velocity_transfer
+        self.arrays = arrays
+        arrays["velocity"][:, np.array(grid.thin)] = 0.0
+        if isinstance(velocity_transfer, Apic):
+            arrays["affine"] = np.zeros((len(arrays["mass"]), 9))
+        self._scratch: dict[int, np.ndarray] = {}
+        self.sums: dict[str, float] = {}
+        self.bind()
+        self.sort()
+        self._measure()
+
+    @abstractmethod
+    def deform(self, dt: float, move: bool) -> None:
+        """Velocity gradients, volumes, stresses; where `move`, new positions. Ends with `_collect_strain_sums`."""
+
+    def bind(self) -> None:
+        """Take up arrays that were replaced."""
+        self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
+        self._affine = self.arrays.get("affine", np.zeros((0, 9)))
+
+    def _share(self, slabs: Slabs) -> None:
+        """Hand points and slabs to the kernels."""
+        self.slabs = slabs
+        lattice, nodes = self.grid.lattice, self.grid.nodes
+        self._mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
+        self._n_slabs = len(slabs.layer) - 1
+
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+        return len(self.points.mass)
+
+    def sort(self) -> None:
+        """Sort the points by cell and share them out in slabs."""
+        self._share(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self._stencil))
+
+    def sort_if_strayed(self) -> None:
+        """Sort again where a point left its slab."""
+        if self.slabs.strayed.any():
+            self.sort()
+
+    def restore_slabs(self, first: np.ndarray, layer: np.ndarray, strayed: np.ndarray) -> None:
+        """The slabs of a checkpoint."""
+        slabs = empty_slabs(first, layer)
+        slabs.strayed[:] = strayed
+        self._share(slabs)
+
+    def to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum, internal forces."""
+        kernels.scatter(self._n_slabs, self._mapped, int(inertia), int(force))
+
+    def accelerate(self, remap: bool) -> None:
+        """New velocities; where `remap`, their momentum back on the nodes."""
+        if len(self._affine):
+            # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
+            nodes = self.grid.nodes
+            kernels.gather_affine(self._n_slabs, self._mapped, nodes.deforming if self._stencil == 2 else nodes.velocity)
+        kernels.accelerate(self._n_slabs, self._mapped, int(remap))
+        sums = ordered_sum(self.slabs.sums)
+        self.sums["kinetic"], self.sums["speed"] = float(sums[KINETIC]), float(sums[SPEED])
+        for d, axis in enumerate("xyz"):
+            self.sums[f"momentum_{axis}"] = float(sums[MOMENTUM_X + d])
+
+    def move(self, dt: float) -> None:
+        """New positions alone."""
+        kernels.move(self._n_slabs, self._mapped, dt)
+
+    def _collect_strain_sums(self) -> None:
+        sums = ordered_sum(self.slabs.sums)
+        self.sums["stored"], self.sums["heating"] = float(sums[STORED]), float(sums[HEATING])
+        self.sums["rate"] = float(self.slabs.sums[:, RATE].max())
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
+        found = np.flatnonzero(self.slabs.fault[:, 0])
+        if not len(found):
+            return
+        code, p = self.slabs.fault[found[0]]
+        state = {name: array[p].tolist() for name, array in self.arrays.items()}
+        place = ", ".join(f"{value:.6g}" for value in state["position"])
+        fault = FAULTS[int(code)]
+        raise RunStopped(
+            f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` at ({place}) m: "
+            f"{fault.meaning}; {fault.remedy}",
+            step=n_steps,
+            time=time,
+            body=self.name,
+            point=state["id"],
+            state=state,
+        )
+
+    def _measure(self) -> None:
+        """The sums of the initial state."""
+        mass, velocity = self.points.mass, self.points.velocity
+        self.sums["kinetic"] = float(0.5 * (mass @ np.einsum("ij,ij->i", velocity, velocity)))
+        self.sums["speed"] = float(mass @ np.linalg.norm(velocity, axis=1))
+        for d, axis in enumerate("xyz"):
+            self.sums[f"momentum_{axis}"] = float(mass @ velocity[:, d])
+        self.grid.nodes.deforming.fill(0.0)
+        self.grid.nodes.velocity.fill(0.0)
+        self.deform(0.0, move=False)  # no strain: fills the energies and the bound on the step
+
+    def momentum(self) -> np.ndarray:
+        """Total momentum [kg m/s], shape (3,)."""
+        return np.array([self.sums[f"momentum_{axis}"] for axis in "xyz"])
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
+
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+        if name == "density":
+            return self.arrays["mass"] / self.arrays["volume"]
+        if name == "pressure":
+            return -self.arrays["stress"][:, :3].mean(axis=1)
+        return self.arrays[name]
+
+    def frame(self) -> dict[str, np.ndarray]:
+        """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""
+        back = np.argsort(self.arrays["id"])
+        return {name: self.field(name)[back] for name in self.field_names}

@@ -1,0 +1,60 @@
+"""Linear elastic membrane, σ' = E/(1-ν²) (ε'₁₁ + ν ε'₂₂, ...). Source: Gan et al. 2011, eqs. 1, 2 in reduced form.
+
+The strain is accumulated in the frame that turns with the material; its plane-stress thickness strain is -ν/(1-ν) tr ε'.
+"""
+
+from math import sqrt
+from typing import Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.linear_elastic import ElasticMaterial
+from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, stretched
+
+
+class LinearMembrane(NamedTuple):
+    """Young's modulus [Pa] and Poisson's ratio."""
+
+    E: float
+    nu: float
+
+
+class LinearMembraneMaterial(ElasticMaterial):
+    """Linear elastic membrane in plane stress, for small strains and any rotation."""
+
+    kind: Literal["linear-membrane"] = "linear-membrane"
+
+    def law(self) -> LinearMembrane:
+        """The law as kernels take it."""
+        return LinearMembrane(self.young_modulus, self.poisson_ratio)
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of waves in the plane [m/s] at the start, and no viscosity [m²/s]."""
+        law = self.law()
+        return plane_wave_speed(law, initial_shape(law), self.density), 0.0
+
+
+@point_function(initial_shape, LinearMembrane)
+def _initial_shape(law):
+    return (0.0, 0.0, 0.0, 0.0)
+
+
+@point_function(stretched, LinearMembrane)
+def _stretched(law, shape, D, dt):
+    return (shape[0] + dt * D[0], shape[1] + dt * D[1], shape[2] + dt * D[2], 0.0)
+
+
+@point_function(plane_response, LinearMembrane)
+def _plane_response(law, shape):
+    C = law.E / (1.0 - law.nu * law.nu)
+    ratio = 1.0 - law.nu / (1.0 - law.nu) * (shape[0] + shape[1])
+    return (
+        C * (shape[0] + law.nu * shape[1]),
+        C * (shape[1] + law.nu * shape[0]),
+        law.E / (1.0 + law.nu) * shape[2],
+        ratio,
+    )
+
+
+@point_function(plane_wave_speed, LinearMembrane)
+def _plane_wave_speed(law, shape, density):
+    return sqrt(law.E / ((1.0 - law.nu * law.nu) * density))

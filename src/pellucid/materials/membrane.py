@@ -1,0 +1,31 @@
+"""Laws of membranes: plane stress in the tangent plane of a point, in a frame that turns with the material.
+
+In-plane tensors are 3-tuples (11, 22, 12). A law sees the stretching (rate of deformation) in the frame and answers with the
+Cauchy stress in the frame and the ratio of thickness to its initial value. Source: Gan et al. 2011, section 2.1.
+"""
+
+from typing import Any
+
+from pellucid.jit import generic
+
+InPlane = tuple[float, float, float]
+
+
+@generic
+def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:  # type: ignore[empty-body]
+    """The in-plane shape, a 4-tuple that is the law's own, after a step with stretching D [1/s]."""
+
+
+@generic
+def plane_response(law: Any, shape: Any) -> Any:  # type: ignore[empty-body]
+    """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of an undamaged membrane."""
+
+
+@generic
+def plane_wave_speed(law: Any, shape: Any, density: float) -> float:  # type: ignore[empty-body]
+    """Fastest wave in the plane [m/s]."""
+
+
+@generic
+def initial_shape(law: Any) -> Any:  # type: ignore[empty-body]
+    """The in-plane shape of the undeformed membrane, a 4-tuple."""

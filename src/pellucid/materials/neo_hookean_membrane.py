@@ -1,0 +1,91 @@
+"""Compressible neo-Hookean membrane, W = μ/2 (I₁-3) - μ ln J + λ/2 (ln J)²; its thickness leaves no stress across it."""
+
+from math import exp, log, sqrt
+from typing import Literal, NamedTuple
+
+from pellucid.jit import point_function, pointwise
+from pellucid.materials.linear_elastic import ElasticMaterial, lame
+from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, stretched
+
+TOLERANCE = 1e-14  # on the squared thickness stretch
+MOST_ITERATIONS = 50
+
+
+class NeoHookeanMembrane(NamedTuple):
+    """Lamé's constants [Pa] and the initial density [kg/m³]."""
+
+    lam: float
+    mu: float
+    rho0: float
+
+
+class NeoHookeanMembraneMaterial(ElasticMaterial):
+    """Compressible neo-Hookean membrane in plane stress, for any strain."""
+
+    kind: Literal["neo-hookean-membrane"] = "neo-hookean-membrane"
+
+    def law(self) -> NeoHookeanMembrane:
+        """The law as kernels take it."""
+        return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio), self.density)
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of waves in the plane [m/s] at the start, and no viscosity [m²/s]."""
+        law = self.law()
+        return plane_wave_speed(law, initial_shape(law), self.density), 0.0
+
+
+@point_function(initial_shape, NeoHookeanMembrane)
+def _initial_shape(law):
+    return (1.0, 0.0, 0.0, 1.0)
+
+
+@point_function(stretched, NeoHookeanMembrane)
+def _stretched(law, shape, D, dt):
+    F = shape
+    # F = (I + dt D) F in the frame, which has taken the rotation
+    return (
+        F[0] + dt * (D[0] * F[0] + D[2] * F[2]),
+        F[1] + dt * (D[0] * F[1] + D[2] * F[3]),
+        F[2] + dt * (D[2] * F[0] + D[1] * F[2]),
+        F[3] + dt * (D[2] * F[1] + D[1] * F[3]),
+    )
+
+
+@pointwise
+def _thickness_squared(law, area):
+    """c = (thickness stretch)² from μ (c - 1) + λ ln(area √c) = 0, by Newton's method in ln c, which is monotone."""
+    y = 0.0
+    for _ in range(MOST_ITERATIONS):
+        c = exp(y)
+        change = (law.mu * (c - 1.0) + law.lam * (log(area) + 0.5 * y)) / (law.mu * c + 0.5 * law.lam)
+        y -= change
+        if abs(change) < TOLERANCE:
+            break
+    return exp(y)
+
+
+@point_function(plane_response, NeoHookeanMembrane)
+def _plane_response(law, shape):
+    F = shape
+    area = F[0] * F[3] - F[1] * F[2]
+    c = _thickness_squared(law, area)
+    J = area * sqrt(c)
+    m = law.mu / J
+    normal = (law.lam * log(J) - law.mu) / J
+    return (
+        m * (F[0] * F[0] + F[1] * F[1]) + normal,
+        m * (F[2] * F[2] + F[3] * F[3]) + normal,
+        m * (F[0] * F[2] + F[1] * F[3]),
+        sqrt(c),
+    )
+
+
+@point_function(plane_wave_speed, NeoHookeanMembrane)
+def _plane_wave_speed(law, shape, density):
+    F = shape
+    area = F[0] * F[3] - F[1] * F[2]
+    c = _thickness_squared(law, area)
+    # the bulk wave at this stretch, which no wave in the plane outruns
+    stretch = F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3]
+    stiffness = law.lam + law.mu - law.lam * log(area * sqrt(c)) + law.mu * stretch
+    return sqrt(max(stiffness, law.mu * stretch) / law.rho0)

@@ -1,0 +1,60 @@
+"""Triangulated surfaces: areas, closure, direction of the normals."""
+
+import numpy as np
+import pytest
+
+from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
+from pellucid.geometry.surfaces import Icosphere, Rectangle, Tube
+
+
+def volume_inside(vertices, triangles):
+    a, b, c = vertices[triangles.T]
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
+
+
+def test_a_rectangle_has_its_area_and_normal():
+    rectangle = Rectangle(corner=(1, 2, 3), first_edge=(2, 0, 0), second_edge=(0, 0.5, 0.5), points=(5, 4))
+    vertices, triangles = rectangle.triangulate()
+    assert len(vertices) == 20
+    assert len(triangles) == 2 * 4 * 3
+    assert area_shares(vertices, triangles).sum() == pytest.approx(2 * np.sqrt(0.5), rel=1e-14)
+    normals = initial_frames(vertices, triangles)[:, 6:]
+    assert normals == pytest.approx(np.tile(np.cross((1, 0, 0), (0, 1, 1)) / np.sqrt(2.0), (20, 1)), abs=1e-14)
+
+
+def test_the_papers_net_and_oocyte_have_its_counts():
+    net = Rectangle(corner=(0, 0, 0), first_edge=(1, 0, 0), second_edge=(0, 0.2, 0), points=(1000, 40)).triangulate()
+    assert (len(net.vertices), len(net.triangles)) == (40_000, 77_922)
+    oocyte = Icosphere(centre=(0, 0, 0), radius=50e-6, refinements=6).triangulate()
+    assert (len(oocyte.vertices), len(oocyte.triangles)) == (40_962, 81_920)
+
+
+@pytest.mark.parametrize("refinements", [0, 2, 4])
+def test_an_icosphere_is_closed_and_outward(refinements):
+    vertices, triangles = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=refinements).triangulate()
+    assert len(vertices) == 10 * 4**refinements + 2
+    assert np.linalg.norm(vertices - (1, 2, 3), axis=1) == pytest.approx(2.0, rel=1e-14)
+    directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    assert len(np.unique(directed, axis=0)) == len(directed), "each edge once in each direction"
+    assert {tuple(edge) for edge in directed} == {tuple(edge[::-1]) for edge in directed}
+    assert 0.0 < volume_inside(vertices - (1, 2, 3), triangles) < 4.0 / 3.0 * np.pi * 8.0
+    normals = initial_frames(vertices, triangles)[:, 6:]
+    # directions of points and normals agree the better the finer: by symmetry exactly at the twelve corners
+    assert np.einsum("ij,ij->i", normals, (vertices - (1, 2, 3)) / 2.0).min() > 0.99
+
+
+def test_a_tube_is_open_and_outward():
+    vertices, triangles = Tube(start=(0, 0, 1), end=(0, 0, 3), radius=0.5, points=(64, 9)).triangulate()
+    # a polygon of 64 sides
+    assert area_shares(vertices, triangles).sum() == pytest.approx(64 * 2 * 0.5 * np.sin(np.pi / 64) * 2.0, rel=1e-12)
+    normals = initial_frames(vertices, triangles)[:, 6:]
+    outward = vertices * (1, 1, 0) / 0.5
+    assert np.einsum("ij,ij->i", normals, outward).min() > 0.99
+
+
+def test_fans_go_round_each_point():
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    fans = fans_of(triangles, 4)
+    assert fans.start.tolist() == [0, 2, 3, 5, 6]
+    assert fans.corners[:2].tolist() == [[1, 2], [2, 3]]
+    assert fans.corners[2].tolist() == [2, 0]
