@@ -14,7 +14,7 @@ LEAST_SPREAD = 1e-4
 
 
 @generic
-def axis_weights(fn: Any, u: float, n: int) -> Any:  # type: ignore[empty-body]
+def axis_weights(fn: Any, u: float, n: int) -> Any:
     """First node, weights, and derivatives by u of the functions that reach coordinate u (in cells from the wall).
 
     n: number of cells along the axis. The tuples have `fn.stencil` entries.
@@ -22,7 +22,7 @@ def axis_weights(fn: Any, u: float, n: int) -> Any:  # type: ignore[empty-body]
 
 
 @generic
-def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:  # type: ignore[empty-body]
+def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:
     """What takes the place of derivatives in the affine field of APIC: w (x_I - x) / Σ w (x_I - x)², in cells.
 
     offset: first node minus the point, in cells; w, g: weights and derivatives there.

@@ -12,7 +12,7 @@ from numba import prange
 from numpy import uintp
 
 from pellucid.grid.points import FOLDED, HEATING, INVERTED, NOT_FINITE, OK, RATE, STORED
-from pellucid.grid.transfer import gathered, misplaced
+from pellucid.grid.transfer import gathered, placed
 from pellucid.jit import kernel
 from pellucid.materials.membrane import plane_response, plane_wave_speed, stretched
 
@@ -31,7 +31,7 @@ def _gather_slab(mapped, s, gradient, dt, move):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
     x = points.position
     new, deforming = nodes.velocity, nodes.deforming
-    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
+    h, low = lattice.inverse_cell, lattice.lower
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
@@ -43,16 +43,8 @@ def _gather_slab(mapped, s, gradient, dt, move):
         for d in range(9):
             gradient[p, d] = L[d]
         if move:
-            x[p, 0] += dt * nx
-            x[p, 1] += dt * ny
-            x[p, 2] += dt * nz
-            X += dt * h * nx
-            Y += dt * h * ny
-            Z += dt * h * nz
-            along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
-            if along < lowest or along >= highest:
-                strayed = 1
-            fault = misplaced(X, Y, Z, n)
+            fault, beyond = placed(lattice, x, p, dt * nx, dt * ny, dt * nz, lowest, highest)
+            strayed |= beyond
             if fault != OK and first_fault == OK:
                 first_fault = fault
                 at_fault = signed

@@ -94,11 +94,18 @@ def scatter(n, mapped, inertia, force):
 
 
 @pointwise
-def misplaced(X, Y, Z, n):
-    """What is wrong with a point at (X, Y, Z), in cells from the walls."""
+def placed(lattice, x, p, dx, dy, dz, lowest, highest):
+    """Move point p; what is wrong with its new place, and 1 where it lies outside the layers lowest to highest of its slab."""
+    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
+    x[p, 0] += dx
+    x[p, 1] += dy
+    x[p, 2] += dz
+    X, Y, Z = (x[p, 0] - low[0]) * h, (x[p, 1] - low[1]) * h, (x[p, 2] - low[2]) * h
+    along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
+    beyond = 1 if along < lowest or along >= highest else 0
     if X >= 0.0 and n[0] >= X and Y >= 0.0 and n[1] >= Y and Z >= 0.0 and n[2] >= Z:
-        return OK
-    return LOST if abs(X + Y + Z) < inf else NOT_FINITE
+        return OK, beyond
+    return (LOST if abs(X + Y + Z) < inf else NOT_FINITE), beyond
 
 
 @kernel()
@@ -257,7 +264,7 @@ def _deform_slab(strained, s, dt, move):
     x, v = points.position, points.velocity
     mass, volume = points.mass, points.volume
     new, deforming = nodes.velocity, nodes.deforming
-    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
+    h, low = lattice.inverse_cell, lattice.lower
     stored = heating = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
@@ -269,16 +276,8 @@ def _deform_slab(strained, s, dt, move):
         L, nx, ny, nz = gathered(fn, lattice, deforming, new, X, Y, Z)
         fault = OK
         if move:
-            x[p, 0] += dt * nx
-            x[p, 1] += dt * ny
-            x[p, 2] += dt * nz
-            X += dt * h * nx
-            Y += dt * h * ny
-            Z += dt * h * nz
-            along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
-            if along < lowest or along >= highest:
-                strayed = 1
-            fault = misplaced(X, Y, Z, n)
+            fault, beyond = placed(lattice, x, p, dt * nx, dt * ny, dt * nz, lowest, highest)
+            strayed |= beyond
         growth = volume_growth(law, L, dt)
         if growth > 0.0:
             volume[p] *= growth
@@ -318,7 +317,7 @@ def deform(n, strained, dt, move):
 def _move_slab(mapped, s, dt):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
     x, new = points.position, nodes.velocity
-    h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
+    h, low = lattice.inverse_cell, lattice.lower
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
@@ -327,16 +326,8 @@ def _move_slab(mapped, s, dt):
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
         _, vx, vy, vz = gathered(fn, lattice, new, new, X, Y, Z)
-        x[p, 0] += dt * vx
-        x[p, 1] += dt * vy
-        x[p, 2] += dt * vz
-        X += dt * h * vx
-        Y += dt * h * vy
-        Z += dt * h * vz
-        along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
-        if along < lowest or along >= highest:
-            strayed = 1
-        fault = misplaced(X, Y, Z, n)
+        fault, beyond = placed(lattice, x, p, dt * vx, dt * vy, dt * vz, lowest, highest)
+        strayed |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
             at_fault = signed

@@ -29,17 +29,17 @@ class Apic(NamedTuple):
 
 
 @generic
-def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:  # type: ignore[empty-body]
+def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:
     """A velocity component after the step, from the old one, the grid's new velocity, and the grid's change [m/s]."""
 
 
 @generic
-def affine_of(transfer: Any, affine: Any, p: int) -> Any:  # type: ignore[empty-body]
+def affine_of(transfer: Any, affine: Any, p: int) -> Any:
     """The affine field C of point p as a 9-tuple [1/s], zero but for APIC."""
 
 
 @generic
-def carried(transfer: Any, v: float, C0: float, C1: float, C2: float, dx: float, dy: float, dz: float) -> float:  # type: ignore[empty-body]
+def carried(transfer: Any, v: float, C0: float, C1: float, C2: float, dx: float, dy: float, dz: float) -> float:
     """A component of the velocity that a point gives to a node at distance (dx, dy, dz) [m/s]."""
 
 

@@ -34,7 +34,7 @@ ENERGY_UPDATES = {"closed": ClosedEnergy(), "explicit": ExplicitEnergy(), "itera
 
 
 @generic
-def new_energy(  # type: ignore[empty-body]
+def new_energy(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
     """Specific energy at the end of the step [J/kg]; nan where an iteration does not converge or the step compresses more

@@ -12,20 +12,20 @@ InPlane = tuple[float, float, float]
 
 
 @generic
-def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:  # type: ignore[empty-body]
+def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:
     """The in-plane shape, a 4-tuple that is the law's own, after a step with stretching D [1/s]."""
 
 
 @generic
-def plane_response(law: Any, shape: Any) -> Any:  # type: ignore[empty-body]
+def plane_response(law: Any, shape: Any) -> Any:
     """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of an undamaged membrane."""
 
 
 @generic
-def plane_wave_speed(law: Any, shape: Any, density: float) -> float:  # type: ignore[empty-body]
+def plane_wave_speed(law: Any, shape: Any, density: float) -> float:
     """Fastest wave in the plane [m/s]."""
 
 
 @generic
-def initial_shape(law: Any) -> Any:  # type: ignore[empty-body]
+def initial_shape(law: Any) -> Any:
     """The in-plane shape of the undeformed membrane, a 4-tuple."""

@@ -6,15 +6,15 @@ from pellucid.jit import generic
 
 
 @generic
-def pressure_line(eos: Any, density: float) -> tuple[float, float]:  # type: ignore[empty-body]
+def pressure_line(eos: Any, density: float) -> tuple[float, float]:
     """A(ρ) [Pa] and B(ρ) [kg/m³] of P = A + B e."""
 
 
 @generic
-def lowest_pressure(eos: Any) -> float:  # type: ignore[empty-body]
+def lowest_pressure(eos: Any) -> float:
     """The pressure below which the fluid pulls apart [Pa]; -inf where it carries any tension."""
 
 
 @generic
-def sound_speed(eos: Any, density: float, energy: float) -> float:  # type: ignore[empty-body]
+def sound_speed(eos: Any, density: float, energy: float) -> float:
     """Adiabatic sound speed [m/s]."""
