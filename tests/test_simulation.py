@@ -13,7 +13,7 @@ from scenes import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.references.riemann import GasState, solve
-from pellucid.simulation import SETTLED, Simulation
+from pellucid.simulation import SETTLED, Simulation, kernel_key
 
 
 class Recorder:
@@ -199,3 +199,11 @@ def test_shock_tube_errors_fall_under_refinement():
     rates = [one / other for one, other in pairwise(errors)]
     assert min(rates) > 1.4
     assert max(rates) < 2.2
+
+
+def test_kernels_of_lines_planes_and_volumes_are_told_apart():
+    """Thin axes have functions of their own, so a first plane problem after a first line problem compiles again."""
+    keys = {
+        kernel_key(case(box((0, 0, 0), (2, 2, 2)), counts=counts)) for counts in ((3, 1, 1), (3, 3, 1), (3, 3, 3), (4, 4, 4))
+    }
+    assert len(keys) == 3

@@ -13,42 +13,37 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 # Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 _helpers: list[Callable[..., Any]] = []
-_generics: "list[Generic]" = []
+_generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that dispatches in plain Python
 _active = False
 
 
-class Generic:
-    """A pointwise operation whose implementation is chosen by the type of its first argument."""
+class Generic(NamedTuple):
+    """A pointwise operation: its signature, and its implementation for each type of the first argument."""
 
-    def __init__(self, signature: Callable[..., Any]) -> None:
-        bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
-        self.signature = inspect.Signature(bare)  # implementations are not annotated, and numba compares
-        self.implementations: dict[type, Callable[..., Any]] = {}
-        self.__name__ = signature.__name__
-        self.__doc__ = signature.__doc__
+    signature: inspect.Signature
+    implementations: dict[type, Callable[..., Any]]
 
 
 def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
     """Declare a pointwise operation; the body of `signature` is never run, its arguments and docstring count."""
-    operation = Generic(signature)
+    bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
+    operation = Generic(inspect.Signature(bare), {})  # implementations are not annotated, and numba compares
     table = operation.implementations
 
     def dispatch(first: Any, *rest: Any) -> Any:
         return table[type(first)](first, *rest)
 
-    dispatch.__name__ = operation.__name__
-    dispatch.__doc__ = operation.__doc__
-    dispatch.operation = operation  # type: ignore[attr-defined]
-    _generics.append(operation)
-    operation.dispatch = dispatch  # type: ignore[attr-defined]
+    dispatch.__name__ = signature.__name__
+    dispatch.__doc__ = signature.__doc__
+    _generics[dispatch] = operation
     if _active:
-        _compile_generic(operation)
+        _compile_generic(dispatch)
     return dispatch
 
 
@@ -56,7 +51,7 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
     """Register the decorated function as `operation` for a parameter type, for compiled kernels and plain Python."""
 
     def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
-        operation.operation.implementations[kind] = implementation  # type: ignore[attr-defined]
+        _generics[operation].implementations[kind] = implementation
         return implementation
 
     return register
@@ -132,8 +127,8 @@ def _activate() -> None:
     _active = True
     for helper in _helpers:
         _compile_helper(helper)
-    for operation in _generics:
-        _compile_generic(operation)
+    for dispatch in _generics:
+        _compile_generic(dispatch)
 
 
 def _compile_helper(function: Callable[..., Any]) -> None:
@@ -142,18 +137,20 @@ def _compile_helper(function: Callable[..., Any]) -> None:
     register_jitable(forceinline=True)(function)
 
 
-def _compile_generic(operation: Generic) -> None:
-    from numba.core.types import NamedTuple, NamedUniTuple  # type: ignore[attr-defined]
+def _compile_generic(dispatch: Callable[..., Any]) -> None:
+    from numba.core import types
     from numba.extending import overload
+
+    operation = _generics[dispatch]
 
     def choose(*arguments: Any) -> Callable[..., Any] | None:
         first = arguments[0]
-        if isinstance(first, (NamedTuple, NamedUniTuple)):
+        if isinstance(first, types.BaseNamedTuple):  # type: ignore[attr-defined]
             return operation.implementations.get(first.instance_class)
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
-    overload(operation.dispatch, jit_options={"forceinline": True})(choose)  # type: ignore[attr-defined]
+    overload(dispatch, jit_options={"forceinline": True})(choose)
 
 
 def set_threads(threads: int | None) -> int:

@@ -36,7 +36,7 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 def kernel_key(case: "Case") -> str:
     """Names the kernels that a case needs, to tell whether they are compiled already."""
     laws = sorted({_law_kinds(body) for body in case.body})
-    kinds = f"{case.grid.functions} {case.time.transfer} {case.time.scheme} {laws}"
+    kinds = f"{case.grid.functions} {case.grid.thin()} {case.time.transfer} {case.time.scheme} {laws}"
     return hashlib.sha256(kinds.encode()).hexdigest()[:16]
 
 
