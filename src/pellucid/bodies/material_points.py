@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fields import point_pressures
+from pellucid.bodies.fields import point_energies, point_pressures
 from pellucid.bodies.point_body import PointBody
 from pellucid.bodies.seeding import points_along_axes, seed
 from pellucid.bodies.spec import MaterialPointsCase
@@ -43,13 +43,22 @@ class MaterialPoints(PointBody):
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
-        kernels.deform(self._n_slabs, self._strained, dt, int(move))
+        if self.constraint is not None and not self.constraint.strains:
+            if move:
+                self.move(dt)
+            self.sums["rate"] = float(np.linalg.norm(self.points.velocity, axis=1).max()) * self.grid.lattice.inverse_cell
+            return
+        kernels.deform(self.n_slabs, self._strained, dt, int(move))
+        if move:
+            self.place()
         self._collect_strain_sums()
 
     def field(self, name: str) -> np.ndarray:
         """As for every body; the pressure of a fluid is that of its equation of state."""
         if name == "pressure" and isinstance(self.material, FluidMaterial):
             return point_pressures(self.law.eos, self.field("density"), self.arrays["internal_energy"])
+        if name == "stored_energy":
+            return self.arrays["mass"] * point_energies(self.law, self._carried, self.field("density"))
         return super().field(name)
 
 

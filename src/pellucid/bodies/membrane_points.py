@@ -53,12 +53,15 @@ class MembranePoints(PointBody):
         super()._share(slabs)
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self.triangles], self.n_points)
+        self.fans = Bundle(fans)
         self._surface = Bundle(
             self.grid.lattice, self.points, slabs, fans, self._gradient, self.law, self._carried, self.thickness
         )
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
-        kernels.gather_gradients(self._n_slabs, self._mapped, self._gradient, dt, int(move))
-        kernels.strain(self._n_slabs, self._surface, dt)
+        kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
+        if move:
+            self.place()
+        kernels.strain(self.n_slabs, self._surface, dt)
         self._collect_strain_sums()

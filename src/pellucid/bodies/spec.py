@@ -16,7 +16,7 @@ from pellucid.model import Model, Vector, kind_of, parameter
 
 ZERO = (0.0, 0.0, 0.0)
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
-COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass")
+COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 
 
 class SineWave(Model):
@@ -44,6 +44,7 @@ class MaterialPointsCase(Model):
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
     velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the others", None)
+    rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
     place: ClassVar[str] = "shape"  # the key that says where the body is
 

@@ -13,10 +13,13 @@ from pellucid import gallery
 from pellucid.bodies.spec import Body
 from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
-from pellucid.case.relations import Finding, findings
+from pellucid.case.relations import Conditions, Finding, findings
 from pellucid.case.schema import keys_at
 from pellucid.case.settings import find, parse_setting, put
 from pellucid.case.spec import Case, OutputCase, Probe, TimeCase
+from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.motion import Motion
+from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError, Problem, shown
 from pellucid.grid.spec import GridCase
@@ -126,7 +129,9 @@ def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
             bodies[index] = written["name"]
     grid, time = _sound([data.get("grid")], GridCase)[0], _sound([data.get("time")], TimeCase)[0]
     output = _sound([data.get("output", {})], OutputCase)[0]
-    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe), time, output)
+    kinds = {"support": Support, "motion": Motion, "absorbing": Absorbing, "pressure": Pressure}
+    conditions = Conditions(*(_sound(data.get(name), kind) for name, kind in kinds.items()))
+    return findings(grid, bodies, conditions, _sound(data.get("probe"), Probe), time, output)
 
 
 def _sound(items: Any, kind: Any) -> list[Any]:

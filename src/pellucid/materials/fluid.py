@@ -101,6 +101,10 @@ class FluidMaterial(Model):
         law = self.law()
         return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
 
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s]; a fluid has no shear waves."""
+        return self.signals(1.0)[0], 0.0
+
 
 @point_function(update, NewtonianFluid)
 def _update(law, state, density, L, dt, length):
