@@ -53,7 +53,7 @@ class Simulation:
         self.grid = Grid(case.grid)
         supports = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.bodies = [BODIES[body.kind](body, case.grid, self.grid, transfer) for body in case.body]
+        self.bodies = [BODIES[body.kind](body.among(case.body), case.grid, self.grid, transfer) for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
         self._motion = NodalMotion(self.grid.nodes, supports, case.gravity, small_mass, transfer.flip)

@@ -27,7 +27,7 @@ class MaterialPoints(PointBody):
         self.law: Any = case.material.law()
         self.energy_kind = "internal" if isinstance(case.material, FluidMaterial) else "strain"
         per_cell = points_along_axes(case.points_per_cell, grid.thin)
-        arrays = _initial_arrays(case, *seed(case.shape.geometry(), grid_case, per_cell))
+        arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell))
         super().__init__(case.name, grid, grid_functions(grid_case.functions, per_cell, grid.thin), velocity_transfer, arrays)
 
     def bind(self) -> None:
@@ -51,6 +51,14 @@ class MaterialPoints(PointBody):
         if name == "pressure" and isinstance(self.material, FluidMaterial):
             return point_pressures(self.law.eos, self.field("density"), self.arrays["internal_energy"])
         return super().field(name)
+
+
+def _seeded(case: MaterialPointsCase, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        return seed(case.shape.geometry(), grid, per_cell, case.left_out)
+    except ValueError as error:
+        remedy = "use a smaller grid.cell or more points_per_cell"
+        raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
 
 
 def _initial_arrays(case: MaterialPointsCase, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
