@@ -55,7 +55,7 @@ class Simulation:
         self.grid = Grid(case.grid)
         supports = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.bodies = [BODIES[body.kind](body, case.grid, self.grid, transfer) for body in case.body]
+        self.bodies = [BODIES[body.kind](body.among(case.body), case.grid, self.grid, transfer) for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
         rigid = [body.name for body in case.body if getattr(body, "rigid", False)]
         self.environment = Environment(self.grid, self.bodies, case.motion, rigid, case.absorbing, case.pressure)

@@ -27,7 +27,7 @@ class MaterialPoints(PointBody):
         self.law: Any = case.material.law()
         self.energy_kind = "internal" if isinstance(case.material, FluidMaterial) else "strain"
         per_cell = points_along_axes(case.points_per_cell, grid.thin)
-        arrays = _initial_arrays(case, *seed(case.shape.geometry(), grid_case, per_cell))
+        arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell))
         super().__init__(case.name, grid, grid_functions(grid_case.functions, per_cell, grid.thin), velocity_transfer, arrays)
 
     def bind(self) -> None:
@@ -60,6 +60,14 @@ class MaterialPoints(PointBody):
         if name == "stored_energy":
             return self.arrays["mass"] * point_energies(self.law, self._carried, self.field("density"))
         return super().field(name)
+
+
+def _seeded(case: MaterialPointsCase, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        return seed(case.shape.geometry(), grid, per_cell, case.left_out)
+    except ValueError as error:
+        remedy = "use a smaller grid.cell or more points_per_cell"
+        raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
 
 
 def _initial_arrays(case: MaterialPointsCase, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.spec import Body
+from pellucid.bodies.spec import Body, MaterialPointsCase, MembranePointsCase
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
@@ -56,6 +56,7 @@ def findings(
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
+        *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies)),
         *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time)),
         *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
         *(found for i, motion in enumerate(conditions.motions) for found in _motion(i, motion, bodies)),
@@ -98,6 +99,28 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
         elif low < grid_low - slack or high > grid_high + slack:
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
+
+
+def _outside(index: int, body: Body | str | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+    """Names of bodies that another lies outside of."""
+    if not isinstance(body, MaterialPointsCase):
+        return
+    names = [name for name in map(_name, bodies) if name is not None]
+    for item, name in enumerate(body.outside):
+        path = ("body", index, "outside", item)
+        if name == body.name:
+            yield Finding(path, "a body cannot lie outside itself", "leave this name out")
+        elif name in body.outside[:item]:
+            yield Finding(path, "is named twice", "leave this name out")
+        elif name not in names:
+            if len(names) == len(bodies):  # else a body without a readable name may be the one meant
+                others = [other for other in names if other != body.name]
+                yield Finding(path, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
+        else:
+            other = next(other for other in bodies if _name(other) == name)
+            if isinstance(other, MembranePointsCase) and not other.surface.closed:
+                text = f"the surface of membrane {name} is open: it has no inside that could be left out"
+                yield Finding(path, text, "name bodies of material points and closed membranes only")
 
 
 def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None) -> Iterator[Finding]:

@@ -1,0 +1,37 @@
+"""An open circular tube of triangles."""
+
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from pellucid.geometry.triangulation import Triangulation, grid_triangles
+from pellucid.model import Model, Vector, parameter
+
+AtLeastTwo = Annotated[int, Field(ge=2)]
+AtLeastThree = Annotated[int, Field(ge=3)]
+
+
+class Tube(Model):
+    """An open circular tube; normals point outward."""
+
+    start: Vector = parameter("m", "centre of one end")
+    end: Vector = parameter("m", "centre of the other end")
+    radius: float = parameter("m", "radius", gt=0)
+    points: tuple[AtLeastThree, AtLeastTwo] = parameter("", "points around, and along the axis")
+
+    closed: ClassVar[bool] = False
+
+    def triangulate(self) -> Triangulation:
+        """The points ring by ring."""
+        around, along = self.points
+        axis = np.array(self.end) - np.array(self.start)
+        direction = axis / np.linalg.norm(axis)
+        side = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+        side /= np.linalg.norm(side)
+        up = np.cross(direction, side)
+        angle = 2.0 * np.pi * np.arange(around) / around
+        ring = self.radius * (np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up)
+        s = np.linspace(0.0, 1.0, along)
+        vertices = (np.array(self.start) + s[None, :, None] * axis + ring[:, None, :]).reshape(-1, 3)
+        return Triangulation(vertices, grid_triangles(around, along, wrapped=True))
