@@ -1,6 +1,6 @@
 """The base of every data model of a case: strict keys, SI numbers, unit strings at the boundary."""
 
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
@@ -24,6 +24,8 @@ class Model(BaseModel):
 
 def _is_numeric(annotation: Any) -> bool:
     """Whether a field holds numbers or vectors, perhaps None, and neither text nor tables nor booleans."""
+    if get_origin(annotation) is Annotated:  # its other arguments are what pydantic is told
+        return _is_numeric(get_args(annotation)[0])
     parts = [part for part in get_args(annotation) if part not in (type(None), ...)]
     return annotation in (float, int) or (bool(parts) and all(_is_numeric(part) for part in parts))
 

@@ -28,8 +28,6 @@ class Drive:
     The body's points carry `driven`, the number of their motion plus one or 0, and `start`, their first position [m].
     """
 
-    strains = True  # its points are strained by the nodes
-
     def __init__(self, body: Any, motions: Sequence[Motion], outside: Outside) -> None:
         self.body = body
         self.names = [motion.name for motion in motions]
@@ -43,6 +41,9 @@ class Drive:
             self._axes[number, list(functions)] = 1
         body.arrays["driven"], body.arrays["start"] = self._marked(body, motions), body.arrays["position"].copy()
         self._bundle: Bundle | None = None
+        # a body that is driven as a whole along every axis is rigid: what the nodes about it do does not strain it
+        everywhere = self._axes[:, ~np.array(body.grid.thin)].all() and (body.arrays["driven"] > 0).all()
+        self.strains = not everywhere
 
     @staticmethod
     def _marked(body: Any, motions: Sequence[Motion]) -> np.ndarray:
