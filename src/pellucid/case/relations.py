@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.spec import Body, MaterialPointsCase, MembranePointsCase
+from pellucid.bodies.spec import CLOSE_IT, Body, MaterialPointsCase, MembranePointsCase
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.support import BoxRegion, Support
@@ -104,7 +104,7 @@ def _outside(index: int, body: Body | str | None, bodies: Sequence[Body | str | 
             other = next(other for other in bodies if _name(other) == name)
             if isinstance(other, MembranePointsCase) and not other.surface.closed:
                 text = f"the surface of membrane {name} is open: it has no inside that could be left out"
-                yield Finding(path, text, "name bodies of material points and closed membranes only")
+                yield Finding(path, text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
 
 
 def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None) -> Iterator[Finding]:

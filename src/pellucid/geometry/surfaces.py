@@ -4,12 +4,15 @@ from functools import cached_property
 from typing import ClassVar
 
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.disc import Disc
 from pellucid.geometry.icosphere import Icosphere
+from pellucid.geometry.lid import Lid
 from pellucid.geometry.sheets import Rectangle
+from pellucid.geometry.surface_file import SurfaceFile
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.geometry.tube import Tube
 
-__all__ = ["Icosphere", "Rectangle", "Surface", "Triangulation", "Tube"]
+__all__ = ["Disc", "Icosphere", "Lid", "Rectangle", "Surface", "SurfaceFile", "Triangulation", "Tube"]
 
 
 class Surface(Choice):
@@ -20,6 +23,9 @@ class Surface(Choice):
     rectangle: Rectangle | None = None
     icosphere: Icosphere | None = None
     tube: Tube | None = None
+    disc: Disc | None = None
+    lid: Lid | None = None
+    file: SurfaceFile | None = None
 
     def triangulate(self) -> Triangulation:
         """Vertices and triangles; the arrays are the caller's own."""
