@@ -17,6 +17,7 @@ from pellucid.model import Model, Vector, kind_of, parameter
 
 ZERO = (0.0, 0.0, 0.0)
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
+NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass")
 
@@ -92,7 +93,7 @@ class MaterialPointsCase(Model):
         geometry = self.shape.geometry()
         if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
             what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
-            yield "shape", f"{what} needs a grid that is more than one cell thick along every axis", "enlarge the grid"
+            yield "shape", f"{what} {NEEDS_SPACE}", "enlarge the grid"
         if isinstance(geometry, Inside):
             if not geometry.surface.closed:
                 yield "shape", "the surface is open: it has no inside", CLOSE_IT

@@ -27,7 +27,7 @@ class Disc(Model):
         return value
 
     def triangulate(self) -> Triangulation:
-        """The centre, then ring by ring outward; the edges of its triangles are between 1 and 1.1 times radius / rings long."""
+        """The centre, then ring by ring outward; edges of triangles are between 1 and 1.45 times radius / rings long."""
         first, second = two_across(np.array(self.normal))
         vertices, triangles = [np.zeros((1, 3))], []
         for ring in range(1, self.rings + 1):

@@ -1,7 +1,7 @@
 """Surfaces of membranes; a new one is one class in a file of its own and one line here."""
 
-from functools import cached_property
-from typing import ClassVar
+from functools import lru_cache
+from typing import Any, ClassVar
 
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.disc import Disc
@@ -29,14 +29,19 @@ class Surface(Choice):
 
     def triangulate(self) -> Triangulation:
         """Vertices and triangles; the arrays are the caller's own."""
-        return Triangulation(*(array.copy() for array in self._triangulation))
-
-    @cached_property
-    def _triangulation(self) -> Triangulation:
-        triangulation: Triangulation = self.chosen().triangulate()
-        return triangulation
+        chosen = self.chosen()
+        if isinstance(chosen, SurfaceFile):  # which may change, and keeps what it read
+            return chosen.triangulate()
+        return Triangulation(*(array.copy() for array in _made(chosen)))
 
     @property
     def closed(self) -> bool:
         """Whether it encloses a volume."""
         return bool(self.chosen().closed)
+
+
+@lru_cache(maxsize=8)
+def _made(surface: Any) -> Triangulation:
+    """Made once: reading a case asks for it several times."""
+    triangulation: Triangulation = surface.triangulate()
+    return triangulation
