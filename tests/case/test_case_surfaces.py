@@ -55,6 +55,7 @@ MISTAKES = {
     ),
     "outside itself": ('["bag"]', '["medium"]', '["medium"]', ["cannot lie outside itself"]),
     "outside the same twice": ('["bag"]', '["bag", "bag"]', '["bag", ', ["body.medium.outside.1", "named twice"]),
+    "outside each other": ('name = "filling"', 'name = "filling"\noutside = ["medium"]', '["medium"]', ["would be neither"]),
     "outside an open membrane": (MEMBRANE, with_surface(TUBE), "outside", ["membrane bag is open", "closed = true"]),
     "inside an open surface": (INSIDE, INSIDE.replace(SPHERE, TUBE), "inside =", ["surface is open", "closed = true"]),
     "a membrane too sparse": (
@@ -110,6 +111,8 @@ def test_a_mistake_is_named_with_its_line(mistake: str, tmp_path: Path) -> None:
     before, after, marker, words = MISTAKES[mistake]
     assert before in TEXT
     written = TEXT.replace(before, after, 1)
+    if mistake == "outside each other":
+        written = written.replace('["bag"]', '["bag", "filling"]')
     message = blamed(tmp_path, written)
     line = written[: written.rindex(marker)].count("\n") + 1
     assert f"my.toml:{line}: body." in message

@@ -106,6 +106,9 @@ def _outside(
             other = next(other for other in bodies if _name(other) == name)
             if isinstance(other, MembranePointsCase) and grid is not None and any(grid.thin()):
                 yield Finding(path, f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
+            elif isinstance(other, MaterialPointsCase) and body.name in other.outside and bodies.index(other) < index:
+                text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
+                yield Finding(path, text, "leave one of the two out")
             elif isinstance(other, MembranePointsCase) and not other.surface.closed:
                 text = f"the surface of membrane {name} is open: it has no inside that could be left out"
                 yield Finding(path, text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
