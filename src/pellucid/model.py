@@ -1,10 +1,16 @@
 """The base of every data model of a case: strict keys, SI numbers, unit strings at the boundary."""
 
+from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
+
+
+InputFile = Annotated[str, AfterValidator(lambda path: str(Path(path).absolute()))]
+"""The path of a file that a case reads, kept absolute, so that a copy of the case still runs. Its key is called `path`: in a
+case file a relative path starts from the folder of that file, elsewhere from the working folder."""
 
 
 class Model(BaseModel):

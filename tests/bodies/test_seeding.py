@@ -7,6 +7,7 @@ from scenes import box, case, simulation
 from pellucid.bodies.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
 from pellucid.geometry.shapes import Box, Cylinder, Inside, Pipe, Shell, Sphere
+from pellucid.grid.spec import GridCase
 
 SHAPES = {
     "box": Box(lower=(0.5, 0.75, 1.0), upper=(3.5, 3.0, 2.0)),
@@ -197,3 +198,23 @@ def test_a_pipe_with_points_has_just_these():
     (pipe,) = simulation(box((0, 0, 0), (1, 1, 1)) | {"shape": shape}, counts=(10, 10, 10)).bodies
     assert pipe.n_points == 960
     assert pipe.arrays["volume"].sum() == pytest.approx(np.pi * (4.0 - 1.6**2) * 3.0, rel=1e-13)
+
+
+def test_the_papers_oocyte_has_its_counts():
+    """Gan et al. 2011, section 3.4: 175 522 points in all, of which 40 962 are the membrane's and 5 400 the pipette's."""
+    um = 1e-6
+    space = {"lower": (-75 * um, -65 * um, -65 * um), "upper": (75 * um, 65 * um, 65 * um)}
+    cells = GridCase(**space, cell=5 * um)
+    oocyte = Sphere(centre=(0, 0, 0), radius=50 * um)
+    plate = Box(lower=(-65 * um, -35 * um, -35 * um), upper=(-50 * um, 35 * um, 35 * um))
+    radii = {"outer_radius": 5 * um, "inner_radius": 4 * um}
+    pipette = Pipe(centre=(57.5 * um, 0, 0), axis="x", height=15 * um, points=(3, 60, 30), **radii)
+    filled = [
+        seed(oocyte, cells, (3, 3, 3)),
+        seed(plate, cells, (1, 1, 1)),
+        seed(pipette, cells, (1, 1, 1)),
+        seed(Box(**space), cells, (1, 1, 1), (oocyte, plate, pipette)),
+    ]
+    assert [len(points) for points, _ in filled] == [113_104, 588, 5_400, 15_468]
+    assert sum(len(points) for points, _ in filled) + 40_962 == 175_522
+    assert sum(volumes.sum() for _, volumes in filled) == pytest.approx(150 * 130 * 130 * um**3, rel=1e-12)

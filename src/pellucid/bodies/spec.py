@@ -9,12 +9,15 @@ from pydantic import Discriminator, PrivateAttr, Tag, field_validator
 
 from pellucid.bodies.seeding import points_along_axes
 from pellucid.geometry.shapes import Geometry, Inside, Shape
+from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.spec import GridCase
 from pellucid.materials import Material, MembraneMaterial
 from pellucid.model import Model, Vector, kind_of, parameter
 
 ZERO = (0.0, 0.0, 0.0)
+CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
+NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 
@@ -91,7 +94,12 @@ class MaterialPointsCase(Model):
         geometry = self.shape.geometry()
         if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
             what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
-            yield "shape", f"{what} needs a grid that is more than one cell thick along every axis", "enlarge the grid"
+            yield "shape", f"{what} {NEEDS_SPACE}", "enlarge the grid"
+        if isinstance(geometry, Inside):
+            if not geometry.surface.closed:
+                yield "shape", "the surface is open: it has no inside", CLOSE_IT
+            for text, remedy in faults(*geometry.surface.triangulate(), geometry.surface.closed):
+                yield "shape", text, remedy
         if geometry.n_own_points() is not None and self.outside:
             text = "a shape with a lattice of its own is filled wholly: no other body's place can be left out of it"
             yield "outside", text, "leave out `points` of the shape, or `outside`"
@@ -151,8 +159,13 @@ class MembranePointsCase(Model):
     def misfits(self, grid: GridCase) -> Iterator[tuple[str, str, str]]:
         """What does not fit the grid: key, text, remedy."""
         vertices, triangles = self.surface.triangulate()
+        wrong = [("surface", text, remedy) for text, remedy in faults(vertices, triangles, self.surface.closed)]
+        yield from wrong
+        if wrong:
+            return
         samples = np.concatenate([vertices, vertices[triangles].mean(axis=1)])
-        crossed = len(np.unique(np.floor(samples / grid.cell), axis=0))
+        cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
+        crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
         per_cell = len(vertices) / crossed
         if per_cell < FEWEST_PER_CELL:
             more = FEWEST_PER_CELL / per_cell

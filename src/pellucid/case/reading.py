@@ -31,7 +31,8 @@ def load(case: "str | FilePath") -> Case:
     Raises CaseError naming file, line, key, value, limit and remedy of everything that is wrong.
     """
     text, filename = _source(case)
-    loaded = loads(text, filename)
+    folder = gallery.folder(str(case)) if gallery.has(str(case)) else str(FilePath(case).parent)
+    loaded = loads(text, filename, folder)
     return loaded.model_copy(update={"id": case}) if gallery.has(str(case)) and not loaded.id else loaded
 
 
@@ -68,13 +69,17 @@ def _source(case: "str | FilePath") -> tuple[str, str]:
         raise CaseError(f"cannot read {case}: {error.strerror}") from None
 
 
-def loads(text: str, filename: str = "") -> Case:
-    """The case of a TOML text; `filename` is for messages. Raises CaseError as `load` does."""
+def loads(text: str, filename: str = "", folder: str = "") -> Case:
+    """The case of a TOML text; `filename` is for messages, relative paths in it start from `folder`.
+
+    Raises CaseError as `load` does.
+    """
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError(_syntax_problem(str(error), text), filename) from None
     lines = key_lines(text)
+    _resolve_paths(data, folder)
     case, found = _validated(data)
     if case is not None:
         found = _quick_findings(case)
@@ -109,6 +114,15 @@ def _forget_other_kinds(data: dict[str, Any], paths: list[Path]) -> None:
             table = value_at(path[:-1], data)
             for key in [key for key in table if key not in known and not any(_related(p, (*path[:-1], key)) for p in paths)]:
                 del table[key]
+
+
+def _resolve_paths(data: Any, folder: str) -> None:
+    """Let the values of all keys `path`, also among the quick settings, start from a folder, in place."""
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(value, (dict, list)):
+            _resolve_paths(value, folder)
+        elif isinstance(value, str) and str(key).rpartition(".")[2] == "path":
+            data[key] = str((FilePath(folder) / value).absolute())
 
 
 def _validated(data: dict[str, Any]) -> tuple[Case | None, list[Finding]]:

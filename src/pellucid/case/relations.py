@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.spec import Body, MaterialPointsCase, MembranePointsCase
+from pellucid.bodies.spec import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase, MembranePointsCase
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
@@ -56,7 +56,7 @@ def findings(
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
-        *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies)),
+        *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies, grid)),
         *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time)),
         *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
         *(found for i, motion in enumerate(conditions.motions) for found in _motion(i, motion, bodies)),
@@ -101,7 +101,9 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
 
 
-def _outside(index: int, body: Body | str | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+def _outside(
+    index: int, body: Body | str | None, bodies: Sequence[Body | str | None], grid: GridCase | None
+) -> Iterator[Finding]:
     """Names of bodies that another lies outside of."""
     if not isinstance(body, MaterialPointsCase):
         return
@@ -118,9 +120,14 @@ def _outside(index: int, body: Body | str | None, bodies: Sequence[Body | str | 
                 yield Finding(path, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
         else:
             other = next(other for other in bodies if _name(other) == name)
-            if isinstance(other, MembranePointsCase) and not other.surface.closed:
+            if isinstance(other, MembranePointsCase) and grid is not None and any(grid.thin()):
+                yield Finding(path, f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
+            elif isinstance(other, MaterialPointsCase) and body.name in other.outside and bodies.index(other) < index:
+                text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
+                yield Finding(path, text, "leave one of the two out")
+            elif isinstance(other, MembranePointsCase) and not other.surface.closed:
                 text = f"the surface of membrane {name} is open: it has no inside that could be left out"
-                yield Finding(path, text, "name bodies of material points and closed membranes only")
+                yield Finding(path, text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
 
 
 def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None) -> Iterator[Finding]:

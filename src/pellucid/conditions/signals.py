@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
-from pellucid.model import Model, kind_of, parameter
+from pellucid.model import InputFile, Model, kind_of, parameter
 
 Displacement = Callable[[float], float]
 
@@ -71,7 +71,7 @@ class Table(Model):
     """
 
     kind: Literal["table"] = "table"
-    path: str = parameter("", "CSV file with the columns time [s] and displacement [m]; a row of names may stand first")
+    path: InputFile = parameter("", "CSV file with the columns time [s] and displacement [m]; a row of names may stand first")
 
     @model_validator(mode="after")
     def _read_it(self) -> "Table":

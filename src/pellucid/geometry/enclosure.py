@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.geometry.triangulation import pieces
+from pellucid.geometry.triangulation import directed_edges, pieces
 
 NUDGE = np.array([0.7548776662e-9, 0.5698402910e-9])
 """Shift of the rays over the extent of the surface, in two incommensurable parts: no ray then meets a vertex or an edge."""
@@ -33,7 +33,7 @@ def inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> n
 
 def enclosed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
     """Volume [m³] inside a closed surface by the divergence theorem; pieces inside an odd number of others are holes."""
-    piece = pieces(triangles, len(vertices))[triangles[:, 0]]
+    piece = pieces(directed_edges(triangles), len(vertices))[triangles[:, 0]]
     names = np.unique(piece)
     volumes = {name: signed_volume(vertices, triangles[piece == name]) for name in names}
     total = 0.0

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.geometry.triangulation import Triangulation
+from pellucid.geometry.triangulation import Triangulation, directed_edges
 from pellucid.model import Model, Vector, parameter
 
 
@@ -48,8 +48,9 @@ def _icosahedron() -> tuple[np.ndarray, np.ndarray]:
 
 def _cut_in_four(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     a, b, c = triangles.T
-    edges = np.sort(np.concatenate([np.stack(pair, axis=1) for pair in ((a, b), (b, c), (c, a))]), axis=1)
-    unique, which = np.unique(edges, axis=0, return_inverse=True)
+    low, high = np.sort(directed_edges(triangles), axis=1).T
+    codes, which = np.unique(low * len(vertices) + high, return_inverse=True)
+    unique = np.stack([codes // len(vertices), codes % len(vertices)], axis=1)
     middle = vertices[unique].mean(axis=1)
     middle /= np.linalg.norm(middle, axis=1)[:, None]
     ab, bc, ca = (which.reshape(3, -1) + len(vertices)).astype(int)

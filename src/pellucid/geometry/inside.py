@@ -1,7 +1,5 @@
 """The region inside a closed surface."""
 
-from functools import cached_property
-
 import numpy as np
 
 from pellucid.geometry.enclosure import enclosed_volume, inside
@@ -29,8 +27,4 @@ class Inside(Geometry):
 
     def measure(self, active: ActiveAxes) -> float:
         """The enclosed volume [m³], exact for the triangles."""
-        return self._volume
-
-    @cached_property
-    def _volume(self) -> float:
         return enclosed_volume(*self.surface.triangulate())

@@ -1,4 +1,4 @@
-"""Flat membranes: rectangles, discs, and faces of boxes."""
+"""Flat rectangles of triangles."""
 
 from typing import Annotated, ClassVar
 

@@ -3,9 +3,9 @@
 from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from pellucid.geometry.triangulation import Triangulation, grid_triangles
+from pellucid.geometry.triangulation import Triangulation, grid_triangles, two_across
 from pellucid.model import Model, Vector, parameter
 
 AtLeastTwo = Annotated[int, Field(ge=2)]
@@ -22,14 +22,17 @@ class Tube(Model):
 
     closed: ClassVar[bool] = False
 
+    @model_validator(mode="after")
+    def _has_a_length(self) -> "Tube":
+        if self.start == self.end:
+            raise ValueError("start and end are the same point; move one of them")
+        return self
+
     def triangulate(self) -> Triangulation:
         """The points ring by ring."""
         around, along = self.points
         axis = np.array(self.end) - np.array(self.start)
-        direction = axis / np.linalg.norm(axis)
-        side = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-        side /= np.linalg.norm(side)
-        up = np.cross(direction, side)
+        side, up = two_across(axis)
         angle = 2.0 * np.pi * np.arange(around) / around
         ring = self.radius * (np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up)
         s = np.linspace(0.0, 1.0, along)
