@@ -55,7 +55,9 @@ class FluidMaterial(Model):
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
-    energy_update: Literal["closed", "iterated", "explicit"] = parameter("", "how the energy equation is solved", "closed")
+    energy_update: Literal["closed", "iterated", "explicit", "midpoint"] = parameter(
+        "", "how the energy equation is solved", "closed"
+    )
 
     @model_validator(mode="after")
     def _pressure_is_possible(self) -> "FluidMaterial":
