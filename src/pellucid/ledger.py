@@ -72,12 +72,15 @@ class Ledger:
         return result
 
     def energies(self, bodies: Sequence[Any]) -> dict[str, float]:
-        """The ledger [J]: kinetic, internal and strain energy; works from outside; energy that absorbing faces and inelastic
-        impact on driven points took; heat of the artificial viscosity, which is part of the internal energy; the two errors of
-        the method."""
+        """The ledger [J]: kinetic, internal and strain energy; energy that damage took, where there can be any; works from
+        outside; energy that absorbing faces and inelastic impact on driven points took; heat of the artificial viscosity, which
+        is part of the internal energy; the two errors of the method."""
         parts = {"internal": 0.0, "strain": 0.0}
         for body in bodies:
             parts[body.energy_kind] += body.sums["stored"]
+            if "dissipated" in body.sums:  # part of the work of the stress that cannot be had back
+                parts["strain"] -= body.sums["dissipated"]
+                parts["dissipated"] = parts.get("dissipated", 0.0) + body.sums["dissipated"]
         return {
             "kinetic": self.kinetic,
             **parts,

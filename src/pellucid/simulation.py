@@ -44,7 +44,8 @@ def kernel_key(case: "Case") -> str:
 
 def _law_kinds(body: Any) -> tuple[str, ...]:
     material = body.material
-    return (material.kind, getattr(material, "energy_update", ""), getattr(getattr(material, "eos", None), "kind", ""))
+    eos, damage = getattr(material, "eos", None), getattr(material, "damage", None)
+    return (material.kind, getattr(material, "energy_update", ""), getattr(eos, "kind", ""), "damage" if damage else "")
 
 
 class Simulation:

@@ -13,6 +13,7 @@ from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.spec import GridCase
 from pellucid.materials import Material, MembraneMaterial
+from pellucid.materials.damage import DamageRecord
 from pellucid.model import Model, Vector, kind_of, parameter
 
 ZERO = (0.0, 0.0, 0.0)
@@ -137,7 +138,11 @@ class MembranePointsCase(Model):
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
 
     place: ClassVar[str] = "surface"
-    probed: ClassVar[tuple[str, ...]] = (*COMMON_FIELDS, "strain_energy")
+
+    @property
+    def probed(self) -> tuple[str, ...]:
+        """The fields that probes can read."""
+        return (*COMMON_FIELDS, "strain_energy", *(DamageRecord._fields if self.material.damage else ()))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
