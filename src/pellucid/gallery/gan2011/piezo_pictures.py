@@ -1,17 +1,20 @@
-"""Pictures of the oocyte that a pipette pushes sideways: whole, and cut open along the pipette's path."""
+"""Pictures of the oocyte that a pipette pushes sideways: whole, cut open along the pipette's path, and as a film."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.spec import MembranePointsCase
+from pellucid.results.films import Film, evenly
 from pellucid.results.scenes.render import render
 from pellucid.results.scenes.scene import (
     View,
     ball_radii,
-    box_corners,
     camera_for,
     coloured,
+    corner_words,
+    cubes,
     rim,
     scale_bar,
     section,
@@ -29,107 +32,159 @@ if TYPE_CHECKING:
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
 """Those of the paper's pictures [s]."""
 
-WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 56.0)
+CAPTIONS = {
+    "oocyte": "The zona, whole and cut open along the path of the pipette; failed parts in red.",
+    "oocyte_whole": "Zona, pipette and holding plate at the instants of the paper's pictures; failed parts of the zona in red.",
+    "oocyte_cut": "The same, cut open along the path of the pipette: the zona in its true thickness, the pressure in the "
+    "cytoplasm, and the points of the medium in the layer of cells below the cut.",
+}
 
-ZONA: Colour = (0.42, 0.78, 0.79)
+WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 60.0)
+SPARE = 1.06  # room that a picture leaves for the oocyte to bulge
+COLUMNS, FILM_COLUMNS = 1000, 520  # pixels, about twice those that a panel has in the figure: smooth edges
+FILM_PICTURES = 21
+
+ZONA: Colour = (0.36, 0.76, 0.77)
 RIM: Colour = (0.05, 0.45, 0.50)
-FAILED: Colour = (0.86, 0.10, 0.10)
+FAILED: Colour = (0.92, 0.10, 0.09)
+FAILED_INK = "#C21A17"
 PIPETTE: Colour = (0.90, 0.90, 0.92)
 PLATE: Colour = (0.17, 0.27, 0.48)
-MEDIUM = np.array([0.55, 0.70, 0.92])
+MEDIUM: Colour = (0.66, 0.77, 0.94)
 DOT = 0.45e-6  # radius of a dot of the medium [m]
 PALETTE = "PuOr_r"
 """Of the pressure: two hues about white, neither of them the membrane's or that of failure."""
 
 
 class Stage(NamedTuple):
-    """What does not change from picture to picture."""
+    """What stays the same from instant to instant; `limits` of the pressure [Pa] belong to the cut."""
 
     camera: Camera
-    plane: Plane | None
-    limits: tuple[float, float]
+    cut: Plane | None = None
+    limits: tuple[float, float] = (-1.0, 1.0)
 
 
-def oocyte_whole(run: "Run", times: Sequence[float] = INSTANTS) -> "Figure":
-    """The oocyte, the pipette and the plate at some instants [s]; failed parts of the zona in red."""
-    figure = new_figure(WIDTH, 7.4)
-    stage = stage_for(run, WHOLE, columns=1000)
-    for axes, time in zip(figure.subplots(2, 2).flat, times, strict=False):
-        draw(axes, run, time, stage)
-    return figure
+def figures(run: "Run") -> "dict[str, Figure]":
+    """The oocyte whole and cut open at the instants of the paper."""
+    return {"oocyte_whole": oocyte_whole(run), "oocyte_cut": oocyte_cut(run)}
 
 
-def oocyte_cut(run: "Run", times: Sequence[float] = INSTANTS) -> "Figure":
-    """The lower half at some instants [s], cut along the pipette's path: the pressure in the cytoplasm, the zona's rim."""
+def films(run: "Run") -> dict[str, Film]:
+    """The oocyte whole and cut open side by side."""
+    times = evenly(run.times("zona"), FILM_PICTURES)
+    whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
+
+    def draw(time: float) -> "Figure":
+        figure = new_figure(WIDTH, 4.0)
+        left, right = figure.subplots(1, 2)
+        draw_oocyte(left, run, time, whole)
+        draw_oocyte(right, run, time, cut)
+        return figure
+
+    return {"oocyte": Film(draw, times)}
+
+
+def oocyte_whole(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
+    """Zona, pipette and plate at some instants [s]; failed parts of the zona in red."""
+    stage = whole_stage(run, COLUMNS)
+    return _panels(run, recorded(run, times), stage)
+
+
+def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
+    """The lower half at some instants [s], cut along the pipette's path: pressure in the cytoplasm, rim of the zona."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    figure = new_figure(WIDTH, 7.4)
-    stage = stage_for(run, CUT, columns=1000, cut=True, times=times)
-    panels = figure.subplots(2, 2)
-    for axes, time in zip(panels.flat, times, strict=False):
-        draw(axes, run, time, stage)
+    shown = recorded(run, times)
+    stage = cut_stage(run, COLUMNS, shown)
+    figure = _panels(run, shown, stage)
     low, high = stage.limits
-    scale = ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE)
-    bar = figure.colorbar(scale, ax=panels, shrink=0.6, aspect=30, pad=0.01)
+    bar = figure.colorbar(
+        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE), ax=figure.axes, shrink=0.6, aspect=30, pad=0.01
+    )
     bar.set_label("pressure in the cytoplasm [kPa]")
     bar.outline.set_visible(False)
     return figure
 
 
-def stage_for(run: "Run", view: View, columns: int, cut: bool = False, times: Sequence[float] = ()) -> Stage:
-    """A stage that holds the bodies at the start and wherever the pipette goes."""
-    bodies = [run.fields(name, 0.0)["position"] for name in ("zona", "pipette", "plate")]
-    everything = np.concatenate(bodies)
-    middle, half = bodies[0].mean(axis=0), 0.5 * np.ptp(bodies[0][:, 2])
-    lower, upper = everything.min(axis=0), everything.max(axis=0)
-    plane = Plane((0.0, 0.0, 1.0), float(middle[2])) if cut else None
-    if plane:
-        upper[2] = middle[2]
-    ball = middle + 1.12 * half * np.array([[np.cos(a), np.sin(a), 0.0] for a in np.linspace(0.0, 6.2, 24)]) @ view.axes()
-    corners = box_corners(lower, upper) if cut else box_corners(bodies[2].min(axis=0), bodies[2].max(axis=0))
-    camera = camera_for(view, np.concatenate([corners, bodies[1], ball]), columns)
-    pressures = [run.fields("cytoplasm", time)["pressure"] for time in times]
-    size = float(np.percentile(np.abs(pressures), 99.0)) if pressures else 1.0
-    return Stage(camera, plane, (-size, size))
+def whole_stage(run: "Run", columns: int) -> Stage:
+    """The view from the side of the pipette."""
+    return Stage(camera_for(WHOLE, _places(run), columns))
 
 
-def draw(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
+def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
+    """The view from above into the lower half; the pressures at these instants [s] set the colours."""
+    middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
+    plane = Plane((0.0, 0.0, 1.0), middle)
+    places = _places(run)
+    sizes = [np.percentile(np.abs(run.fields("cytoplasm", time)["pressure"]), 99.0) for time in times]
+    largest = float(max(sizes, default=0.0)) or 1.0
+    return Stage(camera_for(CUT, places[plane.beyond(places) <= 0.0], columns), plane, (-largest, largest))
+
+
+def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
     """Draw the frame nearest to a time [s]."""
-    frames = run.times("zona")
-    instant = float(frames[np.argmin(np.abs(frames - time))])
     zona = run.fields("zona", time)
-    triangles = run.triangles("zona")
-    failed = zona.get("failed", np.zeros(len(zona["mass"]))) > 0
-    skin = Mesh(zona["position"], triangles, np.tile(ZONA, (len(failed), 1)), failed, FAILED)
-    things: list[Thing] = [skin, _balls(run, "pipette", time, PIPETTE), _balls(run, "plate", time, PLATE)]
-    if stage.plane:
-        thickness = next(body.thickness for body in run.case.body if body.name == "zona")
+    failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["mass"]), bool)
+    skin = Mesh(zona["position"], run.triangles("zona"), np.tile(ZONA, (len(failed), 1)), failed, FAILED)
+    things: list[Thing] = [skin, _pipette(run, time), _plate(run, time, stage.cut)]
+    if stage.cut:
+        thickness = next(body.thickness for body in run.case.body if isinstance(body, MembranePointsCase))
         inner = run.fields("cytoplasm", time)
-        pressure = section(skin, stage.camera, stage.plane, inner["position"], inner["pressure"])
-        things += [
-            Section(stage.plane, coloured(pressure, stage.limits, PALETTE)),
-            rim(skin, stage.plane, thickness, RIM),
-            _dots(run, time, stage.plane),
-        ]
-    show(axes, render(things, stage.camera, stage.plane), stage.camera)
+        pressure = section(skin, stage.camera, stage.cut, inner["position"], inner["pressure"])
+        things.append(Section(stage.cut, coloured(pressure, stage.limits, PALETTE)))
+        things += [rim(skin, stage.cut, thickness, RIM), _medium(run, time, stage.cut)]
+    show(axes, render(things, stage.camera, stage.cut), stage.camera)
     scale_bar(axes, stage.camera, 20e-6, "20 µm")
+    times = run.times("zona")
+    instant = 1e6 * float(times[np.argmin(np.abs(times - time))])
     count = int(failed.sum())
-    text = f"{1e6 * instant:.0f} µs"
-    axes.set_title(text, loc="left", fontsize=11, fontweight="bold", pad=2)
-    note = f"{count} failed points" if count != 1 else "1 failed point"
-    axes.text(0.985, 0.985, note, transform=axes.transAxes, ha="right", va="top", fontsize=8.5, color=FAILED if count else "#667")
+    words = "1 failed point" if count == 1 else f"{count} failed points"
+    corner_words(axes, f"{instant:.0f} µs", words if "failed" in zona else "", FAILED_INK if count else "#666677")
 
 
-def _balls(run: "Run", name: str, time: float, colour: Colour) -> Balls:
-    body = run.fields(name, time)
-    return Balls(body["position"], ball_radii(body["mass"], body["density"]), np.tile(colour, (len(body["mass"]), 1)))
+def recorded(run: "Run", times: Iterable[float]) -> np.ndarray:
+    """The instants of the frames nearest to these times [s], each once, those that the run did not reach left out."""
+    frames = run.times("zona")
+    reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
+    return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])
 
 
-def _dots(run: "Run", time: float, plane: Plane) -> Balls:
-    """The points of the medium in the layer below the plane."""
-    cell = run.case.grid.cell
+def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
+    across, down = min(2, len(times)), -(-len(times) // 2)
+    rows, columns = stage.camera.shape
+    figure = new_figure(WIDTH, down * (WIDTH / 2.2 * rows / columns + 0.1), layout="compressed")
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes, time in zip(panels, times, strict=False):
+        draw_oocyte(axes, run, float(time), stage)
+    for unused in panels[len(times) :]:
+        unused.remove()
+    return figure
+
+
+def _places(run: "Run") -> np.ndarray:
+    """What a picture must hold: zona and plate as they are at the start, the pipette wherever it goes."""
+    zona = run.fields("zona", 0.0)["position"]
+    middle = zona.mean(axis=0)
+    pipette = [run.fields("pipette", float(time))["position"] for time in evenly(run.times("pipette"), FILM_PICTURES)]
+    return np.concatenate([middle + SPARE * (zona - middle), *pipette, run.fields("plate", 0.0)["position"]])
+
+
+def _pipette(run: "Run", time: float) -> Balls:
+    body = run.fields("pipette", time)
+    radii = ball_radii(body["mass"], body["density"])
+    return Balls(body["position"], radii, np.tile(PIPETTE, (len(radii), 1)), skin=True)
+
+
+def _plate(run: "Run", time: float, cut: Plane | None) -> Mesh:
+    body = run.fields("plate", time)
+    kept = cut.beyond(body["position"]) <= 0.0 if cut else slice(None)
+    return cubes(body["position"][kept], np.cbrt(body["mass"] / body["density"])[kept], PLATE)
+
+
+def _medium(run: "Run", time: float, cut: Plane) -> Balls:
+    """The points in the layer of cells below the cut, as dots."""
     position = run.fields("medium", time)["position"]
-    beyond = plane.beyond(position)
-    layer = position[(beyond <= 0.0) & (beyond > -cell)]
+    beyond = cut.beyond(position)
+    layer = position[(beyond <= 0.0) & (beyond > -run.case.grid.cell)]
     return Balls(layer, np.full(len(layer), DOT), np.tile(MEDIUM, (len(layer), 1)), lit=False)

@@ -59,14 +59,17 @@ def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments
     size = (high - low + 1).max(axis=1)
     size[((high < low).any(axis=1)) | (np.abs(area) < 1e-12)] = 0
     for which, side in _by_size(size):
-        step = np.arange(side)
-        x, y = low[which, 0, None] + np.tile(step, side), low[which, 1, None] + np.repeat(step, side)
-        dx, dy = x - a[which, 0, None], y - a[which, 1, None]
-        (ux, uy, uz), (vx, vy, vz) = u[which].T[:, :, None], v[which].T[:, :, None]
-        s, t = (dx * vy - dy * vx) / area[which, None], (ux * dy - uy * dx) / area[which, None]
-        hit = (s >= -INNER) & (t >= -INNER) & (s + t <= 1.0 + INNER) & (x <= limit[0]) & (y <= limit[1])
-        depth = a[which, 2, None] + s * uz + t * vz
-        yield x[hit], y[hit], depth[hit], np.broadcast_to(which[:, None], hit.shape)[hit]
+        dx, dy = (low[which] - a[which, :2]).T
+        (ux, uy, uz), (vx, vy, vz) = u[which].T / area[which], v[which].T / area[which]
+        column, row = np.tile(np.arange(side), side), np.repeat(np.arange(side), side)
+        # the share of the second and of the third corner in each pixel of the square about the triangle
+        s = (dx * vy - dy * vx)[:, None] + vy[:, None] * column - vx[:, None] * row
+        t = (dy * ux - dx * uy)[:, None] + ux[:, None] * row - uy[:, None] * column
+        one, pixel = np.nonzero((s >= -INNER) & (t >= -INNER) & (s + t <= 1.0 + INNER))
+        depth = a[which[one], 2] + area[which[one]] * (uz[one] * s[one, pixel] + vz[one] * t[one, pixel])
+        x, y = low[which[one], 0] + column[pixel], low[which[one], 1] + row[pixel]
+        within = (x <= limit[0]) & (y <= limit[1])
+        yield x[within], y[within], depth[within], which[one][within]
 
 
 def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) -> Fragments:

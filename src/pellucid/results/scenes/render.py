@@ -6,16 +6,17 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from pellucid.results.scenes.raster import Canvas
-from pellucid.results.scenes.things import Camera, Mesh, Plane, Thing
+from pellucid.results.scenes.things import Balls, Camera, Mesh, Plane, Thing
 
-LIGHT = np.array([-0.45, 0.55, 0.70]) / np.linalg.norm([-0.45, 0.55, 0.70])
-"""Where the light comes from, in the axes of the camera: over the left shoulder of the beholder."""
+LIGHT = np.array([0.25, 0.50, 0.83]) / np.linalg.norm([0.25, 0.50, 0.83])
+"""Where the light comes from, in the axes of the camera: over the right shoulder of the beholder."""
 
-AMBIENT, DIFFUSE = 0.50, 0.60  # shares of the colour
-GLOSS, SHARPNESS = 0.16, 24.0
+AMBIENT, DIFFUSE = 0.52, 0.52  # shares of the colour
+GLOSS, SHARPNESS = 0.10, 18.0
 CREASE = 0.5  # how much a place darkens that lies far behind its surroundings
 CREASE_WIDTH = 0.02  # of the picture's width
 OUTLINE = 0.5  # what an outline leaves of the colour
+SKIN = 0.004  # of the picture's width: roughness below it is smoothed where balls are to look like one body
 JUMP = 0.012  # of the picture's width in depth between neighbours makes an outline
 
 
@@ -31,6 +32,8 @@ def render(things: Sequence[Thing], camera: Camera, cut: Plane | None = None) ->
         index, primitive = canvas.seen(part)
         normal[index], colour[index] = thing.look(camera, index % columns, index // columns, primitive)
         lit[index] = thing.lit
+        if isinstance(thing, Balls) and thing.skin:
+            normal[index] = _skin(canvas, index)
     colour[lit] = _shaded(colour[lit], normal[lit])
     depth, covered = canvas.depth(), canvas.covered()
     light = _creases(depth, covered) * np.where(_outlines(depth, covered), OUTLINE, 1.0)
@@ -70,14 +73,31 @@ def _shaded(colour: np.ndarray, normal: np.ndarray) -> np.ndarray:
     return np.asarray(colour * (AMBIENT + DIFFUSE * diffuse)[:, None] + GLOSS * (gloss**SHARPNESS)[:, None])
 
 
+def _skin(canvas: Canvas, index: np.ndarray) -> np.ndarray:
+    """Normals of the smoothed depth of some pixels, shape (k, 3)."""
+    if not len(index):
+        return np.zeros((0, 3))
+    columns = canvas.shape[1]
+    y, x = index // columns, index % columns
+    window = slice(max(0, y.min() - 1), y.max() + 2), slice(max(0, x.min() - 1), x.max() + 2)
+    mask = np.zeros(canvas.shape, np.float32)
+    mask.ravel()[index] = 1.0
+    width = SKIN * columns
+    share = np.maximum(gaussian_filter(mask[window], width), 1e-6)
+    depth = gaussian_filter(np.where(mask[window] > 0.0, canvas.depth()[window], 0.0), width) / share
+    within = y - window[0].start, x - window[1].start
+    slope_y, slope_x = (np.gradient(depth, axis=axis)[within] for axis in (0, 1))
+    return np.stack([-slope_x, -slope_y, np.ones(len(index))], axis=1)
+
+
 def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
     """What is left of the light where the surroundings lie nearer to the eye, shape (rows, columns).
 
     Unsharp masking of the depth: Luft, Colditz & Deussen 2006, ACM Transactions on Graphics 25, 1206.
     """
     width = CREASE_WIDTH * depth.shape[1]
-    share = gaussian_filter(covered.astype(np.float32), width)
-    around = gaussian_filter(np.where(covered, depth, 0.0).astype(np.float32), width) / np.maximum(share, 1e-6)
+    share = gaussian_filter(covered.astype(np.float32), width, truncate=2.5)
+    around = gaussian_filter(np.where(covered, depth, 0.0).astype(np.float32), width, truncate=2.5) / np.maximum(share, 1e-6)
     return np.asarray(1.0 - CREASE * np.clip((around - depth) / (4.0 * width), 0.0, 1.0))
 
 

@@ -1,17 +1,20 @@
 """From bodies to a drawing on axes: the view, sections through closed membranes, the scale bar."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from pellucid.results.scenes.render import inside
-from pellucid.results.scenes.things import Camera, Colour, Mesh, Plane, Section, vertex_normals
+from pellucid.results.scenes.things import Camera, Colour, Mesh, Plane, vertex_normals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-NEIGHBOURS = 8  # points that give a pixel of a section its value
+INK = "#222233"
+NEIGHBOURS = 6  # points that give a pixel of a section its value
+COARSE = 3  # pixels between those that are looked up
 
 
 class View(NamedTuple):
@@ -49,21 +52,34 @@ def ball_radii(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
     return 0.75 * np.cbrt(mass / density)
 
 
-def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """A field of points on the pixels of the plane inside a closed mesh, shape (rows, columns, ...), else not a number.
+def cubes(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
+    """A body whose points lie on a lattice, as cubes of those sides [m] about them; no plane cuts a cube."""
+    corner = box_corners(np.full(3, -0.5), np.full(3, 0.5))  # number 4i + 2j + k
+    faces = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # outward
+    vertices = (centres[:, None] + corner[faces.ravel()] * sides[:, None, None]).reshape(-1, 3)
+    quads = 4 * np.arange(6 * len(centres))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    n = len(vertices)
+    return Mesh(vertices, quads.reshape(-1, 3), np.tile(colour, (n, 1)), np.zeros(n, bool), cuttable=False)
 
-    A pixel takes the mean of the nearest points, weighted with the inverse square of their distances.
+
+def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """A field of points, shape (n,), on the pixels of the plane inside a closed mesh, else not a number.
+
+    The mean of the nearest points, weighted with the inverse square of their distances, on a lattice of pixels; linear
+    between them.
     """
     within = inside(mesh, camera, plane)
+    found = np.full(within.shape, np.nan)
     y, x = np.nonzero(within)
-    found = np.full((*within.shape, *values.shape[1:]), np.nan)
-    if len(x) and len(position):
-        places = camera.position(x, y, camera.depth_of(plane, x, y))
-        count = min(NEIGHBOURS, len(position))
-        distance, which = cKDTree(position).query(places, k=np.arange(1, count + 1))
-        weight = 1.0 / (distance**2 + 0.05 * distance.mean() ** 2 + np.finfo(float).tiny)
-        weight /= weight.sum(axis=1, keepdims=True)
-        found[within] = np.einsum("kn,kn...->k...", weight, values[which])
+    if not len(x) or not len(position):
+        return found
+    rows, columns = (np.arange(z.min(), z.max() + 2 * COARSE, COARSE, dtype=float) for z in (y, x))
+    v, u = np.meshgrid(rows, columns, indexing="ij")
+    nearest = np.arange(1, min(NEIGHBOURS, len(position)) + 1)
+    distance, which = cKDTree(position).query(camera.position(u, v, camera.depth_of(plane, u, v)), k=nearest)
+    weight = 1.0 / (np.square(distance) + 0.05 * np.mean(distance) ** 2 + np.finfo(float).tiny)
+    coarse = (weight * values[which]).sum(axis=-1) / weight.sum(axis=-1)
+    found[y, x] = map_coordinates(coarse, [(y - rows[0]) / COARSE, (x - columns[0]) / COARSE], order=1)
     return found
 
 
@@ -87,12 +103,7 @@ def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:
     vertices = np.stack([middle + side, middle - side], axis=1).reshape(-1, 3)
     ribbon = (4 * np.arange(len(cut))[:, None, None] + np.array([[0, 1, 2], [1, 3, 2]])).reshape(-1, 3)
     marked = np.repeat(there(mesh.marked[:, None].astype(float)), 2)
-    return Mesh(vertices, ribbon, np.tile(colour, (len(vertices), 1)), marked, mesh.mark, lit=False)
-
-
-def painted(plane: Plane, values: np.ndarray, limits: tuple[float, float], palette: str) -> Section:
-    """A section coloured by its values."""
-    return Section(plane, coloured(values, limits, palette))
+    return Mesh(vertices, ribbon, np.tile(colour, (len(vertices), 1)), marked, mesh.mark, lit=False, cuttable=False)
 
 
 def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> np.ndarray:
@@ -106,15 +117,27 @@ def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> n
 
 
 def show(axes: "Axes", picture: np.ndarray, camera: Camera) -> None:
-    """Put a picture on axes whose unit is the metre, without a frame."""
+    """Put a picture on axes whose unit is the metre, without ticks and frame."""
     (left, low), (right, high) = camera.low, camera.high
     axes.imshow(picture, origin="lower", extent=(left, right, low, high), interpolation="antialiased")
     axes.set_axis_off()
 
 
 def scale_bar(axes: "Axes", camera: Camera, length: float, text: str) -> None:
-    """A bar of that length [m] in the lower left corner. Lengths across the line of sight are true in a parallel view."""
-    size = camera.high - camera.low
-    x, y = camera.low + 0.04 * size.max()
-    axes.plot([x, x + length], [y, y], color="#223", linewidth=2.2, solid_capstyle="butt")
-    axes.text(x + 0.5 * length, y + 0.015 * size.max(), text, ha="center", va="bottom", fontsize=8.5, color="#223")
+    """A bar of that length [m] in the lower right corner. Lengths across the line of sight are true in a parallel view."""
+    size = float((camera.high - camera.low).max())
+    x, y = camera.high[0] - 0.02 * size - length, camera.low[1] + 0.02 * size
+    axes.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt")
+    _word(axes, x + 0.5 * length, y + 0.012 * size, text, ha="center", va="bottom", fontsize=8.5, color=INK)
+
+
+def corner_words(axes: "Axes", left: str, right: str, colour: str = INK) -> None:
+    """Words in the upper corners, those on the left bold, those on the right in a colour."""
+    _word(axes, 0.005, 1.0, left, transform=axes.transAxes, va="top", fontsize=11, fontweight="bold", color=INK)
+    _word(axes, 0.995, 0.995, right, transform=axes.transAxes, va="top", ha="right", fontsize=8.5, color=colour)
+
+
+def _word(axes: "Axes", x: float, y: float, text: str, **look: Any) -> None:
+    from matplotlib.patheffects import withStroke
+
+    axes.text(x, y, text, path_effects=[withStroke(linewidth=3.0, foreground="white")], **look)

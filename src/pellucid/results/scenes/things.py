@@ -74,7 +74,7 @@ class Mesh(NamedTuple):
     """A surface: vertices [m], shape (n, 3), triangles, shape (m, 3), RGB colours of the vertices, shape (n, 3).
 
     Where `marked`, shape (n,), interpolates to more than a half the colour is `mark`; one marked vertex alone shows.
-    One that is not `lit` has its plain colours, and no plane cuts it: sections are drawn so.
+    One that is not `lit` has its plain colours; one that is not `cuttable` stays whole: sections are drawn so.
     """
 
     vertices: np.ndarray
@@ -83,6 +83,7 @@ class Mesh(NamedTuple):
     marked: np.ndarray
     mark: Colour = (0.0, 0.0, 0.0)
     lit: bool = True
+    cuttable: bool = True
 
     @property
     def primitives(self) -> int:
@@ -92,7 +93,7 @@ class Mesh(NamedTuple):
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
         """The pixels that the triangles cover, without what is cut away."""
         for x, y, depth, which in triangle_fragments(camera.project(self.vertices)[self.triangles], camera.shape):
-            kept = camera.keeps(cut, x, y, depth) if cut and self.lit else np.full(len(x), True)
+            kept = camera.keeps(cut, x, y, depth) if cut and self.cuttable else np.full(len(x), True)
             yield x[kept], y[kept], depth[kept], which[kept]
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, triangle: np.ndarray) -> Look:
@@ -113,12 +114,16 @@ class Mesh(NamedTuple):
 
 
 class Balls(NamedTuple):
-    """Balls: centres [m], shape (n, 3), radii [m], shape (n,), RGB colours, shape (n, 3)."""
+    """Balls: centres [m], shape (n, 3), radii [m], shape (n,), RGB colours, shape (n, 3).
+
+    With a `skin` they are shaded as one smooth body.
+    """
 
     centres: np.ndarray
     radii: np.ndarray
     colours: np.ndarray
     lit: bool = True
+    skin: bool = False
 
     @property
     def primitives(self) -> int:

@@ -56,6 +56,7 @@ def write(out: Path, refinements: int = 4, spacing: float = 5.0, instants: int =
     zona, triangles = Icosphere(centre=(0, 0, 0), radius=1, refinements=refinements).triangulate()
     zona = CENTRE + RADIUS * zona
     box = lattice((0, 0, 0), (150, 130, 130), spacing)
+    box = box[(box[:, 0] > 17) | (np.abs(box[:, 1:] - 65).max(axis=1) > 35)]  # no medium in the plate
     distance = np.linalg.norm(box - CENTRE, axis=1)
     fine = lattice(CENTRE - RADIUS, CENTRE + RADIUS, 0.6 * spacing)
     bodies = {
