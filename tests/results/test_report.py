@@ -79,12 +79,6 @@ def test_shows_the_films_first_with_letters_of_the_size_of_the_figures(page, out
     assert found.start() < page.index("image/png")
 
 
-def test_a_report_without_films(out):
-    page = write_report(out, films=False).read_text()
-    assert "image/gif" not in page
-    write_report(out)
-
-
 def test_captions_are_those_of_the_gallery_or_else_the_titles(page):
     captions = re.findall("<figcaption>(.*?)</figcaption>", page)
     assert captions[1:4] == ["How far the gas &lt; came.", "The gas at rest", "Plain gas."]

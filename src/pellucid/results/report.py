@@ -38,10 +38,8 @@ CAPTIONS = {
 }
 
 
-def write_report(out: Run | Path | str, films: bool = True) -> Path:
-    """Draw the figures of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
-
-    Films of its gallery case are made where `films`.
+def write_report(out: Run | Path | str) -> Path:
+    """Draw the figures and films of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
 
     Raises `UsageError` where there is no run that has ended.
     """
@@ -49,9 +47,8 @@ def write_report(out: Run | Path | str, films: bool = True) -> Path:
     summary = run.summary
     module = gallery.module(run.case.id)
     captions = CAPTIONS | getattr(module, "CAPTIONS", {})
-    drawn = figures.write_figures(run)
-    moving = dict.fromkeys(write_films(run) if films else [], "")
-    pictures = [_figure(path, captions.get(path.stem, title)) for path, title in (moving | drawn).items()]
+    titles = dict.fromkeys(write_films(run), "") | figures.write_figures(run)
+    pictures = [_figure(path, captions.get(path.stem, title)) for path, title in titles.items()]
     sections = [
         _header(run, summary),
         _facts(run, summary),

@@ -42,7 +42,7 @@ CAPTIONS = {
 WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 60.0)
 SPARE = 1.06  # room that a picture leaves for the oocyte to bulge
 COLUMNS, FILM_COLUMNS = 1000, 520  # pixels, about twice those that a panel has in the figure: smooth edges
-FILM_PICTURES = 21
+FILM_PICTURES = 26
 
 ZONA: Colour = (0.36, 0.76, 0.77)
 RIM: Colour = (0.05, 0.45, 0.50)
