@@ -103,9 +103,11 @@ def fields(name: str, start: np.ndarray, time: float, size: float) -> dict[str, 
         "mass": np.full(n, 1000.0 * (1e-6 * size) ** 3),
         "density": np.full(n, 1000.0),
         "pressure": 1e4 * wave * np.exp(-np.abs(position[:, 0] - 117.0) / 40.0),
-        "stress": np.zeros((n, 6)),
+        "stress": np.outer(1e4 * near, [1.0, 0.0, 0.0, 0.0, 0.0, 0.3]),
         "id": np.arange(n),
     }
+    if name in ("cytoplasm", "medium"):
+        found["internal_energy"] = np.ones(n)
     if name == "zona":
         off = np.hypot(start[:, 1] - CENTRE[1], start[:, 2] - CENTRE[2])
         beside = np.abs(start[:, 1] - CENTRE[1]) > 0.6 * off

@@ -135,7 +135,7 @@ def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
         things.append(Section(stage.cut, coloured(pressure, stage.limits, PALETTE)))
         things += [rim(skin, stage.cut, thickness, RIM), _medium(run, time, stage.cut)]
     show(axes, render(things, stage.camera, stage.cut), stage.camera)
-    scale_bar(axes, stage.camera, 20e-6, "20 µm")
+    scale_bar(axes, stage.camera)
     times = run.times("zona")
     instant = 1e6 * float(times[np.argmin(np.abs(times - time))])
     count = int(failed.sum())

@@ -12,6 +12,7 @@ from pellucid.results.scenes.things import Camera, Colour, Mesh, Plane, vertex_n
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 INK = "#222233"
 NEIGHBOURS = 6  # points that give a pixel of a section its value
 COARSE = 3  # pixels between those that are looked up
@@ -123,12 +124,21 @@ def show(axes: "Axes", picture: np.ndarray, camera: Camera) -> None:
     axes.set_axis_off()
 
 
-def scale_bar(axes: "Axes", camera: Camera, length: float, text: str) -> None:
-    """A bar of that length [m] in the lower right corner. Lengths across the line of sight are true in a parallel view."""
+def scale_bar(axes: "Axes", camera: Camera) -> None:
+    """A bar of a round length in the lower right corner. Lengths across the line of sight are true in a parallel view."""
+    length, text = round_length(0.22 * float((camera.high - camera.low)[0]))
     size = float((camera.high - camera.low).max())
     x, y = camera.high[0] - 0.02 * size - length, camera.low[1] + 0.02 * size
     axes.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt")
     _word(axes, x + 0.5 * length, y + 0.012 * size, text, ha="center", va="bottom", fontsize=8.5, color=INK)
+
+
+def round_length(most: float) -> tuple[float, str]:
+    """The largest length of 1, 2 or 5 times a power of ten that is at most so long [m], and its name: (2e-5, "20 µm")."""
+    power = 10.0 ** np.floor(np.log10(most))
+    length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-9))
+    unit, name = next((pair for pair in LENGTHS if length >= 0.999 * pair[0]), LENGTHS[-1])
+    return float(length), f"{length / unit:.3g} {name}"
 
 
 def corner_words(axes: "Axes", left: str, right: str, colour: str = INK) -> None:
