@@ -27,6 +27,7 @@ class PointBody(ABC):
 
     energy_kind: str
     constraint: Any = None  # a prescribed motion or rigidity of its points, from `pellucid.conditions.prescribed`
+    triangles = np.zeros((0, 3), np.int64)  # of a surface, in the order of seeding; most bodies are none
 
     def __init__(self, name: str, grid: Grid, functions: Any, velocity_transfer: Any, arrays: dict[str, np.ndarray]) -> None:
         self.name = name

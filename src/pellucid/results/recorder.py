@@ -121,7 +121,8 @@ class Recorder:
             for body in sim.bodies:
                 path = self.folder.fields(body.name)
                 if self._frames.done == 0:
-                    frames.create(path, capacity(self.case.time.end, self._frames.interval), sim.time, body.frame())
+                    room = capacity(self.case.time.end, self._frames.interval)
+                    frames.create(path, room, sim.time, body.frame(), body.triangles)
                 else:
                     frames.append(path, sim.time, body.frame())
         self._frames.mark(sim.time, sim.n_steps)
