@@ -43,7 +43,7 @@ class PointBody(ABC):
         self.sums: dict[str, float] = {}
         self.bind()
         self.sort()
-        self._measure()
+        self.measure()
 
     @abstractmethod
     def deform(self, dt: float, move: bool) -> None:
@@ -140,7 +140,7 @@ class PointBody(ABC):
             state=state,
         )
 
-    def _measure(self) -> None:
+    def measure(self) -> None:
         """The sums of the initial state."""
         sum_motion(self.n_slabs, self.mapped)
         self._collect_motion_sums()

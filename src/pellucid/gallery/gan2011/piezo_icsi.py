@@ -1,0 +1,22 @@
+"""Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside before it does, and whether the books close."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.gan2011.piezo_pictures import CAPTIONS as PICTURE_CAPTIONS
+from pellucid.gallery.gan2011.piezo_pictures import films, oocyte_cut, oocyte_whole
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+__all__ = ["CAPTIONS", "figures", "films", "metrics"]
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Pictures of the oocyte, the course of failure, and where it happened."""
+    return {"oocyte_whole": oocyte_whole(run), "oocyte_cut": oocyte_cut(run)}
