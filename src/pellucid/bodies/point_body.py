@@ -119,7 +119,12 @@ class PointBody(ABC):
     def _collect_strain_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)
         self.sums["stored"], self.sums["heating"] = float(sums[STORED]), float(sums[HEATING])
-        self.sums["rate"] = float(self.slabs.sums[:, RATE].max())
+        self._bound_rate(float(self.slabs.sums[:, RATE].max()))
+
+    def _bound_rate(self, rate: float) -> None:
+        """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
+        prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
+        self.sums["rate"] = max(rate, prescribed * self.grid.lattice.inverse_cell)
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
