@@ -120,6 +120,12 @@ def test_cubes_are_closed_and_look_outward():
     assert volume[12:].sum() == pytest.approx(8.0)
 
 
+def test_cubes_side_by_side_make_one_body():
+    block = cubes(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.01, 0.0]]), np.ones(3), TEAL)
+    assert block.primitives == 2 * (3 * 6 - 4)
+    assert cubes(np.zeros((0, 3)), np.zeros(0), TEAL).primitives == 0
+
+
 @pytest.mark.parametrize("at", [0.0, 1.9])
 def test_a_body_with_a_skin_is_smooth(camera, at):
     lattice = box_corners(np.array([at - 0.1, -0.1, -0.1]), np.array([at + 0.1, 0.1, 0.1]))

@@ -54,11 +54,16 @@ def ball_radii(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
 
 
 def cubes(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
-    """A body whose points lie on a lattice, as cubes of those sides [m] about them; no plane cuts a cube."""
+    """A body whose points lie on a lattice, as cubes of those sides [m] about them; no plane cuts a cube.
+
+    Faces between two cubes are left out: nobody sees them.
+    """
     corner = box_corners(np.full(3, -0.5), np.full(3, 0.5))  # number 4i + 2j + k
     faces = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # outward
-    vertices = (centres[:, None] + corner[faces.ravel()] * sides[:, None, None]).reshape(-1, 3)
-    quads = 4 * np.arange(6 * len(centres))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    squares = (centres[:, None] + corner[faces.ravel()] * sides[:, None, None]).reshape(-1, 4, 3)
+    touching = cKDTree(squares.mean(axis=1)).query_pairs(0.25 * sides.min(initial=np.inf), output_type="ndarray")
+    vertices = np.delete(squares, touching.ravel(), axis=0).reshape(-1, 3)
+    quads = np.arange(0, len(vertices), 4)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
     n = len(vertices)
     return Mesh(vertices, quads.reshape(-1, 3), np.tile(colour, (n, 1)), np.zeros(n, bool), cuttable=False)
 
