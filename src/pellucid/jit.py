@@ -65,8 +65,11 @@ def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def kernel(parallel: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a loop over points or nodes; cached on disk under a name that changes with any source of the package."""
+def kernel(parallel: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a loop over points or nodes; cached on disk under a name that changes with any source of the package.
+
+    inline: a part of other kernels, which becomes part of each of their loops.
+    """
 
     def decorate(function: Callable[..., Any]) -> Any:
         _activate()
@@ -75,7 +78,15 @@ def kernel(parallel: bool = False) -> Callable[[Callable[..., Any]], Any]:
         previous = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(cache_folder())  # read once, when the decorator runs
         try:
-            return numba.njit(function, parallel=parallel, cache=True, error_model="numpy", fastmath={"contract"}, nogil=True)
+            return numba.njit(
+                function,
+                parallel=parallel,
+                inline="always" if inline else "never",
+                cache=True,
+                error_model="numpy",
+                fastmath={"contract"},
+                nogil=True,
+            )
         finally:
             numba.config.CACHE_DIR = previous
 

@@ -2,43 +2,13 @@
 
 import numpy as np
 import pytest
-from scenes import advance, case, simulation
+from membranes import NU, THICKNESS, E, body_of, drive, sheet
+from scenes import advance, simulation
 
-from pellucid.bodies.kinds import BODIES
 from pellucid.errors import RunStopped
-from pellucid.grid.grid import Grid
-from pellucid.grid.velocity_transfer import Flip
 
-E, NU, THICKNESS = 1e6, 0.3, 0.01
 LAWS = ("linear-membrane", "neo-hookean-membrane")
 every_law = pytest.mark.parametrize("law", LAWS)
-
-
-def sheet(law="linear-membrane", edges=((1, 0, 0), (0, 1, 0)), points=(11, 11), **more):
-    """A square sheet of 1 m about the origin."""
-    corner = -0.5 * np.array(edges[0]) - 0.5 * np.array(edges[1]) + (0.01, 0.02, 0.03)
-    rectangle = {"corner": corner.tolist(), "first_edge": edges[0], "second_edge": edges[1], "points": points}
-    material = {"kind": law, "density": 1000.0, "young_modulus": E, "poisson_ratio": NU}
-    surface = {"rectangle": rectangle}
-    return {"kind": "membrane-points", "name": "sheet", "surface": surface, "thickness": THICKNESS, "material": material} | more
-
-
-def body_of(table):
-    """The body on a grid of its own, without a simulation."""
-    whole = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
-    grid = Grid(whole.grid)
-    return grid, BODIES["membrane-points"](whole.body[0], whole.grid, grid, Flip())
-
-
-def drive(grid, body, gradient, dt, steps):
-    """Strain and move a body by a uniform velocity gradient [1/s], shape (3, 3)."""
-    index, position = grid.where()
-    for _ in range(steps):
-        velocity = position @ np.array(gradient).T
-        grid.nodes.velocity[index] = grid.nodes.deforming[index] = velocity
-        body.sort_if_strayed()
-        body.deform(dt, move=True)
-        body.check(0, 0.0)
 
 
 def matrices(stress):

@@ -2,6 +2,9 @@
 
 Source: Gan et al. 2011, section 2.1, with the misprints put right: strains are accumulated in the carried frame, and the frame
 also takes the spin about its normal, without which a sheet that turns in its own plane would leave its stress behind.
+
+Damage that follows a mean of the strain needs the strains of all points before the stress of any: `stretch` and `respond` are
+the two halves of `strain`. A failed point keeps its strain, frame and volume: they mean nothing where the material is torn.
 """
 
 from math import inf, sqrt
@@ -14,6 +17,7 @@ from numpy import uintp
 from pellucid.grid.points import FOLDED, HEATING, INVERTED, NOT_FINITE, OK, RATE, STORED
 from pellucid.grid.transfer import gathered, placed
 from pellucid.jit import kernel
+from pellucid.materials.damage import dissipate, driving_strain, has_failed, weaken
 from pellucid.materials.membrane import plane_response, plane_wave_speed, stretched
 
 
@@ -60,104 +64,137 @@ def gather_gradients(n, mapped, gradient, dt, move):
         _gather_slab(mapped, s, gradient, dt, move)
 
 
+@kernel(inline=True)
+def _turned(x, fans, frame, L, dt, p):
+    """Frame of point p and its old normal's cosine with the new, share of area, stretching in the frame."""
+    # normal and share of area, from the triangles about the point
+    nx = ny = nz = share = 0.0
+    for t in range(fans.start[p], fans.start[p + 1]):
+        q, r = fans.corners[t, 0], fans.corners[t, 1]
+        ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
+        bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
+        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        twice = sqrt(cx * cx + cy * cy + cz * cz)
+        share += twice / 6.0
+        nx += cx / twice
+        ny += cy / twice
+        nz += cz / twice
+    length = sqrt(nx * nx + ny * ny + nz * nz)
+    nx, ny, nz = nx / length, ny / length, nz / length
+    # turn the first tangent with the normal: S a = c a + w × a + w (w·a)/(1 + c)
+    mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
+    ux, uy, uz = frame[p, 0], frame[p, 1], frame[p, 2]
+    c = mx * nx + my * ny + mz * nz
+    wx, wy, wz = my * nz - mz * ny, mz * nx - mx * nz, mx * ny - my * nx
+    along = (wx * ux + wy * uy + wz * uz) / (1.0 + c)
+    tx = c * ux + wy * uz - wz * uy + wx * along
+    ty = c * uy + wz * ux - wx * uz + wy * along
+    tz = c * uz + wx * uy - wy * ux + wz * along
+    # keep it in the plane and of unit length
+    off = tx * nx + ty * ny + tz * nz
+    tx, ty, tz = tx - off * nx, ty - off * ny, tz - off * nz
+    length = sqrt(tx * tx + ty * ty + tz * tz)
+    tx, ty, tz = tx / length, ty / length, tz / length
+    sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+    Ltx, Lty, Ltz = (
+        L[0] * tx + L[1] * ty + L[2] * tz,
+        L[3] * tx + L[4] * ty + L[5] * tz,
+        L[6] * tx + L[7] * ty + L[8] * tz,
+    )
+    Lsx, Lsy, Lsz = (
+        L[0] * sx + L[1] * sy + L[2] * sz,
+        L[3] * sx + L[4] * sy + L[5] * sz,
+        L[6] * sx + L[7] * sy + L[8] * sz,
+    )
+    # spin about the normal, as a rotation of the tangents (Cayley)
+    a = 0.25 * dt * (sx * Ltx + sy * Lty + sz * Ltz - tx * Lsx - ty * Lsy - tz * Lsz)
+    cosine, sine = (1.0 - a * a) / (1.0 + a * a), 2.0 * a / (1.0 + a * a)
+    D11 = tx * Ltx + ty * Lty + tz * Ltz
+    D22 = sx * Lsx + sy * Lsy + sz * Lsz
+    D12 = 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz)
+    tx, ty, tz, sx, sy, sz = (
+        cosine * tx + sine * sx,
+        cosine * ty + sine * sy,
+        cosine * tz + sine * sz,
+        cosine * sx - sine * tx,
+        cosine * sy - sine * ty,
+        cosine * sz - sine * tz,
+    )
+    # the stretching in the turned frame
+    E11 = cosine * cosine * D11 + sine * sine * D22 + 2.0 * sine * cosine * D12
+    E22 = sine * sine * D11 + cosine * cosine * D22 - 2.0 * sine * cosine * D12
+    E12 = sine * cosine * (D22 - D11) + (cosine * cosine - sine * sine) * D12
+    return (tx, ty, tz, sx, sy, sz, nx, ny, nz), c, share, (E11, E22, E12)
+
+
+@kernel(inline=True)
+def _respond(surface, p, F, frame, c, share, D, dt, strain):
+    """Stress and volume of a point of shape F, damaged by `strain`; its strain energy, signal rate, fault."""
+    lattice, points, _, _, _, law, carried, thickness, damage, record = surface.content
+    tx, ty, tz, sx, sy, sz, nx, ny, nz = frame
+    E11, E22, E12 = D
+    v = points.velocity
+    left, kept = weaken(damage, record, p, strain)
+    s11, s22, s12, ratio = plane_response(law, F)
+    s11, s22, s12 = left * s11, left * s22, left * s12
+    old = carried.plane_stress
+    power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
+    volume = share * thickness * ratio
+    density = points.mass[p] / volume
+    points.volume[p] = volume
+    carried.strain_energy[p] += dt * power / density
+    dissipate(damage, record, p, carried.strain_energy[p], kept)
+    old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
+    sig = points.stress
+    sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
+    sig[p, 1] = s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy
+    sig[p, 2] = s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz
+    sig[p, 3] = s11 * ty * tz + s22 * sy * sz + s12 * (ty * sz + tz * sy)
+    sig[p, 4] = s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx)
+    sig[p, 5] = s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx)
+    speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
+    wave = plane_wave_speed(law, F, density)
+    fault = OK
+    if c < -0.999:
+        fault = FOLDED
+    elif ratio <= 0.0:
+        fault = INVERTED
+    elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
+        fault = NOT_FINITE
+    return points.mass[p] * carried.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
+
+
+@kernel(inline=True)
+def _failed(surface, p):
+    """Strain energy, signal rate and fault of a failed point, which has no stress but moves."""
+    lattice, points, _, _, _, law, carried, _, _, _ = surface.content
+    v, shape = points.velocity, carried.in_plane
+    speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
+    F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
+    wave = plane_wave_speed(law, F, points.mass[p] / points.volume[p])
+    fault = OK if speed < inf else NOT_FINITE
+    return points.mass[p] * carried.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
+
+
 @kernel()
 def _strain_slab(surface, s, dt):
-    lattice, points, slabs, fans, gradient, law, carried, thickness = surface.content
-    x, v = points.position, points.velocity
+    _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
     frame, shape = carried.frame, carried.in_plane
     stored = rate = 0.0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
-        fault = OK
-        # normal and share of area, from the triangles about the point
-        nx = ny = nz = share = 0.0
-        for t in range(fans.start[p], fans.start[p + 1]):
-            q, r = fans.corners[t, 0], fans.corners[t, 1]
-            ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
-            bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
-            cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-            twice = sqrt(cx * cx + cy * cy + cz * cz)
-            share += twice / 6.0
-            nx += cx / twice
-            ny += cy / twice
-            nz += cz / twice
-        length = sqrt(nx * nx + ny * ny + nz * nz)
-        nx, ny, nz = nx / length, ny / length, nz / length
-        # turn the first tangent with the normal: S a = c a + w × a + w (w·a)/(1 + c)
-        mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
-        ux, uy, uz = frame[p, 0], frame[p, 1], frame[p, 2]
-        c = mx * nx + my * ny + mz * nz
-        wx, wy, wz = my * nz - mz * ny, mz * nx - mx * nz, mx * ny - my * nx
-        along = (wx * ux + wy * uy + wz * uz) / (1.0 + c)
-        tx = c * ux + wy * uz - wz * uy + wx * along
-        ty = c * uy + wz * ux - wx * uz + wy * along
-        tz = c * uz + wx * uy - wy * ux + wz * along
-        # keep it in the plane and of unit length
-        off = tx * nx + ty * ny + tz * nz
-        tx, ty, tz = tx - off * nx, ty - off * ny, tz - off * nz
-        length = sqrt(tx * tx + ty * ty + tz * tz)
-        tx, ty, tz = tx / length, ty / length, tz / length
-        sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
-        L = gradient[p]
-        Ltx, Lty, Ltz = (
-            L[0] * tx + L[1] * ty + L[2] * tz,
-            L[3] * tx + L[4] * ty + L[5] * tz,
-            L[6] * tx + L[7] * ty + L[8] * tz,
-        )
-        Lsx, Lsy, Lsz = (
-            L[0] * sx + L[1] * sy + L[2] * sz,
-            L[3] * sx + L[4] * sy + L[5] * sz,
-            L[6] * sx + L[7] * sy + L[8] * sz,
-        )
-        # spin about the normal, as a rotation of the tangents (Cayley)
-        a = 0.25 * dt * (sx * Ltx + sy * Lty + sz * Ltz - tx * Lsx - ty * Lsy - tz * Lsz)
-        cosine, sine = (1.0 - a * a) / (1.0 + a * a), 2.0 * a / (1.0 + a * a)
-        D11 = tx * Ltx + ty * Lty + tz * Ltz
-        D22 = sx * Lsx + sy * Lsy + sz * Lsz
-        D12 = 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz)
-        tx, ty, tz, sx, sy, sz = (
-            cosine * tx + sine * sx,
-            cosine * ty + sine * sy,
-            cosine * tz + sine * sz,
-            cosine * sx - sine * tx,
-            cosine * sy - sine * ty,
-            cosine * sz - sine * tz,
-        )
-        # the stretching in the turned frame
-        E11 = cosine * cosine * D11 + sine * sine * D22 + 2.0 * sine * cosine * D12
-        E22 = sine * sine * D11 + cosine * cosine * D22 - 2.0 * sine * cosine * D12
-        E12 = sine * cosine * (D22 - D11) + (cosine * cosine - sine * sine) * D12
-        F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), (E11, E22, E12), dt)
-        s11, s22, s12, ratio = plane_response(law, F)
-        old = carried.plane_stress
-        power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
-        volume = share * thickness * ratio
-        density = points.mass[p] / volume
-        points.volume[p] = volume
-        carried.strain_energy[p] += dt * power / density
-        old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
-        for d in range(4):
-            shape[p, d] = F[d]
-        frame[p, 0], frame[p, 1], frame[p, 2] = tx, ty, tz
-        frame[p, 3], frame[p, 4], frame[p, 5] = sx, sy, sz
-        frame[p, 6], frame[p, 7], frame[p, 8] = nx, ny, nz
-        sig = points.stress
-        sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
-        sig[p, 1] = s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy
-        sig[p, 2] = s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz
-        sig[p, 3] = s11 * ty * tz + s22 * sy * sz + s12 * (ty * sz + tz * sy)
-        sig[p, 4] = s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx)
-        sig[p, 5] = s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx)
-        stored += points.mass[p] * carried.strain_energy[p]
-        speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
-        wave = plane_wave_speed(law, F, density)
-        rate = max(rate, lattice.inverse_cell * (wave + speed))
-        if c < -0.999:
-            fault = FOLDED
-        elif ratio <= 0.0:
-            fault = INVERTED
-        elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
-            fault = NOT_FINITE
+        if has_failed(damage, record, p):
+            energy, signal, fault = _failed(surface, p)
+        else:
+            Q, c, share, D = _turned(points.position, fans, frame, gradient[p], dt, p)
+            F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), D, dt)
+            for d in range(4):
+                shape[p, d] = F[d]
+            for d in range(9):
+                frame[p, d] = Q[d]
+            energy, signal, fault = _respond(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
+        stored += energy
+        rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:
             slabs.fault[s, 0] = fault
             slabs.fault[s, 1] = signed

@@ -13,6 +13,7 @@ from pellucid.bundle import Bundle
 from pellucid.grid.grid import Grid
 from pellucid.grid.points import Slabs
 from pellucid.grid.spec import GridCase
+from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
 
 
@@ -40,6 +41,9 @@ class MembranePoints(PointBody):
             "plane_stress": np.zeros((n, 3)),
             "strain_energy": np.zeros(n),
         }
+        self.damage: Any = case.material.damage_law()
+        if isinstance(self.damage, Elastodamage):
+            arrays |= {name: np.zeros(n) for name in DamageRecord._fields}
         self._gradient = np.zeros((n, 9))
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
         super().__init__(case.name, grid, grid_functions(grid_case.functions, (2, 2, 2), grid.thin), velocity_transfer, arrays)
@@ -48,17 +52,32 @@ class MembranePoints(PointBody):
         """Take up arrays that were replaced."""
         super().bind()
         self._carried = kernels.MembraneArrays(*(self.arrays[name] for name in kernels.MembraneArrays._fields))
+        self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
 
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self.triangles], self.n_points)
+        self.fans = Bundle(fans)
         self._surface = Bundle(
-            self.grid.lattice, self.points, slabs, fans, self._gradient, self.law, self._carried, self.thickness
+            self.grid.lattice,
+            self.points,
+            slabs,
+            fans,
+            self._gradient,
+            self.law,
+            self._carried,
+            self.thickness,
+            self.damage,
+            self._record,
         )
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
-        kernels.gather_gradients(self._n_slabs, self._mapped, self._gradient, dt, int(move))
-        kernels.strain(self._n_slabs, self._surface, dt)
+        kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
+        if move:
+            self.place()
+        kernels.strain(self.n_slabs, self._surface, dt)
         self._collect_strain_sums()
+        if isinstance(self.damage, Elastodamage):
+            self.sums["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())

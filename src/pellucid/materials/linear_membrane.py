@@ -7,8 +7,8 @@ from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.linear_elastic import ElasticMaterial
-from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, stretched
+from pellucid.materials.damage import ElasticMembraneMaterial
+from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
 
 
 class LinearMembrane(NamedTuple):
@@ -18,7 +18,7 @@ class LinearMembrane(NamedTuple):
     nu: float
 
 
-class LinearMembraneMaterial(ElasticMaterial):
+class LinearMembraneMaterial(ElasticMembraneMaterial):
     """Linear elastic membrane in plane stress, for small strains and any rotation."""
 
     kind: Literal["linear-membrane"] = "linear-membrane"
@@ -53,6 +53,12 @@ def _plane_response(law, shape):
         law.E / (1.0 + law.nu) * shape[2],
         ratio,
     )
+
+
+@point_function(largest_strain, LinearMembrane)
+def _largest_strain(law, shape):
+    half = 0.5 * (shape[0] - shape[1])
+    return 0.5 * (shape[0] + shape[1]) + sqrt(half * half + shape[2] * shape[2])
 
 
 @point_function(plane_wave_speed, LinearMembrane)

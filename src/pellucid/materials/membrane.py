@@ -18,7 +18,12 @@ def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:
 
 @generic
 def plane_response(law: Any, shape: Any) -> Any:
-    """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of an undamaged membrane."""
+    """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of a membrane without damage."""
+
+
+@generic
+def largest_strain(law: Any, shape: Any) -> float:
+    """Largest principal strain in the plane; where strains are finite, the logarithmic one."""
 
 
 @generic

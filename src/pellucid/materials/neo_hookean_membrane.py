@@ -4,8 +4,9 @@ from math import exp, log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.linear_elastic import ElasticMaterial, lame
-from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, stretched
+from pellucid.materials.damage import ElasticMembraneMaterial
+from pellucid.materials.linear_elastic import lame
+from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
 
 TOLERANCE = 1e-14  # on the squared thickness stretch
 MOST_ITERATIONS = 50
@@ -19,7 +20,7 @@ class NeoHookeanMembrane(NamedTuple):
     rho0: float
 
 
-class NeoHookeanMembraneMaterial(ElasticMaterial):
+class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
     """Compressible neo-Hookean membrane in plane stress, for any strain."""
 
     kind: Literal["neo-hookean-membrane"] = "neo-hookean-membrane"
@@ -78,6 +79,15 @@ def _plane_response(law, shape):
         m * (F[0] * F[2] + F[1] * F[3]),
         sqrt(c),
     )
+
+
+@point_function(largest_strain, NeoHookeanMembrane)
+def _largest_strain(law, shape):
+    F = shape
+    # the larger singular value of F is the sum of the radii of its turning and its reflecting part
+    turning = sqrt((F[0] + F[3]) * (F[0] + F[3]) + (F[2] - F[1]) * (F[2] - F[1]))
+    reflecting = sqrt((F[0] - F[3]) * (F[0] - F[3]) + (F[1] + F[2]) * (F[1] + F[2]))
+    return log(0.5 * (turning + reflecting))
 
 
 @point_function(plane_wave_speed, NeoHookeanMembrane)

@@ -1,0 +1,152 @@
+"""Isotropic elastodamage of membranes: stress falls with a damage ω that the largest principal strain drives.
+
+ε_max - S_L (1 + ω) ≤ 0, ω never falls, and σ = (1 + c₀ (exp(-c₁ ω) - 1)) σᵉ, clipped at zero. Source: Gan et al. 2011, eqs.
+38-41; the factor 2 of eq. 39 is a misprint: with it the stiffness is negative at the failure strain that the text states.
+Here S_L is `elastic_limit`, c₀ `stiffness_loss`, c₁ `rate`.
+
+A membrane has a law of damage beside its elastic law; `Undamaged` compiles to nothing.
+"""
+
+from math import exp
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.jit import generic, point_function, pointwise
+from pellucid.materials.linear_elastic import ElasticMaterial
+from pellucid.materials.membrane import largest_strain
+from pellucid.model import Model, parameter
+
+
+class Undamaged(NamedTuple):
+    """No damage at any strain."""
+
+
+class Elastodamage(NamedTuple):
+    """S_L, c₀, c₁ and the principal strain at which a point fails."""
+
+    elastic_limit: float
+    stiffness_loss: float
+    rate: float
+    failure_strain: float
+
+
+class DamageRecord(NamedTuple):
+    """What damaged points carry; without damage, arrays of no length."""
+
+    damage: np.ndarray  # (n,) ω
+    failed: np.ndarray  # (n,) 1 where a point has failed, else 0
+    dissipated_energy: np.ndarray  # (n,) the part of the work of the stress that damage took [J/kg]
+
+
+class DamageCase(Model):
+    """Elastodamage of a membrane, driven by its largest principal strain in the plane."""
+
+    elastic_limit: float = parameter("", "strain S_L at which damage begins", gt=0)
+    stiffness_loss: float = parameter(
+        "", "c₀: share of the stiffness that full damage would take; all of it where above 1", gt=0
+    )
+    rate: float = parameter("", "c₁: how fast the stiffness falls with the damage ω = ε_max/S_L - 1", gt=0)
+    failure_strain: float = parameter("", "strain beyond which a point fails and bears no stress again", gt=0)
+
+    @model_validator(mode="after")
+    def _fails_after_it_yields(self) -> "DamageCase":
+        if self.failure_strain <= self.elastic_limit:
+            raise ValueError(
+                f"failure_strain = {self.failure_strain:g} is not above elastic_limit = {self.elastic_limit:g}; damage lies "
+                f"between the two strains"
+            )
+        return self
+
+    def law(self) -> Elastodamage:
+        """The law as kernels take it."""
+        return Elastodamage(self.elastic_limit, self.stiffness_loss, self.rate, self.failure_strain)
+
+
+class ElasticMembraneMaterial(ElasticMaterial):
+    """What isotropic elastic membranes share."""
+
+    damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
+
+    def damage_law(self) -> Elastodamage | Undamaged:
+        """The law of damage as kernels take it."""
+        return self.damage.law() if self.damage else Undamaged()
+
+
+@pointwise
+def stiffness(law, damage):
+    """Share of the stiffness that is left at the damage ω."""
+    return max(0.0, 1.0 + law.stiffness_loss * (exp(-law.rate * damage) - 1.0))
+
+
+@generic
+def has_failed(law: Any, record: DamageRecord, p: int) -> bool:
+    """Whether point p bears no stress any more."""
+
+
+@generic
+def driving_strain(law: Any, elastic: Any, shape: Any) -> float:
+    """The strain that drives damage, of a membrane of the elastic law in this shape."""
+
+
+@generic
+def weaken(law: Any, record: DamageRecord, p: int, strain: float) -> Any:
+    """Book the strain that drives damage at point p; the share of the stiffness left, and the same by what it was before."""
+
+
+@generic
+def dissipate(law: Any, record: DamageRecord, p: int, work: float, kept: float) -> None:
+    """Book the energy that damage took, from the work of the stress so far [J/kg] and the share of the stiffness kept."""
+
+
+@point_function(has_failed, Undamaged)
+def _never(law, record, p):
+    return False
+
+
+@point_function(driving_strain, Undamaged)
+def _nothing_drives(law, elastic, shape):
+    return 0.0
+
+
+@point_function(weaken, Undamaged)
+def _stays(law, record, p, strain):
+    return 1.0, 1.0
+
+
+@point_function(dissipate, Undamaged)
+def _dissipates_nothing(law, record, p, work, kept):
+    pass
+
+
+@point_function(has_failed, Elastodamage)
+def _has_failed(law, record, p):
+    return record.failed[p] > 0.0
+
+
+@point_function(driving_strain, Elastodamage)
+def _driving_strain(law, elastic, shape):
+    return largest_strain(elastic, shape)
+
+
+@point_function(weaken, Elastodamage)
+def _weaken(law, record, p, strain):
+    before = record.damage[p]
+    after = max(before, strain / law.elastic_limit - 1.0)
+    if strain > law.failure_strain:
+        record.failed[p] = 1.0
+        left = kept = 0.0
+    elif after > 0.0:
+        left, whole = stiffness(law, after), stiffness(law, before)
+        kept = left / whole if whole > 0.0 else 0.0
+    else:
+        left = kept = 1.0
+    record.damage[p] = after
+    return left, kept
+
+
+@point_function(dissipate, Elastodamage)
+def _dissipate(law, record, p, work, kept):
+    # what can be recovered is proportional to the stiffness
+    record.dissipated_energy[p] += (work - record.dissipated_energy[p]) * (1.0 - kept)
