@@ -57,7 +57,8 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
         corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
     for unused in panels[len(chosen) :]:
         unused.remove()
-    bar = figure.colorbar(ScalarMappable(Normalize(low, high), SEQUENTIAL), ax=figure.axes, shrink=0.7, pad=0.01, aspect=25)
+    scale = ScalarMappable(Normalize(low, high), SEQUENTIAL)
+    bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend="both")
     bar.set_label(with_unit(*meaning(list(scenes[0].values()), quantity)))
     bar.outline.set_visible(False)
     return figure

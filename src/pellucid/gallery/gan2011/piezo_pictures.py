@@ -37,7 +37,7 @@ CAPTIONS = {
     "oocyte": "The zona, whole and cut open along the path of the pipette; failed parts in red.",
     "oocyte_whole": "Zona, pipette and holding plate at the instants of the paper's pictures; failed parts of the zona in red.",
     "oocyte_cut": "The same, cut open along the path of the pipette: the zona in its true thickness, the pressure in the "
-    "cytoplasm, and the points of the medium in the layer of cells below the cut.",
+    "cytoplasm as a mean over neighbouring points, and the points of the medium in the layer of cells below the cut.",
 }
 
 WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 60.0)
@@ -102,7 +102,12 @@ def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
     figure = _panels(run, shown, stage)
     low, high = stage.limits
     bar = figure.colorbar(
-        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE), ax=figure.axes, shrink=0.6, aspect=30, pad=0.01
+        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE),
+        ax=figure.axes,
+        shrink=0.6,
+        aspect=30,
+        pad=0.01,
+        extend="both",
     )
     bar.set_label("pressure in the cytoplasm [kPa]")
     bar.outline.set_visible(False)
