@@ -8,13 +8,21 @@ from pellucid.case import Case
 from pellucid.simulation import Simulation
 
 LENGTH, WIDTH = 80, 8.0  # cells, and half the width of the pulse
-LIQUID = {"kind": "fluid", "density": 1000.0, "pressure": 0.0, "eos": {"kind": "stiffened-gas", "gruneisen": 4.0, "p_infinity": 2e4}}
+LIQUID = {
+    "kind": "fluid",
+    "density": 1000.0,
+    "pressure": 0.0,
+    "energy_update": "midpoint",
+    "eos": {"kind": "stiffened-gas", "gruneisen": 4.0, "p_infinity": 2e4},
+}
 FACES = ["x-lower", "x-upper"]
 
 
 def bar(material, functions="trilinear", faces=FACES, per_cell=2, **more):
     body = box((0, 0, 0), (LENGTH, 1, 1), material, name="bar", per_cell=(per_cell, 1, 1))
-    table = case(body, counts=(LENGTH, 1, 1), functions=functions, end=1e3, energy={"warn": 9.0, "stop": 10.0}, **more).to_data()
+    table = case(
+        body, counts=(LENGTH, 1, 1), functions=functions, end=1e3, energy={"warn": 9.0, "stop": 10.0}, **more
+    ).to_data()
     table["absorbing"] = [{"where": list(faces), "body": "bar"}] if faces else []
     return table
 
@@ -65,14 +73,14 @@ def test_the_books_close():
         simulation.step()
     energies = simulation.energies()
     assert energies["absorbed_energy"] > 0.5 * simulation.ledger.initial["kinetic"]
-    assert abs(simulation.ledger.energy_error()) < 0.02
+    assert abs(simulation.ledger.energy_error()) < 0.01  # the error of a step is of its second order
     assert simulation.conservation()["momentum"] < 1e-12
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"body": "baar"}, "did you mean `bar`"),
+        ({"body": "baar"}, "no body has this name; there are bar"),
         ({"where": ["x-lower", "w-upper"]}, "w-upper|literal|one of"),
         ({"where": []}, "where"),
     ],

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import GAS, RATE_SOLID, SLIP, SOLID, advance, box, case
+from scenes import GAS, RATE_SOLID, SLIP, advance, box, case
 
 from pellucid.case import Case
 from pellucid.errors import CaseError
@@ -15,7 +15,12 @@ WATER = {
     "viscosity": 1e-3,
     "eos": {"kind": "stiffened-gas", "gruneisen": 4.0, "p_infinity": 2e4},
 }
-SWING = {"name": "swing", "body": "block", "hold": ["x"], "displacement": {"y": {"kind": "sine", "amplitude": 0.4, "period": 2.0}}}
+SWING = {
+    "name": "swing",
+    "body": "block",
+    "hold": ["x"],
+    "displacement": {"y": {"kind": "sine", "amplitude": 0.4, "period": 2.0}},
+}
 SCHEMES = ["musl", "usl", "usf"]
 
 
@@ -54,21 +59,21 @@ def test_the_reaction_is_the_change_of_momentum(scheme, transfer):
         "name": "push",
         "body": "block",
         "part": {"box": {"lower": (2.0, 2.0, 2.0), "upper": (4.0, 3.0, 3.0)}},
-        "displacement": {"x": {"kind": "ramp", "distance": 1.0, "duration": 1.0}},
+        "displacement": {"x": {"kind": "ramp", "distance": 0.3, "duration": 1.0}},
     }
     block = box((2, 2, 2), (4, 4, 4), RATE_SOLID, velocity=(0.0, 0.2, 0.0))
-    simulation = driven(block, motion=motion, counts=(8, 8, 8), scheme=scheme, transfer=transfer)
+    simulation = driven(block, motion=motion, counts=(8, 8, 8), scheme=scheme, transfer=transfer, end=20.0)
     before = simulation.momentum()
-    advance(simulation, 80)
+    advance(simulation, 40)
     gained = simulation.momentum() - before
-    assert gained[0] > 0.1 * simulation.ledger.momentum_scale
+    assert gained[0] > 0.03 * simulation.ledger.momentum_scale
     assert simulation.reactions()["push"] == pytest.approx(gained, abs=1e-12 * simulation.ledger.momentum_scale)
 
 
 def test_work_of_a_motion_on_a_body_alone_is_its_kinetic_energy():
     """A block that is driven as a whole is rigid: its energy is the work of the motion less what was lost in the first jerk."""
     motion = {"name": "go", "body": "block", "hold": ["x", "z"], "displacement": {"y": {"kind": "steady", "velocity": 0.5}}}
-    simulation = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6))
+    simulation = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), end=20.0)
     assert not simulation.bodies[0].constraint.strains
     advance(simulation, 20)
     energies, mass = simulation.energies(), 8000.0
@@ -81,7 +86,12 @@ def test_work_of_a_motion_on_a_body_alone_is_its_kinetic_energy():
 
 def test_a_smooth_motion_loses_nothing_as_the_step_falls():
     """The loss is that of a jump of velocity in each step, so its sum is of first order in the step."""
-    motion = {"name": "go", "body": "block", "hold": ["x", "z"], "displacement": {"y": {"kind": "ramp", "distance": 2.0, "duration": 1.0}}}
+    motion = {
+        "name": "go",
+        "body": "block",
+        "hold": ["x", "z"],
+        "displacement": {"y": {"kind": "ramp", "distance": 2.0, "duration": 1.0}},
+    }
     lost = []
     for step in (0.01, 0.005):
         simulation = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), step=step)
@@ -93,7 +103,12 @@ def test_a_smooth_motion_loses_nothing_as_the_step_falls():
 
 def test_a_piston_compresses_gas_like_a_wall():
     """A driven block closes a tube slowly: the gas takes its work as p dV does on an adiabat."""
-    motion = {"name": "piston", "body": "block", "hold": ["y", "z"], "displacement": {"x": {"kind": "ramp", "distance": 4.0, "duration": 60.0}}}
+    motion = {
+        "name": "piston",
+        "body": "block",
+        "hold": ["y", "z"],
+        "displacement": {"x": {"kind": "ramp", "distance": 4.0, "duration": 60.0}},
+    }
     gas = box((4, 0, 0), (24, 1, 1), GAS, name="gas", per_cell=(4, 1, 1))
     block = box((2, 0, 0), (4, 1, 1), RATE_SOLID, per_cell=(4, 1, 1))
     support = [{"where": "x-upper", "fix": "normal"}]
@@ -159,7 +174,7 @@ def test_a_rigid_body_that_strikes_water_loses_what_the_water_gains():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"body": "blok"}, "did you mean `block`"),
+        ({"body": "blok"}, "no body has this name; there are block"),
         ({"hold": ["y"]}, "y stands in both"),
         ({"hold": [], "displacement": {}}, "prescribes no direction"),
         ({"part": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}}, "no point of the body lies in this shape"),

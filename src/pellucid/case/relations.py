@@ -229,7 +229,7 @@ def _pressure(index: int, pressure: Pressure | None, bodies: Sequence[Body | str
 
 
 def _condition_names(conditions: Conditions) -> list[str | None]:
-    return [motion and motion.name for motion in conditions.motions]
+    return [None if motion is None else motion.name for motion in conditions.motions]
 
 
 def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None], conditions: Conditions) -> Iterator[Finding]:

@@ -50,7 +50,9 @@ class Motion(Model):
 
     def axes(self) -> set[int]:
         """The numbers of the prescribed axes."""
-        return {number for number, axis in enumerate("xyz") if axis in self.hold or getattr(self.displacement, axis) is not None}
+        return {
+            number for number, axis in enumerate("xyz") if axis in self.hold or getattr(self.displacement, axis) is not None
+        }
 
     def top_speed(self) -> float:
         """Largest prescribed velocity along an axis [m/s]."""

@@ -2,12 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from pellucid.gallery.gan2011.piezo_pictures import CAPTIONS as PICTURE_CAPTIONS
 from pellucid.gallery.gan2011.piezo_pictures import films, oocyte_cut, oocyte_whole
-from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
