@@ -61,21 +61,19 @@ def _displacement(run: "Run") -> "Figure":
         sliding = reference[f"sliding_{name}"]
         above.plot(reference["time"], sliding, color="black", linewidth=1, linestyle=":", label="finite elements, sliding")
         above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
-        label(above, "", f"displacement of the {what} along z" if column == 0 else "", "", "m")
         above.set_title(what)
         apart = np.interp(reference["time"], times, run.history[name]) - tied
         below.plot(reference["time"], 100.0 * apart / np.abs(tied).max(), color=COLOURS[column])
-        label(below, "time", "deviation" if column == 0 else "", "s", "%")
+        below.set_xlabel("time [s]")
         above.legend()
     grid[0, 0].set_ylabel("displacement along z [m]")
-    grid[0, 1].set_ylabel("")
-    grid[1, 1].set_ylabel("")
+    grid[1, 0].set_ylabel("deviation [%]")
     figure.suptitle(run.case.title)
     return figure
 
 
 def _shapes(run: "Run") -> "Figure":
-    figure = new_figure(height=5.0)
+    figure = new_figure(height=3.2)
     wanted = np.array([0.25, 0.5, 0.75, 1.0]) * run.times("net")[-1]
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, time in zip(panels.flat, wanted, strict=True):
