@@ -2,8 +2,8 @@
 
 A quarter of the box (x, y from the wall at 0 to the plane of symmetry at 0.1 m). Explicit central differences, lumped masses.
 Lid      bilinear quadrilaterals, 2 x 2 Gauss points, any rotation and stretch: Cauchy stress E/(1-ν²) (e₁ + ν e₂) in the
-         directions of the principal stretches, e their logarithms (what a strain accumulated in the carried frame comes to where
-         the principal directions stay in the material), thickness h (1 - ν/(1-ν) (e₁ + e₂)); no bending stiffness
+         directions of the principal stretches, e their logarithms (what a strain accumulated in the carried frame comes to
+         where the principal directions stay in the material), thickness h (1 - ν/(1-ν) (e₁ + e₂)); no bending stiffness
 Cube     eight-node bricks, 2 x 2 x 2 Gauss points, St. Venant-Kirchhoff; its lower nodes are nodes of the lid
 Gas      γ = 1.4, adiabatic, without viscosity; two models:
          flowing  trilinear bricks that follow the gas, each with one pressure p₀ (V₀/V)^γ and the gas's mass at its nodes;

@@ -1,6 +1,6 @@
 """The lid, its cube and the gas below against finite elements that are tied like them."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
@@ -62,7 +62,8 @@ def _curves(run: "Run") -> "Figure":
         above, below = grid[:, column]
         for gas, line in (("flowing", "-"), ("uniform", ":")):
             curve = reference[f"{gas}_{name}"]
-            above.plot(reference["time"], curve, color="black", linewidth=1, linestyle=line, label=f"finite elements, {gas} gas")
+            name_of = f"finite elements, {gas} gas"
+            above.plot(reference["time"], curve, color="black", linewidth=1, linestyle=line, label=name_of)
         above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
         above.set_ylabel(with_unit(text, unit))
         above.legend()
@@ -92,20 +93,23 @@ def _shapes(run: "Run") -> "Figure":
         axes.set_title(f"t = {1e3 * time:.3g} ms")
         label(axes, "x", "z", "m", "m")
         axes.label_outer()
-    panels[0, 0].legend(markerscale=6, loc="upper left")
+    panels[0, 0].legend(markerscale=4, loc="upper left")
     figure.suptitle(f"{run.case.title}, cut through the middle")
     return figure
 
 
 def _lid(run: "Run") -> "Figure":
     figure = new_figure(height=5.4)
-    start = run.case.body[1].bounds()[1][2]
+    lid: Any = run.case.body[1]
+    triangles = lid.surface.triangulate().triangles
+    start = lid.bounds()[1][2]
     shapes = [np.asarray(run.fields("lid", time)["position"]) for time in _instants(run)]
     highest = max(float(shape[:, 2].max()) for shape in shapes) - start
     for number, (time, shape) in enumerate(zip(_instants(run), shapes, strict=True), 1):
         axes = figure.add_subplot(2, 3, number, projection="3d")
         x, y, z = shape.T
-        axes.plot_trisurf(x, y, 1e3 * (z - start), cmap=SEQUENTIAL, linewidth=0, vmin=0.0, vmax=1e3 * highest)
+        rise = 1e3 * (z - start)
+        axes.plot_trisurf(x, y, rise, triangles=triangles, cmap=SEQUENTIAL, antialiased=False, vmin=0.0, vmax=1e3 * highest)
         axes.set_zlim(0.0, 1e3 * highest)
         axes.set_xticks([0.0, 0.1, 0.2])
         axes.set_yticks([0.0, 0.1, 0.2])
