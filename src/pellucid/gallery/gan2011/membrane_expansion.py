@@ -58,13 +58,16 @@ def _curves(run: "Run") -> "Figure":
     reference, times = finite_elements.read("membrane_expansion"), run.history["time"]
     figure = new_figure(height=5.6)
     grid = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1))
-    for column, (name, text, unit) in enumerate((("cube_z", "cube's z", "m"), ("gas_pressure", "mean pressure", "Pa"))):
+    for column, (name, text, unit) in enumerate(
+        (("cube_z", "cube's displacement", "m"), ("gas_pressure", "mean pressure", "Pa"))
+    ):
         above, below = grid[:, column]
         for gas, line in (("flowing", "-"), ("uniform", ":")):
             curve = reference[f"{gas}_{name}"]
             name_of = f"finite elements, {gas} gas"
             above.plot(reference["time"], curve, color="black", linewidth=1, linestyle=line, label=name_of)
         above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
+        above.set_title(text)
         above.set_ylabel(with_unit(text, unit))
         above.legend()
         flowing = reference[f"flowing_{name}"]
