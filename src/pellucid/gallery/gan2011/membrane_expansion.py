@@ -1,0 +1,122 @@
+"""The lid, its cube and the gas below against finite elements that are tied like them."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+
+from pellucid.case import load
+from pellucid.references import finite_elements
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, SEQUENTIAL, label, new_figure, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+TOLERANCE, CELL = 0.05, 0.01  # of the largest change, asked at this cell [m]; in proportion to the cell above it
+LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's
+
+CAPTIONS = {
+    "curves": "Displacement of the cube's centre and mean pressure of the gas against time beside finite elements, with a gas "
+    "that flows and one that has the same pressure everywhere; below, how far the run is from the flowing one.",
+    "shapes": "The lid (lines) and the cube cut through the middle at the instants of the paper's figure 14.",
+    "lid": "The lid at those instants, coloured by its height over the box.",
+}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Largest deviations from the finite elements over the run, and leaks."""
+    if not finite_elements.same_problem(run.case, load("gan2011/membrane-expansion")):
+        raise ValueError("the finite elements are for the paper's box, lid and cube")
+    reference, times = finite_elements.read("membrane_expansion"), run.history["time"]
+    tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
+    result = {}
+    for name, what in (("cube_z", "cube's displacement"), ("gas_pressure", "mean pressure")):
+        error = finite_elements.largest_deviation(times, run.history[name], reference["time"], reference[f"flowing_{name}"])
+        text = f"largest deviation of the {what} from finite elements over its largest change"
+        result[f"{name}_deviation"] = Metric(error, 0.0, error, tolerance, "", text)
+    share = points_above(run) / len(run.fields("gas")["mass"])
+    result["leak"] = Metric(share, 0.0, share, LEAK, "", "share of the gas's points that are above the lid at the end")
+    return result
+
+
+def points_above(run: "Run") -> int:
+    """How many points of the gas are above the lid at the end, where the lid is flat between its points."""
+    lid, gas = (np.asarray(run.fields(name)["position"]) for name in ("lid", "gas"))
+    height = LinearNDInterpolator(lid[:, :2], lid[:, 2])(gas[:, :2])
+    return int(np.sum(gas[:, 2] > height))
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Curves beside the references, the middle cut, and the lid in space."""
+    return {"curves": _curves(run), "shapes": _shapes(run), "lid": _lid(run)}
+
+
+def _curves(run: "Run") -> "Figure":
+    reference, times = finite_elements.read("membrane_expansion"), run.history["time"]
+    figure = new_figure(height=5.6)
+    grid = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1))
+    for column, (name, text, unit) in enumerate(
+        (("cube_z", "cube's displacement", "m"), ("gas_pressure", "mean pressure", "Pa"))
+    ):
+        above, below = grid[:, column]
+        for gas, line in (("flowing", "-"), ("uniform", ":")):
+            curve = reference[f"{gas}_{name}"]
+            name_of = f"finite elements, {gas} gas"
+            above.plot(reference["time"], curve, color="black", linewidth=1, linestyle=line, label=name_of)
+        above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
+        above.set_title(text)
+        above.set_ylabel(with_unit(text, unit))
+        above.legend()
+        flowing = reference[f"flowing_{name}"]
+        apart = np.interp(reference["time"], times, run.history[name]) - flowing
+        below.plot(reference["time"], 100.0 * apart / np.abs(flowing - flowing[0]).max(), color=COLOURS[column])
+        label(below, "time", "deviation", "s", "%")
+    figure.suptitle(run.case.title)
+    return figure
+
+
+def _instants(run: "Run") -> list[float]:
+    """Six instants, the first sixth of the run to its end: 5 to 30 ms in the whole run."""
+    return [float(time) for time in np.linspace(0.0, run.times("lid")[-1], 7)[1:]]
+
+
+def _shapes(run: "Run") -> "Figure":
+    figure = new_figure(height=4.6)
+    panels = figure.subplots(2, 3, sharex=True, sharey=True)
+    middle = 0.5 * (run.case.body[1].bounds()[0][1] + run.case.body[1].bounds()[1][1])
+    for axes, time in zip(panels.flat, _instants(run), strict=True):
+        for name, colour, within in (("gas", COLOURS[4], 0.5), ("cube", COLOURS[1], 0.5), ("lid", COLOURS[0], 0.25)):
+            position = np.asarray(run.fields(name, time)["position"])
+            x, _, z = position[np.abs(position[:, 1] - middle) < within * run.case.grid.cell].T
+            axes.plot(x, z, ".", markersize=2 if name == "lid" else 1, color=colour, label=name)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * time:.3g} ms")
+        label(axes, "x", "z", "m", "m")
+        axes.label_outer()
+    panels[0, 0].legend(markerscale=4, loc="upper left")
+    figure.suptitle(f"{run.case.title}, cut through the middle")
+    return figure
+
+
+def _lid(run: "Run") -> "Figure":
+    figure = new_figure(height=5.4)
+    lid: Any = run.case.body[1]
+    triangles = lid.surface.triangulate().triangles
+    start = lid.bounds()[1][2]
+    shapes = [np.asarray(run.fields("lid", time)["position"]) for time in _instants(run)]
+    highest = max(float(shape[:, 2].max()) for shape in shapes) - start
+    for number, (time, shape) in enumerate(zip(_instants(run), shapes, strict=True), 1):
+        axes = figure.add_subplot(2, 3, number, projection="3d")
+        x, y, z = shape.T
+        rise = 1e3 * (z - start)
+        axes.plot_trisurf(x, y, rise, triangles=triangles, cmap=SEQUENTIAL, antialiased=False, vmin=0.0, vmax=1e3 * highest)
+        axes.set_zlim(0.0, 1e3 * highest)
+        axes.set_xticks([0.0, 0.1, 0.2])
+        axes.set_yticks([0.0, 0.1, 0.2])
+        axes.set_title(f"t = {1e3 * time:.3g} ms")
+        axes.set_zlabel("rise [mm]")
+    figure.suptitle("Rise of the lid; x, y in m")
+    return figure

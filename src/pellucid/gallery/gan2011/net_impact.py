@@ -1,0 +1,89 @@
+"""The cuboid on the net against finite elements that are tied like it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.case import load
+from pellucid.references import finite_elements
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, asked at this cell [m]; in proportion to the cell above it
+TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side
+TURNED = 0.15  # s, by when the cuboid is on its way back
+
+CAPTIONS = {
+    "displacement": "Cuboid and net along z against time beside finite elements: tied to the net as here, and sliding on it "
+    "without friction; below, how far the run is from the tied ones.",
+    "shapes": "Net and cuboid from the side, at the instants of the paper's figure 7.",
+}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Largest deviations from the tied finite elements over the run, lowest point and its time."""
+    if not finite_elements.same_problem(run.case, load("gan2011/net-impact")):
+        raise ValueError("the finite elements are for the paper's net and cuboid")
+    reference, times = finite_elements.read("net_impact"), run.history["time"]
+    tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
+    result = {}
+    for name, what in (("cuboid_z", "the cuboid's centre"), ("net_z", "the net's middle")):
+        error = finite_elements.largest_deviation(times, run.history[name], reference["time"], reference[f"tied_{name}"])
+        text = f"largest deviation of {what} from finite elements over their largest excursion"
+        result[f"{name[:-2]}_deviation"] = Metric(error, 0.0, error, tolerance, "", text)
+    if times[-1] >= TURNED:
+        found, wanted = run.history["cuboid_z"], reference["tied_cuboid_z"]
+        low, lowest = float(found.min()), float(wanted.min())
+        result["lowest"] = Metric(low, lowest, abs(low / lowest - 1.0), tolerance, "m", "lowest point of the cuboid's centre")
+        turn, turning = float(times[np.argmin(found)]), float(reference["time"][np.argmin(wanted)])
+        result["turning_time"] = Metric(turn, turning, abs(turn / turning - 1.0), TURNING_TIME, "s", "when it is there")
+    return result
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Displacements against time beside both references, and the shapes from the side."""
+    return {"displacement": _displacement(run), "shapes": _shapes(run)}
+
+
+def _displacement(run: "Run") -> "Figure":
+    reference, times = finite_elements.read("net_impact"), run.history["time"]
+    figure = new_figure(height=5.6)
+    grid = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 1))
+    for column, (name, what) in enumerate((("cuboid_z", "cuboid's centre"), ("net_z", "net's middle"))):
+        above, below = grid[:, column]
+        tied = reference[f"tied_{name}"]
+        above.plot(reference["time"], tied, color="black", linewidth=1, label="finite elements, tied")
+        sliding = reference[f"sliding_{name}"]
+        above.plot(reference["time"], sliding, color="black", linewidth=1, linestyle=":", label="finite elements, sliding")
+        above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
+        above.set_title(what)
+        apart = np.interp(reference["time"], times, run.history[name]) - tied
+        below.plot(reference["time"], 100.0 * apart / np.abs(tied).max(), color=COLOURS[column])
+        below.set_xlabel("time [s]")
+        above.legend()
+    grid[0, 0].set_ylabel("displacement along z [m]")
+    grid[1, 0].set_ylabel("deviation [%]")
+    figure.suptitle(run.case.title)
+    return figure
+
+
+def _shapes(run: "Run") -> "Figure":
+    figure = new_figure(height=3.2)
+    wanted = np.array([0.25, 0.5, 0.75, 1.0]) * run.times("net")[-1]
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, time in zip(panels.flat, wanted, strict=True):
+        for name, colour in (("cuboid", COLOURS[1]), ("net", COLOURS[0])):
+            x, _, z = np.asarray(run.fields(name, float(time))["position"]).T
+            axes.plot(x, z, ".", markersize=1, color=colour, label=name)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {time:.3g} s")
+        label(axes, "x", "z", "m", "m")
+        axes.label_outer()
+    panels[0, 0].legend(markerscale=8, loc="lower left")
+    figure.suptitle(f"{run.case.title}, from the side")
+    return figure

@@ -1,0 +1,45 @@
+"""Curves of whole cases by finite elements of our own, kept as tables. The scripts in `validation/` write them."""
+
+import csv
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+Array = NDArray[np.float64]
+
+
+def read(table: str) -> dict[str, Array]:
+    """The columns of a table, `time` [s] among them, by name: "net_impact" or "membrane_expansion"."""
+    text = files("pellucid.references").joinpath(f"{table}.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Array, reference: Array) -> float:
+    """How far a curve is at most from a reference, over the reference's largest change from its start (no unit).
+
+    Both in the same units; compared at the reference's instants as far as the curve goes.
+    """
+    times = np.asarray(times, dtype=float)
+    reached = reference_times <= times[-1] * (1.0 + 1e-9)
+    apart = np.interp(reference_times[reached], times, np.asarray(values, dtype=float)) - reference[reached]
+    return float(np.abs(apart).max() / np.abs(reference - reference[0]).max())
+
+
+def same_problem(case: "Case", other: "Case") -> bool:
+    """Whether two cases ask the same of the same bodies; grid, points, step, length and output may differ."""
+    if len(case.body) != len(other.body) or case.gravity != other.gravity:
+        return False
+    return all(
+        one.kind == two.kind
+        and one.material == two.material
+        and one.velocity == two.velocity
+        and getattr(one, "thickness", None) == getattr(two, "thickness", None)
+        and np.allclose(one.bounds(), two.bounds(), rtol=0.0, atol=1e-9)
+        for one, two in zip(case.body, other.body, strict=True)
+    )
