@@ -5,6 +5,11 @@ from typing import Any
 
 import numpy as np
 
+OUTSIDE = {"gravity": 1.0, "support": 1.0, "load": 1.0, "motion": 1.0, "absorbed": -1.0, "impact_heat": -1.0}
+"""Energy that comes in, and with a minus what goes out."""
+
+COLUMNS = {"load": "load_work", "motion": "motion_work", "absorbed": "absorbed_energy", "impact_heat": "impact_heat"}
+
 
 class Ledger:
     """Energies and momentum after each step, against what external forces did.
@@ -14,37 +19,62 @@ class Ledger:
     points' stored energy does not show. Both are of the method and vanish under refinement.
     """
 
-    ACCUMULATED = ("gravity", "support", "transfer", "time_integration", "artificial_heat")
+    ACCUMULATED = (*OUTSIDE, "transfer", "time_integration", "artificial_heat")
 
-    def __init__(self, bodies: Sequence[Any], gravity: Sequence[float]) -> None:
+    def __init__(self, bodies: Sequence[Any], gravity: Sequence[float], works: Sequence[str] = ()) -> None:
         self.gravity = np.array(gravity)
+        self.works = works  # which of load, motion, absorbed, impact_heat this run has
         self.kinetic, self.stored = self._totals(bodies)
         self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
         self.initial_momentum = self._momentum(bodies)
         self.impulse = np.zeros(3)
         self.sums = dict.fromkeys(self.ACCUMULATED, 0.0)
+        self.support_impulses: list[list[float]] = []
+        self.motion_impulses: dict[str, list[float]] = {}
         self.energy_scale = self.kinetic
         self.momentum_scale = sum(body.sums["speed"] for body in bodies)
 
-    def record(self, bodies: Sequence[Any], work: Any, dt: float) -> None:
-        """Book a step; `work` is the StepWork of the nodes."""
+    def record(self, bodies: Sequence[Any], work: Any, constraints: Any, dt: float) -> None:
+        """Book a step; `work` is the StepWork of the nodes, `constraints` the ConstraintWork of the points."""
         kinetic, stored = self._totals(bodies)
-        external = work.gravity + work.support
+        motion, heat = work.grip + constraints.work, work.grip_loss + constraints.loss
+        external = work.gravity + work.support + work.load + motion - work.absorbed - heat
         self.sums["gravity"] += work.gravity
         self.sums["support"] += work.support
+        self.sums["load"] += work.load
+        self.sums["motion"] += motion
+        self.sums["absorbed"] += work.absorbed
+        self.sums["impact_heat"] += heat
         self.sums["transfer"] += kinetic - self.kinetic - (work.internal + external)
         self.sums["time_integration"] += stored - self.stored + work.internal
         self.sums["artificial_heat"] += dt * sum(body.sums["heating"] for body in bodies)
         self.kinetic, self.stored = kinetic, stored
-        self.impulse += work.impulses.sum(axis=0) + dt * work.mass * self.gravity
-        exchanged = abs(stored - self.initial["stored"]) + abs(self.sums["gravity"]) + abs(self.sums["support"])
+        self._record_impulses(work, constraints, dt)
+        exchanged = abs(stored - self.initial["stored"]) + sum(abs(self.sums[name]) for name in OUTSIDE)
         self.energy_scale = max(self.energy_scale, kinetic + exchanged)
         speed = sum(body.sums["speed"] for body in bodies)
         self.momentum_scale = max(self.momentum_scale, speed, float(np.abs(self.impulse).max()))
 
+    def _record_impulses(self, work: Any, constraints: Any, dt: float) -> None:
+        self.impulse += work.impulses.sum(axis=0) + dt * work.mass * self.gravity + work.absorbed_impulse + work.load_impulse
+        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(work.impulses)
+        self.support_impulses = (np.array(so_far) + work.impulses).tolist()
+        for name, impulse in constraints.impulses.items():
+            self.impulse += impulse
+            self.motion_impulses[name] = (np.array(self.motion_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
+
+    def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
+        """Impulses so far [N s], shape (3,), of motions and of the supports that have a name; names may repeat and add up."""
+        result = {name: np.array(impulse) for name, impulse in self.motion_impulses.items()}
+        for name, impulse in zip(support_names, self.support_impulses, strict=False):
+            if name is not None:
+                result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
+        return result
+
     def energies(self, bodies: Sequence[Any]) -> dict[str, float]:
         """The ledger [J]: kinetic, internal and strain energy; energy that damage took, where there can be any; works from
-        outside; heat of the artificial viscosity, which is part of the internal energy; the two errors of the method."""
+        outside; energy that absorbing faces and inelastic impact on driven points took; heat of the artificial viscosity, which
+        is part of the internal energy; the two errors of the method."""
         parts = {"internal": 0.0, "strain": 0.0}
         for body in bodies:
             parts[body.energy_kind] += body.sums["stored"]
@@ -56,6 +86,7 @@ class Ledger:
             **parts,
             "gravity_work": self.sums["gravity"],
             "support_work": self.sums["support"],
+            **{column: self.sums[name] for name, column in COLUMNS.items() if name in self.works},
             "artificial_heat": self.sums["artificial_heat"],
             "transfer_error": self.sums["transfer"],
             "time_integration_error": self.sums["time_integration"],
@@ -64,7 +95,7 @@ class Ledger:
     def energy_error(self) -> float:
         """Energy that no book explains, relative to the largest energy that moved so far."""
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"]
-        error = change - self.sums["gravity"] - self.sums["support"]
+        error = change - sum(sign * self.sums[name] for name, sign in OUTSIDE.items())
         return float(error / self.energy_scale) if self.energy_scale > 0.0 else 0.0
 
     def conservation(self, bodies: Sequence[Any]) -> dict[str, float]:
@@ -85,6 +116,8 @@ class Ledger:
             "initial_momentum": self.initial_momentum.tolist(),
             "impulse": self.impulse.tolist(),
             "sums": self.sums,
+            "support_impulses": self.support_impulses,
+            "motion_impulses": self.motion_impulses,
             "energy_scale": self.energy_scale,
             "momentum_scale": self.momentum_scale,
         }
@@ -94,6 +127,8 @@ class Ledger:
         self.kinetic, self.stored = numbers["kinetic"], numbers["stored"]
         self.initial, self.sums = dict(numbers["initial"]), dict(numbers["sums"])
         self.initial_momentum, self.impulse = np.array(numbers["initial_momentum"]), np.array(numbers["impulse"])
+        self.support_impulses = [list(impulse) for impulse in numbers["support_impulses"]]
+        self.motion_impulses = dict(numbers["motion_impulses"])
         self.energy_scale, self.momentum_scale = numbers["energy_scale"], numbers["momentum_scale"]
 
     @staticmethod

@@ -1,10 +1,16 @@
 """The base of every data model of a case: strict keys, SI numbers, unit strings at the boundary."""
 
-from typing import Annotated, Any, get_args
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
+
+
+InputFile = Annotated[str, AfterValidator(lambda path: str(Path(path).absolute()))]
+"""The path of a file that a case reads, kept absolute, so that a copy of the case still runs. Its key is called `path`: in a
+case file a relative path starts from the folder of that file, elsewhere from the working folder."""
 
 
 class Model(BaseModel):
@@ -24,6 +30,8 @@ class Model(BaseModel):
 
 def _is_numeric(annotation: Any) -> bool:
     """Whether a field holds numbers or vectors, perhaps None, and neither text nor tables nor booleans."""
+    if get_origin(annotation) is Annotated:  # its other arguments are what pydantic is told
+        return _is_numeric(get_args(annotation)[0])
     parts = [part for part in get_args(annotation) if part not in (type(None), ...)]
     return annotation in (float, int) or (bool(parts) and all(_is_numeric(part) for part in parts))
 

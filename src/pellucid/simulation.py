@@ -15,6 +15,7 @@ import numpy as np
 
 from pellucid.bodies.kinds import BODIES
 from pellucid.clock import Clock
+from pellucid.conditions.environment import Environment
 from pellucid.conditions.walls import hold_nodes
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.grid import Grid
@@ -36,7 +37,8 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 def kernel_key(case: "Case") -> str:
     """Names the kernels that a case needs, to tell whether they are compiled already."""
     laws = sorted({_law_kinds(body) for body in case.body})
-    kinds = f"{case.grid.functions} {case.grid.thin()} {case.time.transfer} {case.time.scheme} {laws}"
+    conditions = f"{bool(case.motion)} {bool(case.pressure)} {bool(case.absorbing)}"
+    kinds = f"{case.grid.functions} {case.grid.thin()} {case.time.transfer} {case.time.scheme} {laws} {conditions}"
     return hashlib.sha256(kinds.encode()).hexdigest()[:16]
 
 
@@ -55,13 +57,16 @@ class Simulation:
         self.grid = Grid(case.grid)
         supports = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.bodies = [BODIES[body.kind](body, case.grid, self.grid, transfer) for body in case.body]
+        self.bodies = [BODIES[body.kind](body.among(case.body), case.grid, self.grid, transfer) for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
+        rigid = [body.name for body in case.body if getattr(body, "rigid", False)]
+        self.environment = Environment(self.grid, self.bodies, case.motion, rigid, case.absorbing, case.pressure)
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
-        self._motion = NodalMotion(self.grid.nodes, supports, case.gravity, small_mass, transfer.flip)
+        self._motion = NodalMotion(self.grid.nodes, supports, case.gravity, small_mass, transfer.flip, self.environment.outside)
+        self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
-        self.ledger = Ledger(self.bodies, case.gravity)
+        self.ledger = Ledger(self.bodies, case.gravity, self.environment.works)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned = False
         self.timers: dict[str, float] = {}
@@ -91,12 +96,13 @@ class Simulation:
 
     def record(self, dt: float) -> None:
         """Book the step."""
-        self.ledger.record(self.bodies, self.work, dt)
+        self.ledger.record(self.bodies, self.work, self.environment.collect(), dt)
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
         dt = self.clock.next_step(self.bodies)
         self.sort()
+        self.environment.begin(self.time, dt)
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
@@ -184,6 +190,10 @@ class Simulation:
     def momentum(self) -> np.ndarray:
         """Total momentum [kg m/s], shape (3,)."""
         return np.asarray(sum(body.momentum() for body in self.bodies))
+
+    def reactions(self) -> dict[str, np.ndarray]:
+        """Impulses so far of the supports and motions that have a name, on what they hold [N s], shape (3,)."""
+        return self.ledger.reactions(self._support_names)
 
     def conservation(self) -> dict[str, float]:
         """Relative errors of mass, momentum and energy."""

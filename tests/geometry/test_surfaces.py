@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
-from pellucid.geometry.surfaces import Icosphere, Rectangle, Tube
+from pellucid.geometry.surfaces import Disc, Icosphere, Lid, Rectangle, Surface, Tube
 
 
 def volume_inside(vertices, triangles):
@@ -58,3 +58,48 @@ def test_fans_go_round_each_point():
     assert fans.start.tolist() == [0, 2, 3, 5, 6]
     assert fans.corners[:2].tolist() == [[1, 2], [2, 3]]
     assert fans.corners[2].tolist() == [2, 0]
+
+
+@pytest.mark.parametrize("rings", [1, 2, 7])
+def test_a_disc_is_made_of_good_triangles_up_to_its_circle(rings):
+    normal = np.array((1.0, -2.0, 2.0))
+    vertices, triangles = Disc(centre=(1, 2, 3), normal=tuple(normal), radius=0.7, rings=rings).triangulate()
+    assert len(vertices) == 1 + 3 * rings * (rings + 1)
+    assert len(triangles) == 6 * rings**2
+    distance = np.linalg.norm(vertices - (1, 2, 3), axis=1)
+    assert distance[-6 * rings :] == pytest.approx(0.7, rel=1e-14)
+    assert (vertices - (1, 2, 3)) @ normal == pytest.approx(0.0, abs=1e-14)
+    # a polygon of 6 rings sides
+    n = 6 * rings
+    assert area_shares(vertices, triangles).sum() == pytest.approx(0.5 * n * np.sin(2 * np.pi / n) * 0.49, rel=1e-12)
+    assert initial_frames(vertices, triangles)[:, 6:] == pytest.approx(np.tile(normal / 3.0, (len(vertices), 1)), abs=1e-14)
+    corners = vertices[triangles]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) * rings / 0.7
+    assert edges.min() > 0.95
+    assert edges.max() < 1.45  # a square of sides 1 and π/3 cut in two
+
+
+@pytest.mark.parametrize("face", ["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"])
+def test_a_lid_closes_its_face_outward(face):
+    lower, upper = np.array((1.0, 2.0, 3.0)), np.array((1.5, 3.0, 5.0))
+    vertices, triangles = Lid(box={"lower": lower, "upper": upper}, face=face, points=(4, 3)).triangulate()
+    axis, outward = "xyz".index(face[0]), 1.0 if face.endswith("upper") else -1.0
+    assert np.all(vertices[:, axis] == (upper if outward > 0 else lower)[axis])
+    assert np.delete(vertices.min(axis=0), axis) == pytest.approx(np.delete(lower, axis))
+    assert np.delete(vertices.max(axis=0), axis) == pytest.approx(np.delete(upper, axis))
+    first = next(a for a in range(3) if a != axis)
+    assert len(np.unique(vertices[:, first])) == 4, "points along the axes in the order x, y, z"
+    assert initial_frames(vertices, triangles)[:, 6 + axis] == pytest.approx(outward)
+
+
+def test_surfaces_without_a_direction_are_refused():
+    with pytest.raises(ValueError, match="normal is zero"):
+        Disc(centre=(0, 0, 0), normal=(0, 0, 0), radius=1.0, rings=2)
+    with pytest.raises(ValueError, match="start and end are the same point"):
+        Tube(start=(0, 0, 0), end=(0, 0, 0), radius=1.0, points=(8, 2))
+
+
+def test_a_triangulation_belongs_to_who_asked_for_it():
+    surface = Surface(icosphere={"centre": (0, 0, 0), "radius": 1.0, "refinements": 1})
+    surface.triangulate().vertices[:] = 7.0
+    assert np.linalg.norm(surface.triangulate().vertices, axis=1) == pytest.approx(1.0)

@@ -48,6 +48,8 @@ def free_flight(**settings: object) -> Case:
 
 
 class FakeBody:
+    triangles = np.zeros((0, 3), np.int64)
+
     def __init__(self, name: str, fluid: bool, lower: tuple[float, float], points: int, speed: float) -> None:
         generator = np.random.default_rng(len(name))
         self.name, self.fluid, self.n_points = name, fluid, points

@@ -121,6 +121,54 @@ def test_a_kill_at_any_moment_leaves_a_whole_file(tmp_path):
         frames.cut(path, len(times))
 
 
+TRIANGLES = np.random.default_rng(9).permuted(np.tile(np.arange(POINTS), (45, 1)), axis=1)[:, :3]
+
+
+@pytest.fixture
+def membrane(tmp_path):
+    path = tmp_path / "zona.vtkhdf"
+    frames.create(path, 2, 0.0, frame(0), TRIANGLES)
+    return path
+
+
+def test_the_cells_of_a_membrane_are_its_triangles(membrane, path):
+    assert np.array_equal(frames.read_triangles(membrane), TRIANGLES)
+    assert frames.read_triangles(path).shape == (0, 3)
+    with h5py.File(membrane) as file:
+        assert file["VTKHDF/Polygons/NumberOfCells"][0] == len(TRIANGLES)
+        assert file["VTKHDF/Vertices/NumberOfCells"][0] == 0
+
+
+def test_a_membrane_keeps_its_triangles_when_its_file_grows_or_is_cut(membrane):
+    for k in (1, 2, 3, 4):
+        frames.append(membrane, 0.5 * k, frame(k))
+    frames.cut(membrane, 4)
+    assert np.array_equal(frames.read_triangles(membrane), TRIANGLES)
+    assert all(same(frames.read(membrane, k), frame(k)) for k in range(4))
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_vtk_reads_a_membrane_as_a_surface(membrane, count):
+    pytest.importorskip("vtk")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    for k in range(1, count):
+        frames.append(membrane, 0.5 * k, frame(k))
+    reader = vtkHDFReader()
+    reader.SetFileName(str(membrane))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == count
+    for k in range(count):
+        reader.SetStep(k)
+        reader.Update()
+        data = reader.GetOutput()
+        assert data.GetNumberOfVerts() == 0
+        assert np.array_equal(vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3), TRIANGLES)
+        assert np.array_equal(vtk_to_numpy(data.GetPoints().GetData()), frame(k)["position"])
+        assert np.array_equal(vtk_to_numpy(data.GetPointData().GetArray("density")), frame(k)["density"])
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_vtk_reads_it(tmp_path, count):
     pytest.importorskip("vtk")

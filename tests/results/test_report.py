@@ -9,6 +9,7 @@ from free_flight import FakeSimulation, free_flight
 from pellucid.case import load
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, run_case
+from pellucid.results.films import Film
 from pellucid.results.metrics import Metric
 from pellucid.results.report import number, write_report
 from pellucid.results.style import new_figure, pretty
@@ -19,7 +20,7 @@ METRICS = {
     "loss<0": Metric(float("nan"), 0.0, 0.3, 0.1),
 }
 
-CAPTIONS = {"front_of_the_gas": "How far the gas < came."}
+CAPTIONS = {"front_of_the_gas": "How far the gas < came.", "flight": "How the gas flies."}
 
 
 def _figure(run):
@@ -30,13 +31,17 @@ def _figure(run):
     return {"front_of_the_gas": figure, "gas": titled, "plain_gas": new_figure(4.0, 2.0)}
 
 
+def _films(run):
+    return {"flight": Film(lambda time: new_figure(4.75, 1.0), run.times("gas"))}
+
+
 @pytest.fixture(scope="module")
 def gallery():
     """The case of the tests is in the gallery, with one metric that passes and one that does not; runs are fake."""
     import pellucid.case
     import pellucid.gallery
 
-    module = types.SimpleNamespace(metrics=lambda run: METRICS, figures=_figure, CAPTIONS=CAPTIONS)
+    module = types.SimpleNamespace(metrics=lambda run: METRICS, figures=_figure, films=_films, CAPTIONS=CAPTIONS)
     case = free_flight(id="tests/free-flight", quick={"time.end": 0.5})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pellucid.gallery, "module", lambda name: module if name == case.id else None)
@@ -67,9 +72,16 @@ def test_shows_every_figure(page, out):
     assert pictures == [(out / f"figures/{name}.png").read_bytes() for name in names]
 
 
+def test_shows_the_films_first_with_letters_of_the_size_of_the_figures(page, out):
+    (found,) = re.finditer(r'<img alt="How the gas flies." style="width: (\d+)%" src="data:image/gif;base64,([^"]+)"', page)
+    assert base64.b64decode(found[2]) == (out / "figures/flight.gif").read_bytes()
+    assert found[1] == "50", "half as wide as a figure of the report"
+    assert found.start() < page.index("image/png")
+
+
 def test_captions_are_those_of_the_gallery_or_else_the_titles(page):
     captions = re.findall("<figcaption>(.*?)</figcaption>", page)
-    assert captions[:3] == ["How far the gas &lt; came.", "The gas at rest", "Plain gas."]
+    assert captions[1:4] == ["How far the gas &lt; came.", "The gas at rest", "Plain gas."]
 
 
 def test_says_what_passed_and_what_failed(page):
@@ -153,7 +165,9 @@ def test_what_the_gallery_cannot_judge_is_told_and_fails_verification(tmp_path, 
 
     import pellucid.gallery
 
-    monkeypatch.setattr(pellucid.gallery, "module", lambda name: types.SimpleNamespace(metrics=cannot, figures=cannot))
+    monkeypatch.setattr(
+        pellucid.gallery, "module", lambda name: types.SimpleNamespace(metrics=cannot, figures=cannot, films=cannot)
+    )
     with pytest.warns(UserWarning, match="do not apply to this run: body `gas` is no ideal gas"):
         run = run_case(gallery, tmp_path / "run")
     assert run.summary["metrics"] == {}

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fields import point_pressures
+from pellucid.bodies.fields import point_energies, point_pressures
 from pellucid.bodies.point_body import PointBody
 from pellucid.bodies.seeding import points_along_axes, seed
 from pellucid.bodies.spec import MaterialPointsCase
@@ -27,7 +27,7 @@ class MaterialPoints(PointBody):
         self.law: Any = case.material.law()
         self.energy_kind = "internal" if isinstance(case.material, FluidMaterial) else "strain"
         per_cell = points_along_axes(case.points_per_cell, grid.thin)
-        arrays = _initial_arrays(case, *seed(case.shape.geometry(), grid_case, per_cell))
+        arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell))
         super().__init__(case.name, grid, grid_functions(grid_case.functions, per_cell, grid.thin), velocity_transfer, arrays)
 
     def bind(self) -> None:
@@ -43,14 +43,31 @@ class MaterialPoints(PointBody):
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
-        kernels.deform(self._n_slabs, self._strained, dt, int(move))
+        if self.constraint is not None and not self.constraint.strains:
+            if move:
+                self.move(dt)
+            self.sums["rate"] = float(np.linalg.norm(self.points.velocity, axis=1).max()) * self.grid.lattice.inverse_cell
+            return
+        kernels.deform(self.n_slabs, self._strained, dt, int(move))
+        if move:
+            self.place()
         self._collect_strain_sums()
 
     def field(self, name: str) -> np.ndarray:
         """As for every body; the pressure of a fluid is that of its equation of state."""
         if name == "pressure" and isinstance(self.material, FluidMaterial):
             return point_pressures(self.law.eos, self.field("density"), self.arrays["internal_energy"])
+        if name == "stored_energy":
+            return self.arrays["mass"] * point_energies(self.law, self._carried, self.field("density"))
         return super().field(name)
+
+
+def _seeded(case: MaterialPointsCase, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        return seed(case.shape.geometry(), grid, per_cell, case.left_out)
+    except ValueError as error:
+        remedy = "use a smaller grid.cell or more points_per_cell"
+        raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
 
 
 def _initial_arrays(case: MaterialPointsCase, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:

@@ -63,6 +63,7 @@ class MembranePoints(PointBody):
         super()._share(slabs)
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self.triangles], self.n_points)
+        self.fans = Bundle(fans)
         self._surface = Bundle(
             self.grid.lattice,
             self.points,
@@ -78,9 +79,11 @@ class MembranePoints(PointBody):
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
-        kernels.gather_gradients(self._n_slabs, self._mapped, self._gradient, dt, int(move))
+        kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
+        if move:
+            self.place()
         if self._mean is None:
-            kernels.strain(self._n_slabs, self._surface, dt)
+            kernels.strain(self.n_slabs, self._surface, dt)
         else:
             self._strain_with_mean(self._mean, dt)
         self._collect_strain_sums()
@@ -89,7 +92,7 @@ class MembranePoints(PointBody):
 
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]
-        kernels.stretch(self._n_slabs, self._surface, number, mean.local, self._kinematics, dt)
+        kernels.stretch(self.n_slabs, self._surface, number, mean.local, self._kinematics, dt)
         if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
             mean.update()
-        kernels.respond(self._n_slabs, self._surface, number, mean.mean, self._kinematics, dt)
+        kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

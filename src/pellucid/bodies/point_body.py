@@ -8,13 +8,14 @@ import numpy as np
 from pellucid.bundle import Bundle
 from pellucid.errors import RunStopped
 from pellucid.grid import transfer as kernels
+from pellucid.grid.driving import spread_momentum, sum_motion
 from pellucid.grid.grid import Grid
 from pellucid.grid.points import FAULTS, HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.reductions import ordered_sum
 
-HIDDEN = ("volume", "affine")  # arrays that results do not show
+HIDDEN = ("volume", "affine", "driven", "start")  # arrays that results do not show
 
 
 class PointBody(ABC):
@@ -25,6 +26,8 @@ class PointBody(ABC):
     """
 
     energy_kind: str
+    constraint: Any = None  # a prescribed motion or rigidity of its points, from `pellucid.conditions.prescribed`
+    triangles = np.zeros((0, 3), np.int64)  # of a surface, in the order of seeding; most bodies are none
 
     def __init__(self, name: str, grid: Grid, functions: Any, velocity_transfer: Any, arrays: dict[str, np.ndarray]) -> None:
         self.name = name
@@ -55,8 +58,8 @@ class PointBody(ABC):
         """Hand points and slabs to the kernels."""
         self.slabs = slabs
         lattice, nodes = self.grid.lattice, self.grid.nodes
-        self._mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
-        self._n_slabs = len(slabs.layer) - 1
+        self.mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
+        self.n_slabs = len(slabs.layer) - 1
 
     @property
     def n_points(self) -> int:
@@ -80,15 +83,24 @@ class PointBody(ABC):
 
     def to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
-        kernels.scatter(self._n_slabs, self._mapped, int(inertia), int(force))
+        kernels.scatter(self.n_slabs, self.mapped, int(inertia), int(force))
 
     def accelerate(self, remap: bool) -> None:
         """New velocities; where `remap`, their momentum back on the nodes."""
         if len(self._affine):
             # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
             nodes = self.grid.nodes
-            kernels.gather_affine(self._n_slabs, self._mapped, nodes.deforming if self._stencil == 2 else nodes.velocity)
-        kernels.accelerate(self._n_slabs, self._mapped, int(remap))
+            kernels.gather_affine(self.n_slabs, self.mapped, nodes.deforming if self._stencil == 2 else nodes.velocity)
+        free = self.constraint is None
+        kernels.accelerate(self.n_slabs, self.mapped, int(remap and free))
+        if not free:
+            self.constraint.steer()
+            sum_motion(self.n_slabs, self.mapped)
+            if remap:
+                spread_momentum(self.n_slabs, self.mapped)
+        self._collect_motion_sums()
+
+    def _collect_motion_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)
         self.sums["kinetic"], self.sums["speed"] = float(sums[KINETIC]), float(sums[SPEED])
         for d, axis in enumerate("xyz"):
@@ -96,7 +108,13 @@ class PointBody(ABC):
 
     def move(self, dt: float) -> None:
         """New positions alone."""
-        kernels.move(self._n_slabs, self._mapped, dt)
+        kernels.move(self.n_slabs, self.mapped, dt)
+        self.place()
+
+    def place(self) -> None:
+        """Put the points where a prescribed motion or rigidity wants them, after they moved with the grid."""
+        if self.constraint is not None:
+            self.constraint.place()
 
     def _collect_strain_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)
@@ -124,11 +142,8 @@ class PointBody(ABC):
 
     def _measure(self) -> None:
         """The sums of the initial state."""
-        mass, velocity = self.points.mass, self.points.velocity
-        self.sums["kinetic"] = float(0.5 * (mass @ np.einsum("ij,ij->i", velocity, velocity)))
-        self.sums["speed"] = float(mass @ np.linalg.norm(velocity, axis=1))
-        for d, axis in enumerate("xyz"):
-            self.sums[f"momentum_{axis}"] = float(mass @ velocity[:, d])
+        sum_motion(self.n_slabs, self.mapped)
+        self._collect_motion_sums()
         self.grid.nodes.deforming.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
         self.deform(0.0, move=False)  # no strain: fills the energies and the bound on the step
@@ -148,6 +163,11 @@ class PointBody(ABC):
             return self.arrays["mass"] / self.arrays["volume"]
         if name == "pressure":
             return -self.arrays["stress"][:, :3].mean(axis=1)
+        if name == "kinetic_energy":
+            velocity = self.arrays["velocity"]
+            return 0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity)
+        if name == "stored_energy":
+            return self.arrays["mass"] * self.arrays["strain_energy"]
         return self.arrays[name]
 
     def frame(self) -> dict[str, np.ndarray]:

@@ -1,8 +1,11 @@
 """Filling shapes with material points."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from pellucid.geometry.shapes import Box, Cylinder, Sphere
+from pellucid.bodies.cutting import shares_of_cells
+from pellucid.geometry.shapes import Box, Geometry
 from pellucid.grid.spec import GridCase
 
 
@@ -27,28 +30,45 @@ def points_along_axes(
     return x, y, z
 
 
-def seed(shape: Box | Sphere | Cylinder, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of points that fill a shape.
+def seed(
+    shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int], left_out: Sequence[Geometry] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of points that fill a shape but for what is left out.
 
-    A box is filled by a lattice of its own; other shapes by the points of the grid's lattice that lie inside. Volumes sum to
-    that of the shape exactly.
+    A box is filled by a lattice of its own, and so is a shape that has one; other shapes by the points of the grid's lattice
+    that lie inside. Volumes are equal and sum to that of the shape exactly. Where something is left out, a point has the
+    part of its lattice cell that is left (see `pellucid.bodies.cutting`).
+
+    Raises ValueError where parts that are left are too thin for the distance between points.
     """
+    if shape.n_own_points() is not None and not left_out:
+        return shape.own_points()
     thin = np.array(grid.thin())
     x, y, z = (not flat for flat in grid.thin())
     active = (x, y, z)
+    centres, spacing = _lattice(shape, grid, per_cell)
+    thickness = grid.cell ** int(thin.sum())
+    if left_out:
+        points, shares = shares_of_cells(shape, left_out, centres, spacing, active)
+        return points, shares * thickness
+    points = centres[shape.contains(centres, active)]
+    n = max(len(points), 1)
+    return points, np.full(len(points), shape.measure(active) * thickness / n)
+
+
+def _lattice(shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Centres [m], shape (n, 3), of the lattice cells about a shape, and their edges [m], shape (3,)."""
+    thin = np.array(grid.thin())
     lower, upper = shape.bounds()
     lower = np.where(thin, grid.lower, lower)
     upper = np.where(thin, grid.extent_upper(), upper)
     spacing = grid.cell / np.array(per_cell)
     if isinstance(shape, Box):
         counts = np.maximum(np.rint((upper - lower) / spacing), 1).astype(int)
-        axes = [a + (np.arange(n) + 0.5) * (b - a) / n for a, b, n in zip(lower, upper, counts, strict=True)]
+        spacing = (upper - lower) / counts
+        axes = [a + (np.arange(n) + 0.5) * s for a, n, s in zip(lower, counts, spacing, strict=True)]
     else:
         first = np.floor((lower - grid.lower) / spacing)
         last = np.ceil((upper - grid.lower) / spacing)
         axes = [g + (np.arange(a, b) + 0.5) * s for g, a, b, s in zip(grid.lower, first, last, spacing, strict=True)]
-    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = lattice[shape.contains(lattice, active)]
-    thickness = grid.cell ** int(thin.sum())
-    n = max(len(points), 1)
-    return points, np.full(len(points), shape.measure(active) * thickness / n)
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3), spacing

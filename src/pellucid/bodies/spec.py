@@ -1,14 +1,15 @@
 """Bodies as the user describes them; a new kind of body is one class here in the union and one file beside this."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import prod
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Discriminator, Tag, field_validator
+from pydantic import Discriminator, PrivateAttr, Tag, field_validator
 
 from pellucid.bodies.seeding import points_along_axes
-from pellucid.geometry.shapes import Shape
+from pellucid.geometry.shapes import Geometry, Inside, Shape
+from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.spec import GridCase
 from pellucid.materials import Material, MembraneMaterial
@@ -16,8 +17,10 @@ from pellucid.materials.damage import DamageRecord
 from pellucid.model import Model, Vector, kind_of, parameter
 
 ZERO = (0.0, 0.0, 0.0)
+CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
+NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
-COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass")
+COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 
 
 class SineWave(Model):
@@ -38,6 +41,9 @@ class MaterialPointsCase(Model):
     kind: Literal["material-points"] = "material-points"
     name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     shape: Shape = parameter("", "where the body is at the start")
+    outside: tuple[str, ...] = parameter(
+        "", "bodies whose place is left out of the shape: the shape of material points, the inside of a closed membrane", ()
+    )
     points_per_cell: int | tuple[int, int, int] | None = parameter(
         "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
     )
@@ -45,8 +51,30 @@ class MaterialPointsCase(Model):
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
     velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the others", None)
+    rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
     place: ClassVar[str] = "shape"  # the key that says where the body is
+    _left_out: tuple[Geometry, ...] = PrivateAttr(())
+
+    def among(self, bodies: "Sequence[Body]") -> "MaterialPointsCase":
+        """The same body, aware of the places of those that it lies outside of. Raises KeyError for an unknown name."""
+        if not self.outside:
+            return self
+        places = {body.name: body for body in bodies}
+        aware = self.model_copy()
+        aware._left_out = tuple(places[name].occupied() for name in self.outside)
+        return aware
+
+    def occupied(self) -> Geometry:
+        """The place that bodies outside it leave out."""
+        return self.shape.geometry()
+
+    @property
+    def left_out(self) -> tuple[Geometry, ...]:
+        """The places that are left out of the shape; known to what `among` returns."""
+        if len(self._left_out) < len(self.outside):
+            raise RuntimeError(f"body {self.name} lies outside others and does not know them; use body.among(bodies)")
+        return self._left_out
 
     @property
     def probed(self) -> tuple[str, ...]:
@@ -64,11 +92,31 @@ class MaterialPointsCase(Model):
             points_along_axes(self.points_per_cell, grid.thin())
         except ValueError as error:
             yield "points_per_cell", str(error), ""
+        geometry = self.shape.geometry()
+        if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
+            what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
+            yield "shape", f"{what} {NEEDS_SPACE}", "enlarge the grid"
+        if isinstance(geometry, Inside):
+            if not geometry.surface.closed:
+                yield "shape", "the surface is open: it has no inside", CLOSE_IT
+            for text, remedy in faults(*geometry.surface.triangulate(), geometry.surface.closed):
+                yield "shape", text, remedy
+        if geometry.n_own_points() is not None and self.outside:
+            text = "a shape with a lattice of its own is filled wholly: no other body's place can be left out of it"
+            yield "outside", text, "leave out `points` of the shape, or `outside`"
 
     def size(self, grid: GridCase) -> float:
-        """Number of points, from the measure of the shape: good to a layer of points."""
+        """Number of points, from the measure of the shape: good to a layer of points.
+
+        What is left out is taken off where the body knows it, which it does after `among`.
+        """
         x, y, z = (not thin for thin in grid.thin())
-        cells = self.shape.geometry().measure((x, y, z)) / grid.cell ** (x + y + z)
+        geometry = self.shape.geometry()
+        own = geometry.n_own_points()
+        if own is not None and not self.outside:
+            return own
+        cells = geometry.measure((x, y, z)) - sum(other.measure((x, y, z)) for other in self._left_out)
+        cells = max(cells, 0.0) / grid.cell ** (x + y + z)
         return cells * prod(points_along_axes(self.points_per_cell, grid.thin()))
 
     @field_validator("points_per_cell")
@@ -101,6 +149,14 @@ class MembranePointsCase(Model):
         vertices = self.surface.triangulate().vertices
         return vertices.min(axis=0), vertices.max(axis=0)
 
+    def among(self, bodies: "Sequence[Body]") -> "MembranePointsCase":
+        """Itself: a membrane leaves nothing out."""
+        return self
+
+    def occupied(self) -> Geometry:
+        """What it encloses: the place that bodies outside it leave out."""
+        return Inside(surface=self.surface)
+
     def size(self, grid: GridCase) -> float:
         """Number of points."""
         return len(self.surface.triangulate().vertices)
@@ -108,8 +164,13 @@ class MembranePointsCase(Model):
     def misfits(self, grid: GridCase) -> Iterator[tuple[str, str, str]]:
         """What does not fit the grid: key, text, remedy."""
         vertices, triangles = self.surface.triangulate()
+        wrong = [("surface", text, remedy) for text, remedy in faults(vertices, triangles, self.surface.closed)]
+        yield from wrong
+        if wrong:
+            return
         samples = np.concatenate([vertices, vertices[triangles].mean(axis=1)])
-        crossed = len(np.unique(np.floor(samples / grid.cell), axis=0))
+        cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
+        crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
         per_cell = len(vertices) / crossed
         if per_cell < FEWEST_PER_CELL:
             more = FEWEST_PER_CELL / per_cell

@@ -37,7 +37,7 @@ def n_nodes(case: "Case") -> float:
 
 def n_points(case: "Case") -> float:
     """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
-    return sum(body.size(case.grid) for body in case.body)
+    return sum(body.among(case.body).size(case.grid) for body in case.body)
 
 
 def physical_memory() -> int | None:

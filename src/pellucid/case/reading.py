@@ -13,10 +13,13 @@ from pellucid import gallery
 from pellucid.bodies.spec import Body
 from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
-from pellucid.case.relations import Finding, findings
+from pellucid.case.relations import Conditions, Finding, findings
 from pellucid.case.schema import keys_at
 from pellucid.case.settings import find, parse_setting, put
 from pellucid.case.spec import Case, OutputCase, Probe, TimeCase
+from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.motion import Motion
+from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError, Problem, shown
 from pellucid.grid.spec import GridCase
@@ -28,7 +31,8 @@ def load(case: "str | FilePath") -> Case:
     Raises CaseError naming file, line, key, value, limit and remedy of everything that is wrong.
     """
     text, filename = _source(case)
-    loaded = loads(text, filename)
+    folder = gallery.folder(str(case)) if gallery.has(str(case)) else str(FilePath(case).parent)
+    loaded = loads(text, filename, folder)
     return loaded.model_copy(update={"id": case}) if gallery.has(str(case)) and not loaded.id else loaded
 
 
@@ -65,13 +69,17 @@ def _source(case: "str | FilePath") -> tuple[str, str]:
         raise CaseError(f"cannot read {case}: {error.strerror}") from None
 
 
-def loads(text: str, filename: str = "") -> Case:
-    """The case of a TOML text; `filename` is for messages. Raises CaseError as `load` does."""
+def loads(text: str, filename: str = "", folder: str = "") -> Case:
+    """The case of a TOML text; `filename` is for messages, relative paths in it start from `folder`.
+
+    Raises CaseError as `load` does.
+    """
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError(_syntax_problem(str(error), text), filename) from None
     lines = key_lines(text)
+    _resolve_paths(data, folder)
     case, found = _validated(data)
     if case is not None:
         found = _quick_findings(case)
@@ -108,6 +116,15 @@ def _forget_other_kinds(data: dict[str, Any], paths: list[Path]) -> None:
                 del table[key]
 
 
+def _resolve_paths(data: Any, folder: str) -> None:
+    """Let the values of all keys `path`, also among the quick settings, start from a folder, in place."""
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(value, (dict, list)):
+            _resolve_paths(value, folder)
+        elif isinstance(value, str) and str(key).rpartition(".")[2] == "path":
+            data[key] = str((FilePath(folder) / value).absolute())
+
+
 def _validated(data: dict[str, Any]) -> tuple[Case | None, list[Finding]]:
     try:
         return Case.model_validate(data), []
@@ -126,7 +143,9 @@ def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
             bodies[index] = written["name"]
     grid, time = _sound([data.get("grid")], GridCase)[0], _sound([data.get("time")], TimeCase)[0]
     output = _sound([data.get("output", {})], OutputCase)[0]
-    return findings(grid, bodies, _sound(data.get("support"), Support), _sound(data.get("probe"), Probe), time, output)
+    kinds = {"support": Support, "motion": Motion, "absorbing": Absorbing, "pressure": Pressure}
+    conditions = Conditions(*(_sound(data.get(name), kind) for name, kind in kinds.items()))
+    return findings(grid, bodies, conditions, _sound(data.get("probe"), Probe), time, output)
 
 
 def _sound(items: Any, kind: Any) -> list[Any]:

@@ -5,12 +5,15 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.spec import Body
+from pellucid.bodies.spec import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase, MembranePointsCase
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
+from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.motion import Motion
+from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.grid.spec import GridCase
-from pellucid.state import FIELDS
+from pellucid.state import COMPONENT_NAMES, FIELDS
 
 MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
 
@@ -21,6 +24,15 @@ class Finding(NamedTuple):
     path: Path
     text: str
     remedy: str = ""
+
+
+class Conditions(NamedTuple):
+    """What acts on the bodies from outside; what is wrong in itself is None."""
+
+    supports: Sequence[Support | None]
+    motions: Sequence[Motion | None]
+    absorbing: Sequence[Absorbing | None]
+    pressures: Sequence[Pressure | None]
 
 
 class Disagreement(ValueError):
@@ -34,7 +46,7 @@ class Disagreement(ValueError):
 def findings(
     grid: GridCase | None,
     bodies: Sequence[Body | str | None],
-    supports: Sequence[Support | None],
+    conditions: Conditions,
     probes: Sequence[Probe | None],
     time: TimeCase | None,
     output: OutputCase | None,
@@ -44,9 +56,14 @@ def findings(
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
+        *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies, grid)),
         *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time)),
-        *(found for i, support in enumerate(supports) for found in _support(i, support, grid)),
-        *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies)),
+        *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
+        *(found for i, motion in enumerate(conditions.motions) for found in _motion(i, motion, bodies)),
+        *_repeated_names("motion", _condition_names(conditions)),
+        *(found for i, face in enumerate(conditions.absorbing) for found in _absorbing(i, face, bodies, conditions.supports)),
+        *(found for i, pressure in enumerate(conditions.pressures) for found in _pressure(i, pressure, bodies)),
+        *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies, conditions)),
         *_instants(time, output),
     ]
 
@@ -82,6 +99,35 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
         elif low < grid_low - slack or high > grid_high + slack:
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
+
+
+def _outside(
+    index: int, body: Body | str | None, bodies: Sequence[Body | str | None], grid: GridCase | None
+) -> Iterator[Finding]:
+    """Names of bodies that another lies outside of."""
+    if not isinstance(body, MaterialPointsCase):
+        return
+    names = [name for name in map(_name, bodies) if name is not None]
+    for item, name in enumerate(body.outside):
+        path = ("body", index, "outside", item)
+        if name == body.name:
+            yield Finding(path, "a body cannot lie outside itself", "leave this name out")
+        elif name in body.outside[:item]:
+            yield Finding(path, "is named twice", "leave this name out")
+        elif name not in names:
+            if len(names) == len(bodies):  # else a body without a readable name may be the one meant
+                others = [other for other in names if other != body.name]
+                yield Finding(path, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
+        else:
+            other = next(other for other in bodies if _name(other) == name)
+            if isinstance(other, MembranePointsCase) and grid is not None and any(grid.thin()):
+                yield Finding(path, f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
+            elif isinstance(other, MaterialPointsCase) and body.name in other.outside and bodies.index(other) < index:
+                text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
+                yield Finding(path, text, "leave one of the two out")
+            elif isinstance(other, MembranePointsCase) and not other.surface.closed:
+                text = f"the surface of membrane {name} is open: it has no inside that could be left out"
+                yield Finding(path, text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
 
 
 def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None) -> Iterator[Finding]:
@@ -120,22 +166,82 @@ def _support(index: int, support: Support | None, grid: GridCase | None) -> Iter
             yield Finding(("support", index, "where", "box"), text, "let the box overlap the grid")
 
 
-def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+def _named_body(path: Path, name: str, bodies: Sequence[Body | str | None]) -> Iterator[Finding | Body]:
+    """The body of this name, nothing where it is wrong in itself, or the finding that there is none."""
+    names = [known for known in map(_name, bodies) if known is not None]
+    for body in bodies:
+        if _name(body) == name and body is not None and not isinstance(body, str):
+            yield body
+    if name not in names and len(names) == len(bodies):  # else a body without a readable name may be the one meant
+        yield Finding(path, f"no body has this name; there are {listed(names)}", hint(name, names))
+
+
+def _motion(index: int, motion: Motion | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+    if motion is None:
+        return
+    for body in _named_body(("motion", index, "body"), motion.body, bodies):
+        if isinstance(body, Finding):
+            yield body
+        elif getattr(body, "rigid", False):
+            text = f"body {motion.body} is rigid: its points cannot follow a motion as well"
+            yield Finding(
+                ("motion", index, "body"), text, "leave `rigid = true` out: a body that follows a motion as a whole is rigid"
+            )
+
+
+def _absorbing(
+    index: int, absorbing: Absorbing | None, bodies: Sequence[Body | str | None], supports: Sequence[Support | None]
+) -> Iterator[Finding]:
+    if absorbing is None:
+        return
+    for body in _named_body(("absorbing", index, "body"), absorbing.body, bodies):
+        if isinstance(body, Finding):
+            yield body
+        elif body.kind != "material-points":
+            text = f"body {absorbing.body} is a membrane; its waves run along it, not to a face"
+            yield Finding(("absorbing", index, "body"), text, "name a body of material-points")
+    for support in supports:
+        if support is not None and support.where in absorbing.where:
+            text = f"a support holds the face {support.where}: what is held absorbs nothing"
+            yield Finding(("absorbing", index, "where"), text, "take the face out of one of the two")
+
+
+def _pressure(index: int, pressure: Pressure | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+    if pressure is None:
+        return
+    for body in _named_body(("pressure", index, "body"), pressure.body, bodies):
+        if isinstance(body, Finding):
+            yield body
+        elif body.kind != "membrane-points":
+            text = f"body {pressure.body} is no membrane: it has no normal to push along"
+            yield Finding(("pressure", index, "body"), text, "name a body of kind membrane-points")
+
+
+def _condition_names(conditions: Conditions) -> list[str | None]:
+    return [motion and motion.name for motion in conditions.motions]
+
+
+def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None], conditions: Conditions) -> Iterator[Finding]:
     if probe is None:
         return
-    names = [name for name in map(_name, bodies) if name is not None]
-    if probe.body not in names:
-        if len(names) == len(bodies):  # else a body without a readable name may be the one meant
-            text = f"no body has this name; there are {listed(names)}"
-            yield Finding(("probe", index, "body"), text, hint(probe.body, names))
-        return
-    body = next(body for body in bodies if _name(body) == probe.body)
-    fields = list(FIELDS) if body is None or isinstance(body, str) else list(body.probed)
-    if probe.quantity not in fields:
-        text = f"body {probe.body} has no such field; it has {listed(fields)}"
-        yield Finding(("probe", index, "quantity"), text, hint(probe.quantity, fields))
-        return
-    choices = FIELDS[probe.quantity].names
+    choices: Sequence[str]
+    if probe.body is None:
+        names = [part.name for part in (*conditions.motions, *conditions.supports) if part is not None and part.name]
+        if probe.condition not in names and None not in (*conditions.motions, *conditions.supports):
+            text = f"no support and no motion has this name; there are {listed(names) or 'none with a name'}"
+            yield Finding(("probe", index, "condition"), text, hint(probe.condition or "", names) or "give it a `name`")
+        choices = COMPONENT_NAMES[3]
+    else:
+        found = list(_named_body(("probe", index, "body"), probe.body, bodies))
+        yield from (item for item in found if isinstance(item, Finding))
+        if found and isinstance(found[0], Finding):
+            return
+        fields = list(FIELDS) if not found else list(found[0].probed)  # type: ignore[union-attr]
+        if probe.quantity not in fields:
+            text = f"body {probe.body} has no such field; it has {listed(fields)}"
+            yield Finding(("probe", index, "quantity"), text, hint(probe.quantity, fields))
+            return
+        choices = FIELDS[probe.quantity].names
     if probe.component is not None and probe.component not in choices:
         text = f"{probe.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
         yield Finding(("probe", index, "component"), text, "" if choices else "leave `component` out")

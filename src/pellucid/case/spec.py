@@ -6,6 +6,9 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from pellucid.bodies.spec import Body
+from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.motion import Motion
+from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
 from pellucid.grid.spec import GridCase
 from pellucid.model import Model, Vector, parameter
@@ -27,19 +30,33 @@ class TimeCase(Model):
 
 
 class Probe(Model):
-    """A column of `history.csv`: a field of a body reduced to one number at each probe instant."""
+    """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at each probe instant."""
 
     name: str = parameter("", "name of the column", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
-    body: str = parameter("", "name of the body")
-    quantity: str = parameter("", "name of a field of the body, such as pressure")
+    body: str | None = parameter("", "name of the body", None)
+    quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction"')
     component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
-    reduce: Literal["mean", "max", "min", "sum", "nearest"] = parameter("", "how the points become one number", "mean")
-    at: Vector | None = parameter("m", 'place for "nearest"', None)
+    reduce: Literal["mean", "max", "min", "sum", "count", "nearest", "point"] = parameter(
+        "",
+        'how the points become one number: "count" those above a value; "nearest" takes the point that is nearest to a place '
+        'at the moment, "point" follows the one that was nearest at the start',
+        "mean",
+    )
+    at: Vector | None = parameter("m", 'place for "nearest" and "point"', None)
+    above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
+    change: bool = parameter("", "whether the value at the start is subtracted", False)
+    condition: str | None = parameter(
+        "", 'for quantity = "reaction": name of the support or motion; its mean force on the bodies since the row before', None
+    )
 
     @model_validator(mode="after")
-    def _nearest_needs_a_place(self) -> "Probe":
-        if (self.reduce == "nearest") != (self.at is not None):
-            raise ValueError('`at = [x, y, z]` and `reduce = "nearest"` belong together: give both or neither')
+    def _is_complete(self) -> "Probe":
+        if (self.reduce in ("nearest", "point")) != (self.at is not None):
+            raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
+        if (self.quantity == "reaction") != (self.condition is not None):
+            raise ValueError('`condition` belongs to `quantity = "reaction"`: give both or neither')
+        if (self.body is None) != (self.condition is not None):
+            raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
         return self
 
 
@@ -78,6 +95,9 @@ class Case(Model):
     time: TimeCase = parameter("", "the clock")
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "held nodes", ())
+    motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
+    absorbing: tuple[Absorbing, ...] = parameter("", "faces that let waves out", ())
+    pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
     output: OutputCase = parameter("", "how often results are written", OutputCase())
     energy: EnergyCase = parameter("", "limits of the energy ledger", EnergyCase())
@@ -86,9 +106,10 @@ class Case(Model):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> "Case":
-        from pellucid.case.relations import Disagreement, findings
+        from pellucid.case.relations import Conditions, Disagreement, findings
 
-        found = findings(self.grid, list(self.body), list(self.support), list(self.probe), self.time, self.output)
+        conditions = Conditions(list(self.support), list(self.motion), list(self.absorbing), list(self.pressure))
+        found = findings(self.grid, list(self.body), conditions, list(self.probe), self.time, self.output)
         if found:
             raise Disagreement(found)
         return self

@@ -20,6 +20,7 @@ class BoxRegion(Model):
 class Support(Model):
     """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall."""
 
+    name: str | None = parameter("", "name for probes of its reaction", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     where: Literal["all-nodes"] | Face | BoxRegion = parameter("", "which nodes: all-nodes, a face of the grid, or a box")
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "held directions", ("x", "y", "z"))
     velocity: Vector = parameter("m/s", "velocity of the held directions", (0.0, 0.0, 0.0))

@@ -25,6 +25,11 @@ def text(case: str) -> str:
     return (files(__name__) / group / f"{name}.toml").read_text(encoding="utf-8")
 
 
+def folder(case: str) -> str:
+    """Where the case file of an id lies, and what it reads beside it."""
+    return str(files(__name__) / case.split("/")[0])
+
+
 def module(case: str) -> ModuleType | None:
     """The Python module beside a case, with its `metrics` and `figures`; None where it measures nothing."""
     from importlib import import_module

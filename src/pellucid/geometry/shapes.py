@@ -1,107 +1,29 @@
-"""Shapes of a case: what they contain, their exact measure, their bounds."""
+"""Shapes of a case; a new one is one class in a file of its own and one line here."""
 
-from typing import Any, Literal
+from typing import ClassVar
 
-import numpy as np
-from pydantic import model_validator
+from pellucid.geometry.choice import Choice
+from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.hollow import Pipe, Shell
+from pellucid.geometry.inside import Inside
+from pellucid.geometry.solids import Box, Cylinder, Sphere
 
-from pellucid.model import Model, Vector, parameter
-
-AXES = ("x", "y", "z")
-Measure = tuple[bool, bool, bool]
-
-
-class Box(Model):
-    """An axis-parallel box. Along an axis that is one cell thick its extent does not count."""
-
-    lower: Vector = parameter("m", "lower corner")
-    upper: Vector = parameter("m", "upper corner")
-
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        return np.array(self.lower), np.array(self.upper)
-
-    def contains(self, points: np.ndarray, active: Measure) -> np.ndarray:
-        keep = np.array(active)
-        lower, upper = self.bounds()
-        return np.all(((points >= lower) & (points <= upper))[:, keep], axis=1)
-
-    def measure(self, active: Measure) -> float:
-        """Length, area or volume over the active axes."""
-        lower, upper = self.bounds()
-        return float(np.prod((upper - lower)[np.array(active)]))
-
-    def centre(self) -> np.ndarray:
-        lower, upper = self.bounds()
-        return 0.5 * (lower + upper)
+__all__ = ["Box", "Cylinder", "Geometry", "Inside", "Pipe", "Shape", "Shell", "Sphere"]
 
 
-class Sphere(Model):
-    """A ball; a disc where one axis is thin, a segment where two are."""
-
-    centre_: Vector = parameter("m", "centre", alias="centre")
-    radius: float = parameter("m", "radius", gt=0)
-
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        centre = np.array(self.centre_)
-        return centre - self.radius, centre + self.radius
-
-    def contains(self, points: np.ndarray, active: Measure) -> np.ndarray:
-        offset = (points - np.array(self.centre_))[:, np.array(active)]
-        return np.einsum("ij,ij->i", offset, offset) <= self.radius**2
-
-    def measure(self, active: Measure) -> float:
-        return [1.0, 2.0, np.pi * self.radius, 4.0 / 3.0 * np.pi * self.radius**2][sum(active)] * self.radius
-
-    def centre(self) -> np.ndarray:
-        return np.array(self.centre_)
-
-
-class Cylinder(Model):
-    """A circular cylinder along an axis; `centre` is the middle of its axis. A disc where that axis is thin."""
-
-    centre_: Vector = parameter("m", "middle of the axis", alias="centre")
-    radius: float = parameter("m", "radius", gt=0)
-    axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
-    height: float = parameter("m", "length along the axis; does not count where that axis is thin", 0.0, ge=0)
-
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        half = np.full(3, self.radius)
-        half[AXES.index(self.axis)] = 0.5 * self.height
-        return np.array(self.centre_) - half, np.array(self.centre_) + half
-
-    def contains(self, points: np.ndarray, active: Measure) -> np.ndarray:
-        along = AXES.index(self.axis)
-        offset = points - np.array(self.centre_)
-        across = [a for a in range(3) if a != along and active[a]]
-        inside = np.einsum("ij,ij->i", offset[:, across], offset[:, across]) <= self.radius**2
-        if active[along]:
-            inside &= np.abs(offset[:, along]) <= 0.5 * self.height
-        return np.asarray(inside)
-
-    def measure(self, active: Measure) -> float:
-        along = AXES.index(self.axis)
-        across = sum(active[a] for a in range(3) if a != along)
-        section = (1.0, 2.0 * self.radius, np.pi * self.radius**2)[across]
-        return float(section * (self.height if active[along] else 1.0))
-
-    def centre(self) -> np.ndarray:
-        return np.array(self.centre_)
-
-
-class Shape(Model):
+class Shape(Choice):
     """A table with one key that names the shape."""
+
+    what: ClassVar[str] = "a shape"
 
     box: Box | None = None
     sphere: Sphere | None = None
     cylinder: Cylinder | None = None
+    shell: Shell | None = None
+    pipe: Pipe | None = None
+    inside: Inside | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _exactly_one(cls, data: Any) -> Any:
-        if isinstance(data, dict) and len(data) != 1:
-            names = ", ".join(cls.model_fields)
-            raise ValueError(f"a shape is a table with exactly one of the keys {names}, for example {{ box = {{ ... }} }}")
-        return data
-
-    def geometry(self) -> Box | Sphere | Cylinder:
-        return next(shape for shape in (self.box, self.sphere, self.cylinder) if shape is not None)
+    def geometry(self) -> Geometry:
+        """The shape itself."""
+        geometry: Geometry = self.chosen()
+        return geometry

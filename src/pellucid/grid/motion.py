@@ -12,7 +12,8 @@ from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
 NOTHING = 1e-290  # kg; a node below this carries no point
-INTERNAL, GRAVITY, SUPPORT, MASS, WORKS = range(5)
+INTERNAL, GRAVITY, SUPPORT, LOAD, ABSORBED, GRIP, GRIP_LOSS, MASS, WORKS = range(9)
+ABSORBING, LOADING, EXTRA_ROWS = range(3)  # rows of impulses behind those of the supports
 
 
 class Supports(NamedTuple):
@@ -22,22 +23,49 @@ class Supports(NamedTuple):
     mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a grip within it
 
 
+class Outside(NamedTuple):
+    """What acts on nodes from outside beside gravity and supports; arrays have no rows where there is no such thing.
+
+    Prescribed motions grip a node in proportion to the mass that driven points give it. A grip that closes at once, as soon
+    as the function of a driven point reaches a node, would knock at every cell that a body crosses.
+    """
+
+    load: np.ndarray  # (n, 3) external force [N]
+    absorption: np.ndarray  # (n, 3) rate at which an absorbing face takes momentum [1/s]
+    driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
+    driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
+    grip: np.ndarray  # (n, 3) impulse of the grips on unit driven mass over the step [m/s]
+
+
+def nothing_outside() -> Outside:
+    """Neither loads nor absorbing faces nor prescribed motions."""
+    return Outside(*(np.zeros((0, 3)) for _ in Outside._fields))
+
+
 class StepWork(NamedTuple):
     """What the nodes did over a step."""
 
     internal: float  # dt Σ f·v̄ of the internal forces [J]
     gravity: float  # [J]
     support: float  # work of the supports' reactions on moving supports [J]
+    load: float  # work of external forces [J]
+    absorbed: float  # energy that left through absorbing faces [J]
+    grip: float  # work of prescribed motions on the nodes [J]
+    grip_loss: float  # part of it that is lost in the inelastic impact of nodes on driven points [J]
     mass: float  # on the nodes [kg]
     impulses: np.ndarray  # (supports, 3) impulses of the reactions [N s]
+    absorbed_impulse: np.ndarray  # (3,) of absorbing faces [N s]
+    load_impulse: np.ndarray  # (3,) of external forces [N s]
 
 
 @kernel()
 def _advance_chunk(bundle, chunk, dt, small, flip):
-    nodes, walls, mirror, gravity, work = bundle.content
+    nodes, walls, mirror, gravity, outside, work = bundle.content
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     change, deforming, hold = nodes.change, nodes.deforming, nodes.hold
-    internal = fall = pushed = total = 0.0
+    loaded, absorbing, driven = len(outside.load) > 0, len(outside.absorption) > 0, len(outside.driven_mass) > 0
+    internal = fall = pushed = total = lifted = absorbed = gripped = lost = 0.0
+    extra = WORKS + 3 * len(walls)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         if m < NOTHING:
@@ -52,7 +80,25 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
             # beside their mirror image; points in a grip take the velocity of the grip
             v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
             f = force[I, d]
-            new = v + dt * (f / m + gravity[d])
+            load = outside.load[I, d] if loaded else 0.0
+            light = v + dt * gravity[d]
+            new = light + dt * (f + load) / m
+            taken = given = goal = 0.0
+            if absorbing and s == 0:
+                half = 0.5 * dt * outside.absorption[I, d]  # of the mean velocity over the step: stable for any step
+                taken = m * ((new - half * v) / (1.0 + half) - new)
+                new += taken / m
+                light = (light - half * v) / (1.0 + half)
+            if driven and s == 0:
+                share = outside.driven_mass[I, d] / m
+                apart = 0.0
+                if share > 0.0:
+                    goal = outside.driven_momentum[I, d] / outside.driven_mass[I, d]
+                    apart = goal - new
+                    given = m * share * apart
+                    new += share * apart
+                    light += share * (goal - light)
+                outside.grip[I, d] = apart
             if s > 0:
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
@@ -65,13 +111,23 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
             velocity[I, d] = new
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
-            deforming[I, d] = new if m > small or s > 0 else v + dt * gravity[d]
+            deforming[I, d] = new if m > small or s > 0 else light
             mean = 0.5 * (v + deforming[I, d])
             internal += dt * f * mean
             fall += dt * m * gravity[d] * mean
+            lifted += dt * load * mean
+            absorbed -= taken * mean
+            gripped += given * goal
+            lost += given * (goal - mean)
+            work[chunk, extra + 3 * ABSORBING + d] += taken
+            work[chunk, extra + 3 * LOADING + d] += dt * load
     work[chunk, INTERNAL] = internal
     work[chunk, GRAVITY] = fall
     work[chunk, SUPPORT] = pushed
+    work[chunk, LOAD] = lifted
+    work[chunk, ABSORBED] = absorbed
+    work[chunk, GRIP] = gripped
+    work[chunk, GRIP_LOSS] = lost
     work[chunk, MASS] = total
 
 
@@ -83,8 +139,9 @@ def _advance(chunks, bundle, dt, small, flip):
 
 @kernel()
 def _project_chunk(bundle, chunk):
-    nodes, walls, _, _, _ = bundle.content
+    nodes, walls, _, _, outside, _ = bundle.content
     mass, momentum, deforming, hold = nodes.mass, nodes.momentum, nodes.deforming, nodes.hold
+    driven = len(outside.driven_mass) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         for d in range(3):
@@ -92,7 +149,11 @@ def _project_chunk(bundle, chunk):
             if s > 0:
                 deforming[I, d] = walls[s - 1, d]
             else:
-                deforming[I, d] = momentum[I, d] / m if m >= NOTHING else 0.0
+                v = momentum[I, d] / m if m >= NOTHING else 0.0
+                if driven and m >= NOTHING and outside.driven_mass[I, d] > 0.0:
+                    goal = outside.driven_momentum[I, d] / outside.driven_mass[I, d]
+                    v += outside.driven_mass[I, d] / m * (goal - v)
+                deforming[I, d] = v
 
 
 @kernel(parallel=True)
@@ -104,26 +165,34 @@ def _project(chunks, bundle):
 class NodalMotion:
     """Moves the nodes of one velocity field.
 
-    supports: their velocities [m/s] are read at every step; small_mass [kg]: nodes with less do not
+    supports: their velocities [m/s] are read at every step, and so is `outside`; small_mass [kg]: nodes with less do not
     strain points by their internal forces; flip: share of FLIP in the transfer to the points.
     """
 
     def __init__(
-        self, nodes: Nodes, supports: Supports, gravity: tuple[float, float, float], small_mass: float, flip: float
+        self,
+        nodes: Nodes,
+        supports: Supports,
+        gravity: tuple[float, float, float],
+        small_mass: float,
+        flip: float,
+        outside: Outside | None = None,
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
-        self._work = np.zeros((self._chunks, WORKS + 3 * len(supports.velocity)))
-        self._bundle = Bundle(nodes, supports.velocity, supports.mirror, gravity, self._work)
+        self._work = np.zeros((self._chunks, WORKS + 3 * (len(supports.velocity) + EXTRA_ROWS)))
+        self._bundle = Bundle(nodes, supports.velocity, supports.mirror, gravity, outside or nothing_outside(), self._work)
 
     def advance(self, dt: float) -> StepWork:
         """p + dt (f + m g) on every node, then the supports; fills velocity, change and deforming."""
         self._work.fill(0.0)
         _advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
         sums = ordered_sum(self._work)
-        internal, gravity, support, mass = (float(sums[column]) for column in range(WORKS))
-        return StepWork(internal, gravity, support, mass, sums[WORKS:].reshape(-1, 3))
+        works = (float(sums[column]) for column in range(WORKS))
+        impulses = sums[WORKS:].reshape(-1, 3)
+        first = len(impulses) - EXTRA_ROWS
+        return StepWork(*works, impulses[:first], impulses[first + ABSORBING], impulses[first + LOADING])
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `deforming`."""

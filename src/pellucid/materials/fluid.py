@@ -55,7 +55,9 @@ class FluidMaterial(Model):
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
-    energy_update: Literal["closed", "iterated", "explicit"] = parameter("", "how the energy equation is solved", "closed")
+    energy_update: Literal["closed", "iterated", "explicit", "midpoint"] = parameter(
+        "", "how the energy equation is solved", "closed"
+    )
 
     @model_validator(mode="after")
     def _pressure_is_possible(self) -> "FluidMaterial":
@@ -100,6 +102,10 @@ class FluidMaterial(Model):
         """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
         law = self.law()
         return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s]; a fluid has no shear waves."""
+        return self.signals(1.0)[0], 0.0
 
 
 @point_function(update, NewtonianFluid)

@@ -30,6 +30,11 @@ class ElasticMaterial(Model):
     young_modulus: float = parameter("Pa", "Young's modulus E", gt=0)
     poisson_ratio: float = parameter("", "Poisson's ratio ν", gt=-1, lt=0.5)
 
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s]."""
+        lam, mu = lame(self.young_modulus, self.poisson_ratio)
+        return sqrt((lam + 2.0 * mu) / self.density), sqrt(mu / self.density)
+
 
 class LinearElastic(NamedTuple):
     """Lamé's constants [Pa]."""

@@ -1,10 +1,12 @@
-"""Pictures of bodies as clouds of points, coloured by a field, in one, two or three dimensions."""
+"""Pictures of bodies as clouds of points, coloured by a field, in one or two dimensions."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.results.bodies_in_space import panels_in_space
 from pellucid.results.probes import scalar
+from pellucid.results.quantities import Cloud, limits, meaning, values_of
 from pellucid.results.style import COLOURS, WIDTH, label, new_figure, with_unit
 from pellucid.state import FIELDS
 
@@ -23,18 +25,14 @@ PROFILES = ("density", "velocity", "pressure", "internal_energy")
 
 MOST_HEIGHT = 6.5  # of the panels together [inch]
 
-VIEW = (np.radians(-50.0), np.radians(22.0))
-"""Where three-dimensional bodies are seen from: turn about z, then height above the horizon."""
-
-Cloud = dict[str, np.ndarray]
-
 
 def pictures(run: "Run") -> dict[str, "Figure"]:
     """Bodies at some instants by speed and by pressure or stress; along a tube the profiles at the end."""
     thin = run.case.grid.thin()
     if sum(thin) == 2:
         return {"profiles_of_points": _profiles(run, thin.index(False))}
-    return {f"bodies_{name}": _panels(run, name) for name in ("speed", "load")}
+    draw = _panels if any(thin) else panels_in_space
+    return {f"bodies_{name}": draw(run, name) for name in ("speed", "load")}
 
 
 def _profiles(run: "Run", axis: int) -> "Figure":
@@ -62,9 +60,9 @@ def _panels(run: "Run", quantity: str) -> "Figure":
     times = run.times(names[0])
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
     scenes = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
-    title, unit = _meaning(scenes[0], quantity)
-    values = [[_values(cloud, quantity) for cloud in scene] for scene in scenes]
-    low, high = _limits(values)
+    title, unit = meaning(scenes[0], quantity)
+    values = [[values_of(cloud, quantity) for cloud in scene] for scene in scenes]
+    low, high = limits(values)
     flat = _Flat(run.case.grid.thin(), [cloud["position"] for scene in scenes for cloud in scene])
     down, width, height = flat.arrangement(len(chosen))
     figure = new_figure(height=height * down + 0.75, layout="compressed")
@@ -83,24 +81,14 @@ def _panels(run: "Run", quantity: str) -> "Figure":
 
 
 class _Flat:
-    """How points of space come to lie on the paper, the same for all panels."""
+    """Where points lie on the paper, the same for all panels."""
 
     def __init__(self, thin: tuple[bool, bool, bool], positions: list[np.ndarray]) -> None:
         self.flat = [axis for axis in range(3) if not thin[axis]]
-        corners = [self.project(p)[0] for p in positions]
-        low, high = np.min([c.min(axis=0) for c in corners], axis=0), np.max([c.max(axis=0) for c in corners], axis=0)
+        together = np.concatenate(positions)[:, self.flat]
+        low, high = together.min(axis=0), together.max(axis=0)
         margin = 0.04 * float((high - low).max())
         self.low, self.high = low - margin, high + margin
-
-    def project(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Place on the paper, shape (n, 2), and depth, shape (n,), growing towards the eye."""
-        if len(self.flat) == 2:
-            return position[:, self.flat], np.zeros(len(position))
-        turn, rise = VIEW
-        right = np.array([np.cos(turn + np.pi / 2), np.sin(turn + np.pi / 2), 0.0])
-        eye = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
-        up = np.cross(eye, right)
-        return position @ np.stack([right, up], axis=1), position @ eye
 
     def arrangement(self, panels: int) -> tuple[int, float, float]:
         """Rows of panels that make them largest on the paper, and width and height of a panel [inch]."""
@@ -116,50 +104,19 @@ class _Flat:
     def draw(
         self, axes: "Axes", position: np.ndarray, values: np.ndarray, width: float, limits: tuple[float, float]
     ) -> "PathCollection":
-        paper, depth = self.project(position)
-        order = np.argsort(depth, kind="stable")
+        paper = position[:, self.flat]
         extent = self.high - self.low
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
-        x, y = paper[order].T
-        dots = axes.scatter(x, y, c=values[order], s=size, linewidths=0, vmin=limits[0], vmax=limits[1])
+        x, y = paper.T
+        dots = axes.scatter(x, y, c=values, s=size, linewidths=0, vmin=limits[0], vmax=limits[1])
         axes.set_xlim(self.low[0], self.high[0])
         axes.set_ylim(self.low[1], self.high[1])
         axes.set_aspect("equal")
         axes.grid(False)
-        if len(self.flat) == 3:
-            axes.set_axis_off()  # a projection has no axes to read from; the title says the time
-        else:
-            label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
-            axes.label_outer()
+        label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
+        axes.label_outer()
         return dots
-
-
-def _meaning(scene: list[Cloud], quantity: str) -> tuple[str, str]:
-    if quantity == "speed":
-        return "speed", FIELDS["velocity"].unit
-    kinds = dict.fromkeys("pressure" if _is_fluid(cloud) else "von Mises stress" for cloud in scene)
-    return " or ".join(kinds), FIELDS["stress"].unit
-
-
-def _values(cloud: Cloud, quantity: str) -> np.ndarray:
-    if quantity == "speed":
-        return scalar(cloud["velocity"])
-    return cloud["pressure"] if _is_fluid(cloud) else scalar(cloud["stress"])
-
-
-def _is_fluid(cloud: Cloud) -> bool:
-    return "internal_energy" in cloud
-
-
-def _limits(values: list[list[np.ndarray]]) -> tuple[float, float]:
-    """Common limits of the colours; a few extreme points do not wash out the rest."""
-    everything = np.concatenate([part for scene in values for part in scene])
-    everything = everything[np.isfinite(everything)]
-    if not everything.size:
-        return 0.0, 1.0
-    low, high = (float(value) for value in np.percentile(everything, (0.5, 99.5)))
-    return (low, high) if high > low else (low - 0.5, low + 0.5)
 
 
 def _thinned(cloud: Cloud) -> Cloud:

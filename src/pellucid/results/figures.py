@@ -2,7 +2,7 @@
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def write_figures(run: "Run") -> dict[Path, str]:
     folder = run.folder.figures
     titles = {}
     with house_style():
-        figures = gallery_figures(run)
+        figures = from_gallery(run, "figures")
         figures |= clouds.pictures(run) | {"energies": energies(run), "momentum": momentum(run)}
         if run.case.probe:
             figures["probes"] = probes(run)
@@ -36,15 +36,15 @@ def write_figures(run: "Run") -> dict[Path, str]:
     return titles
 
 
-def gallery_figures(run: "Run") -> "dict[str, Figure]":
-    """The figures that the module of the gallery case draws; none, with a warning, where it cannot draw this run."""
+def from_gallery(run: "Run", kind: str) -> dict[str, Any]:
+    """The "figures" or "films" of the module of the gallery case; none, with a warning, where it cannot draw this run."""
     from pellucid import gallery
 
-    module = gallery.module(run.case.id)
+    make = getattr(gallery.module(run.case.id), kind, None)
     try:
-        return dict(module.figures(run)) if module else {}
+        return dict(make(run)) if make else {}
     except Exception as error:  # a run stopped early or changed by settings may be none that the module can draw
-        warnings.warn(f"the figures of {run.case.id} do not apply to this run: {error}", stacklevel=2)
+        warnings.warn(f"the {kind} of {run.case.id} do not apply to this run: {error}", stacklevel=2)
         return {}
 
 

@@ -5,6 +5,8 @@ it. Every dataset has its place in the file from the start; places not yet writt
 frame overwrites bytes in place and then the number of frames, so the structure of the file never changes: a process
 killed at any moment leaves a whole file, and a full disk leaves the frames before.
 
+The cells of a membrane are its triangles, those of other bodies their points.
+
 `position` is another name of the dataset `Points`. VTK orders a symmetric tensor XX, YY, ZZ, XY, YZ, XZ; pellucid
 orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that goes in or out here has ours.
 """
@@ -27,14 +29,19 @@ _TENSOR = 6
 
 Frame = Mapping[str, np.ndarray]
 
+NO_TRIANGLES = np.zeros((0, 3), np.int64)
 
-def create(path: Path, capacity: int, time: float, frame: Frame) -> None:
-    """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3) or (n, 6)."""
-    room = 100_000 + 120 * capacity + 2 * sum(array.nbytes for array in frame.values())
+
+def create(path: Path, capacity: int, time: float, frame: Frame, triangles: np.ndarray = NO_TRIANGLES) -> None:
+    """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
+
+    `triangles`, shape (m, 3), number points in the order of the arrays.
+    """
+    room = 100_000 + 120 * capacity + 2 * sum(array.nbytes for array in frame.values()) + 40 * len(triangles)
     if shutil.disk_usage(path.parent).free < room:  # HDF5 would not survive to say so
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with replacing(path) as temporary:
-        lay_out(temporary, capacity, frame)
+        lay_out(temporary, capacity, frame, triangles)
         _write(temporary, layout(temporary), 0, time, frame)
 
 
@@ -43,7 +50,7 @@ def append(path: Path, time: float, frame: Frame) -> None:
     places = _layout(path)
     if places.frames == places.capacity:
         with replacing(path) as temporary:
-            lay_out(temporary, 2 * places.capacity, frame)
+            lay_out(temporary, 2 * places.capacity, frame, read_triangles(path))
             new = layout(temporary)
             for index, earlier in enumerate(times(path)):
                 _write(temporary, new, index, earlier, read(path, index))
@@ -80,6 +87,12 @@ def read(path: Path, index: int) -> dict[str, np.ndarray]:
             values = np.asarray(dataset[start : start + n])
             frame[name] = values[:, FROM_VTK] if _is_tensor(values) else values
     return frame
+
+
+def read_triangles(path: Path) -> np.ndarray:
+    """The triangles of a membrane, shape (m, 3); none for other bodies."""
+    with opened(_existing(path)) as file:
+        return np.asarray(file["VTKHDF/Polygons/Connectivity"][:]).reshape(-1, 3)
 
 
 def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> None:

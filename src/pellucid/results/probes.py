@@ -1,6 +1,6 @@
-"""Probes: a field of a body reduced to one number."""
+"""Probes: a field of a body reduced to one number, or the mean force of a support or motion."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +16,65 @@ Fetch = Callable[[str], np.ndarray]
 REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {"mean": np.mean, "max": np.max, "min": np.min, "sum": np.sum}
 
 
-def evaluate(probes: "Sequence[Probe]", bodies: Sequence[Any]) -> list[float]:
-    """The value of each probe now; only the arrays that are needed are fetched, each once.
+class ProbeReader:
+    """Reads the probes of a case. It remembers which points they follow, what they read at the start, and reactions.
 
-    `bodies` have a `name` and a `field(name)`: points in any order that is the same in every run.
+    `data` is what a checkpoint kept. Bodies have a `name` and a `field(name)`, whose points may stand in any order.
     """
-    fetch = {body.name: cache(body.field) for body in bodies}
-    return [reduce(probe, fetch[probe.body]) for probe in probes]
+
+    def __init__(self, probes: "Sequence[Probe]", data: Mapping[str, Any] | None = None) -> None:
+        self._probes = probes
+        kept = data or {"followed": {}, "initial": {}, "impulses": {}, "time": 0.0}
+        self._followed: dict[str, int] = dict(kept["followed"])  # number of the point, by the name of the probe
+        self._initial: dict[str, float] = dict(kept["initial"])
+        self._impulses: dict[str, list[float]] = dict(kept["impulses"])  # at the row before [N s]
+        self._time: float = kept["time"]  # of the row before [s]
+
+    def start(self, bodies: Sequence[Any]) -> None:
+        """Take up the initial state."""
+        named = {body.name: body for body in bodies}
+        for probe in self._probes:
+            if probe.reduce == "point":
+                place = _nearest(named[probe.body].field, probe.at)
+                self._followed[probe.name] = int(named[probe.body].field("id")[place])
+            if probe.change and probe.body is not None:
+                self._initial[probe.name] = self._value(probe, named[probe.body].field)
+
+    def read(self, bodies: Sequence[Any], impulses: Mapping[str, np.ndarray], time: float) -> list[float]:
+        """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
+        of supports and motions; a reaction is their mean force since the row before, zero in the first row."""
+        fetch = {body.name: cache(body.field) for body in bodies}
+        values = []
+        for probe in self._probes:
+            if probe.body is None:
+                values.append(self._reaction(probe, impulses, time))
+            else:
+                values.append(self._value(probe, fetch[probe.body]) - self._initial.get(probe.name, 0.0))
+        self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
+        self._time = time
+        return values
+
+    def units(self) -> dict[str, str]:
+        """The unit of each probe's column."""
+        return {probe.name: _unit(probe) for probe in self._probes}
+
+    def to_data(self) -> dict[str, Any]:
+        """What a checkpoint keeps."""
+        return {"followed": self._followed, "initial": self._initial, "impulses": self._impulses, "time": self._time}
+
+    def _value(self, probe: "Probe", field: Fetch) -> float:
+        if probe.reduce != "point":
+            return reduce(probe, field)
+        here = np.flatnonzero(field("id") == self._followed[probe.name])[0]
+        return float(scalar(field(probe.quantity), probe.component)[here])
+
+    def _reaction(self, probe: "Probe", impulses: Mapping[str, np.ndarray], time: float) -> float:
+        if probe.condition not in impulses or time <= self._time:
+            return 0.0
+        force = (impulses[probe.condition] - np.array(self._impulses.get(probe.condition, (0.0, 0.0, 0.0)))) / (
+            time - self._time
+        )
+        return float(scalar(force[None, :], probe.component)[0])
 
 
 def reduce(probe: "Probe", field: Fetch) -> float:
@@ -33,8 +85,9 @@ def reduce(probe: "Probe", field: Fetch) -> float:
     """
     values = scalar(field(probe.quantity), probe.component)
     if probe.reduce == "nearest":
-        distance = ((field("position") - np.asarray(probe.at)) ** 2).sum(axis=1)
-        return float(values[np.argmin(distance)])
+        return float(values[_nearest(field, probe.at)])
+    if probe.reduce == "count":
+        return float(np.count_nonzero(values > probe.above))
     return float(REDUCTIONS[probe.reduce](values))
 
 
@@ -50,6 +103,14 @@ def scalar(values: np.ndarray, component: str | None = None) -> np.ndarray:
     return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (yz**2 + xz**2 + xy**2))
 
 
-def units(probes: "Sequence[Probe]") -> dict[str, str]:
-    """The unit of each probe's column."""
-    return {probe.name: FIELDS[probe.quantity].unit for probe in probes}
+def _nearest(field: Fetch, at: Any) -> int:
+    """The point nearest to a place; of several the one with the lowest number, whatever the order in which they are stored."""
+    distance = ((field("position") - np.asarray(at)) ** 2).sum(axis=1)
+    near = np.flatnonzero(distance <= distance.min() * (1.0 + 1e-9))
+    return int(near[np.argmin(field("id")[near])])
+
+
+def _unit(probe: "Probe") -> str:
+    if probe.body is None:
+        return "N"
+    return "" if probe.reduce == "count" else FIELDS[probe.quantity].unit

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.errors import RunStopped
-from pellucid.results import checkpoint, frames, history, probes
+from pellucid.results import checkpoint, frames, history
 from pellucid.results.files import explained, sync, write_text
 from pellucid.results.metrics import finite
+from pellucid.results.probes import ProbeReader
 from pellucid.results.schedule import Schedule, capacity
 from pellucid.results.store import RunFolder, package_commit, package_version
 
@@ -30,6 +31,7 @@ class Recorder:
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
         self._rows = Schedule(case.history_interval(), **recorded["rows"])
         self._frames = Schedule(case.frame_interval(), **recorded["frames"])
+        self._probes = ProbeReader(case.probe, recorded.get("probes"))
         self._wall_before = float(recorded["wall_seconds"])
         self._started = self._checkpointed = clock.monotonic()
         self.facts: dict[str, Any] = {}
@@ -46,6 +48,7 @@ class Recorder:
                 history.create(self.folder.history, self._columns(sim))
                 self.folder.fields("").parent.mkdir(exist_ok=True)
         if not self._resumed:
+            self._probes.start(sim.bodies)
             self.after_step(sim)
 
     def after_step(self, sim: Any) -> None:
@@ -79,6 +82,7 @@ class Recorder:
         recorded = {
             "rows": self._rows.to_data(),
             "frames": self._frames.to_data(),
+            "probes": self._probes.to_data(),
             "wall_seconds": self.wall_seconds(),
         }
         checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})
@@ -103,12 +107,13 @@ class Recorder:
         energies = dict.fromkeys(map(column_of, sim.energies()), "J")
         momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
         clock_columns = {"time": "s", "step": "", "dt": "s"}
-        return clock_columns | energies | {"energy_error": ""} | momentum | probes.units(self.case.probe)
+        return clock_columns | energies | {"energy_error": ""} | momentum | self._probes.units()
 
     def _write_row(self, sim: Any) -> None:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
+        values = self._probes.read(sim.bodies, sim.reactions(), sim.time)
         with explained(self.folder.path):
-            history.append(self.folder.history, [*row, *sim.momentum(), *probes.evaluate(self.case.probe, sim.bodies)])
+            history.append(self.folder.history, [*row, *sim.momentum(), *values])
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_frame(self, sim: Any) -> None:
@@ -116,7 +121,8 @@ class Recorder:
             for body in sim.bodies:
                 path = self.folder.fields(body.name)
                 if self._frames.done == 0:
-                    frames.create(path, capacity(self.case.time.end, self._frames.interval), sim.time, body.frame())
+                    room = capacity(self.case.time.end, self._frames.interval)
+                    frames.create(path, room, sim.time, body.frame(), body.triangles)
                 else:
                     frames.append(path, sim.time, body.frame())
         self._frames.mark(sim.time, sim.n_steps)

@@ -13,6 +13,7 @@ import numpy as np
 from pellucid import gallery
 from pellucid.results import figures
 from pellucid.results.files import explained, write_text
+from pellucid.results.films import FILM_DPI, write_films
 from pellucid.results.metrics import Metric
 from pellucid.results.run import Run
 from pellucid.results.style import DPI, WIDTH, pretty
@@ -38,7 +39,7 @@ CAPTIONS = {
 
 
 def write_report(out: Run | Path | str) -> Path:
-    """Draw the figures of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
+    """Draw the figures and films of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
 
     Raises `UsageError` where there is no run that has ended.
     """
@@ -46,7 +47,8 @@ def write_report(out: Run | Path | str) -> Path:
     summary = run.summary
     module = gallery.module(run.case.id)
     captions = CAPTIONS | getattr(module, "CAPTIONS", {})
-    pictures = [_figure(path, captions.get(path.stem, title)) for path, title in figures.write_figures(run).items()]
+    titles = dict.fromkeys(write_films(run), "") | figures.write_figures(run)
+    pictures = [_figure(path, captions.get(path.stem, title)) for path, title in titles.items()]
     sections = [
         _header(run, summary),
         _facts(run, summary),
@@ -146,10 +148,11 @@ def _metrics(metrics: dict[str, Metric]) -> str:
 def _figure(path: Path, caption: str) -> str:
     picture = path.read_bytes()
     data = base64.b64encode(picture).decode("ascii")
-    pixels = int.from_bytes(picture[16:20])  # the width, in the header of a PNG
-    width = min(100.0, 100.0 * pixels / (WIDTH * DPI))  # so that all figures have letters of one size
+    kind = path.suffix[1:]
+    pixels = int.from_bytes(picture[16:20]) if kind == "png" else int.from_bytes(picture[6:8], "little")  # of their headers
+    width = min(100.0, 100.0 * pixels / (WIDTH * (DPI if kind == "png" else FILM_DPI)))  # so that letters have one size
     caption = escape(caption or path.stem.replace("_", " ").capitalize() + ".")
-    image = f'<img alt="{caption}" style="width: {width:.0f}%" src="data:image/png;base64,{data}">'
+    image = f'<img alt="{caption}" style="width: {width:.0f}%" src="data:image/{kind};base64,{data}">'
     return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 
 

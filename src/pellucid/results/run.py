@@ -75,5 +75,12 @@ class Run:
         index = -1 if time is None else int(np.argmin(np.abs(self.times(body) - time)))
         return frames.read(self.folder.fields(body), index)
 
+    def triangles(self, body: str) -> np.ndarray:
+        """Triangles of a membrane, shape (m, 3): numbers of its points in the order of `fields`, the same at all times.
+
+        Counterclockwise about the normal. Other bodies have none: shape (0, 3).
+        """
+        return frames.read_triangles(self.folder.fields(body))
+
     def __repr__(self) -> str:
         return f"Run({str(self.out)!r})"

@@ -1,0 +1,54 @@
+"""Prescribed motions of bodies or parts of them, as the user describes them."""
+
+from collections.abc import Callable
+
+from pydantic import model_validator
+
+from pellucid.conditions.signals import Signal
+from pellucid.conditions.support import Axis
+from pellucid.geometry.shapes import Shape
+from pellucid.model import Model, parameter
+
+
+class Displacements(Model):
+    """Prescribed displacements along the axes; what is left out is free."""
+
+    x: Signal | None = parameter("", "along x", None)
+    y: Signal | None = parameter("", "along y", None)
+    z: Signal | None = parameter("", "along z", None)
+
+
+class Motion(Model):
+    """Points of a body that follow a prescribed displacement, whatever meets them."""
+
+    name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    body: str = parameter("", "name of the body")
+    part: Shape | None = parameter("", "only the points inside this shape at the start; without it the whole body", None)
+    hold: tuple[Axis, ...] = parameter("", "directions along which the points stay where they are", ())
+    displacement: Displacements = parameter("", "displacement as a function of time", Displacements())
+
+    @model_validator(mode="after")
+    def _prescribes_each_axis_once(self) -> "Motion":
+        moved = [axis for axis in "xyz" if getattr(self.displacement, axis) is not None]
+        if both := sorted(set(moved) & set(self.hold)):
+            raise ValueError(f"{both[0]} stands in both `hold` and `displacement`: leave it out of one")
+        if not moved and not self.hold:
+            raise ValueError(
+                'this motion prescribes no direction: give `hold = ["x", ...]` or a `displacement`, for example '
+                '{ y = { kind = "sine", amplitude = 1e-5, period = 1e-4 } }'
+            )
+        return self
+
+    def functions(self) -> dict[int, Callable[[float], float]]:
+        """Displacement [m] as a function of time [s] for each prescribed axis, by its number."""
+        result: dict[int, Callable[[float], float]] = {"xyz".index(axis): lambda t: 0.0 for axis in self.hold}
+        for number, axis in enumerate("xyz"):
+            signal = getattr(self.displacement, axis)
+            if signal is not None:
+                result[number] = signal.function()
+        return result
+
+    def top_speed(self) -> float:
+        """Largest prescribed velocity along an axis [m/s]."""
+        signals = (getattr(self.displacement, axis) for axis in "xyz")
+        return max((signal.top_speed() for signal in signals if signal is not None), default=0.0)

@@ -1,0 +1,143 @@
+"""How a prescribed displacement goes with time."""
+
+import csv
+from collections.abc import Callable
+from math import isfinite, pi, sin
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Discriminator, Tag, model_validator
+
+from pellucid.model import InputFile, Model, kind_of, parameter
+
+Displacement = Callable[[float], float]
+
+
+class Sine(Model):
+    """u = a (sin(2π t/T + φ) - sin φ)."""
+
+    kind: Literal["sine"] = "sine"
+    amplitude: float = parameter("m", "amplitude a")
+    period: float = parameter("s", "period T", gt=0)
+    phase: float = parameter("rad", "phase φ", 0.0)
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        return lambda t: self.amplitude * (sin(2.0 * pi * t / self.period + self.phase) - sin(self.phase))
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+        return abs(self.amplitude) * 2.0 * pi / self.period
+
+
+class Ramp(Model):
+    """A smooth ramp, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
+
+    kind: Literal["ramp"] = "ramp"
+    distance: float = parameter("m", "displacement d at the end")
+    duration: float = parameter("s", "duration T", gt=0)
+    start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        return lambda t: self.distance * smooth_step((t - self.start) / self.duration)
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+        return 1.875 * abs(self.distance) / self.duration
+
+
+class Steady(Model):
+    """A constant velocity, u = v t."""
+
+    kind: Literal["steady"] = "steady"
+    velocity: float = parameter("m/s", "velocity v")
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        return lambda t: self.velocity * t
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+        return abs(self.velocity)
+
+
+class Table(Model):
+    """A table of time [s] and displacement [m]: monotone cubics between the rows, constant before and behind.
+
+    The displacement counts from that at t = 0. Source of the interpolation: Fritsch & Butland 1984, SIAM J. Sci. Stat.
+    Comput. 5, 300, as in scipy's PCHIP.
+    """
+
+    kind: Literal["table"] = "table"
+    path: InputFile = parameter("", "CSV file with the columns time [s] and displacement [m]; a row of names may stand first")
+
+    @model_validator(mode="after")
+    def _read_it(self) -> "Table":
+        self.rows()
+        return self
+
+    def rows(self) -> np.ndarray:
+        """The table, shape (rows, 2). Raises ValueError naming the file's line."""
+        try:
+            text = Path(self.path).read_text(encoding="utf-8-sig")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
+            raise ValueError(f"cannot read the table {self.path}: {reason}") from None
+        rows: list[tuple[float, float]] = []
+        for number, cells in enumerate(csv.reader(text.splitlines()), start=1):
+            if not cells or cells[0].lstrip().startswith("#") or (not rows and number == 1 and not _numbers(cells)):
+                continue
+            place = f"line {number} of {self.path}"
+            if len(cells) != 2 or not _numbers(cells):
+                raise ValueError(f"{place} is `{','.join(cells)}`; every row has two numbers: time [s], displacement [m]")
+            row = float(cells[0]), float(cells[1])
+            if rows and row[0] <= rows[-1][0]:
+                raise ValueError(
+                    f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s; put the rows in the order of "
+                    f"time, each time once"
+                )
+            rows.append(row)
+        if len(rows) < 2:
+            raise ValueError(f"the table {self.path} has {len(rows)} rows of numbers; it needs at least two")
+        return np.array(rows)
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        from scipy.interpolate import PchipInterpolator
+
+        times, values = self.rows().T
+        curve = PchipInterpolator(times, values)
+
+        def within(t: float) -> float:
+            return float(curve(min(max(t, times[0]), times[-1])))
+
+        return lambda t: within(t) - within(0.0)
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s] between rows, at most 3 times the slope of a row to the next with monotone cubics."""
+        rows = self.rows()
+        return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
+
+
+Signal = Annotated[
+    Annotated[Sine, Tag("sine")]
+    | Annotated[Ramp, Tag("ramp")]
+    | Annotated[Steady, Tag("steady")]
+    | Annotated[Table, Tag("table")],
+    Discriminator(kind_of),
+]
+
+
+def smooth_step(s: float) -> float:
+    """s³(10 - 15 s + 6 s²) between 0 at s <= 0 and 1 at s >= 1: first and second derivatives begin and end at zero."""
+    s = min(max(s, 0.0), 1.0)
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
+
+
+def _numbers(cells: list[str]) -> bool:
+    try:
+        return all(isfinite(float(cell)) for cell in cells)
+    except ValueError:
+        return False

@@ -1,0 +1,190 @@
+"""Pictures of the oocyte that a pipette pushes sideways: whole, cut open along the pipette's path, and as a film."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.spec import MembranePointsCase
+from pellucid.results.films import Film, evenly
+from pellucid.results.scenes.render import render
+from pellucid.results.scenes.scene import (
+    View,
+    ball_radii,
+    camera_for,
+    coloured,
+    corner_words,
+    cubes,
+    rim,
+    scale_bar,
+    section,
+    show,
+)
+from pellucid.results.scenes.things import Balls, Camera, Colour, Mesh, Plane, Section, Thing
+from pellucid.results.style import WIDTH, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
+"""Those of the paper's pictures [s]."""
+
+CAPTIONS = {
+    "oocyte": "The zona, whole and cut open along the path of the pipette; failed parts in red.",
+    "oocyte_whole": "Zona, pipette and holding plate at the instants of the paper's pictures; failed parts of the zona in red.",
+    "oocyte_cut": "The same, cut open along the path of the pipette: the zona in its true thickness, the pressure in the "
+    "cytoplasm, and the points of the medium in the layer of cells below the cut.",
+}
+
+WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 60.0)
+SPARE = 1.06  # room that a picture leaves for the oocyte to bulge
+COLUMNS, FILM_COLUMNS = 1000, 520  # pixels, about twice those that a panel has in the figure: smooth edges
+FILM_PICTURES = 26
+
+ZONA: Colour = (0.36, 0.76, 0.77)
+RIM: Colour = (0.05, 0.45, 0.50)
+FAILED: Colour = (0.92, 0.10, 0.09)
+FAILED_INK = "#C21A17"
+PIPETTE: Colour = (0.90, 0.90, 0.92)
+PLATE: Colour = (0.17, 0.27, 0.48)
+MEDIUM: Colour = (0.66, 0.77, 0.94)
+DOT = 0.45e-6  # radius of a dot of the medium [m]
+PALETTE = "PuOr_r"
+"""Of the pressure: two hues about white, neither of them the membrane's or that of failure."""
+
+
+class Stage(NamedTuple):
+    """What stays the same from instant to instant; `limits` of the pressure [Pa] belong to the cut."""
+
+    camera: Camera
+    cut: Plane | None = None
+    limits: tuple[float, float] = (-1.0, 1.0)
+
+
+def figures(run: "Run") -> "dict[str, Figure]":
+    """The oocyte whole and cut open at the instants of the paper."""
+    return {"oocyte_whole": oocyte_whole(run), "oocyte_cut": oocyte_cut(run)}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The oocyte whole and cut open side by side."""
+    times = evenly(run.times("zona"), FILM_PICTURES)
+    whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
+
+    def draw(time: float) -> "Figure":
+        figure = new_figure(WIDTH, 4.0)
+        left, right = figure.subplots(1, 2)
+        draw_oocyte(left, run, time, whole)
+        draw_oocyte(right, run, time, cut)
+        return figure
+
+    return {"oocyte": Film(draw, times)}
+
+
+def oocyte_whole(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
+    """Zona, pipette and plate at some instants [s]; failed parts of the zona in red."""
+    stage = whole_stage(run, COLUMNS)
+    return _panels(run, recorded(run, times), stage)
+
+
+def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
+    """The lower half at some instants [s], cut along the pipette's path: pressure in the cytoplasm, rim of the zona."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    shown = recorded(run, times)
+    stage = cut_stage(run, COLUMNS, shown)
+    figure = _panels(run, shown, stage)
+    low, high = stage.limits
+    bar = figure.colorbar(
+        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE), ax=figure.axes, shrink=0.6, aspect=30, pad=0.01
+    )
+    bar.set_label("pressure in the cytoplasm [kPa]")
+    bar.outline.set_visible(False)
+    return figure
+
+
+def whole_stage(run: "Run", columns: int) -> Stage:
+    """The view from the side of the pipette."""
+    return Stage(camera_for(WHOLE, _places(run), columns))
+
+
+def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
+    """The view from above into the lower half; the pressures at these instants [s] set the colours."""
+    middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
+    plane = Plane((0.0, 0.0, 1.0), middle)
+    places = _places(run)
+    sizes = [np.percentile(np.abs(run.fields("cytoplasm", time)["pressure"]), 99.0) for time in times]
+    largest = float(max(sizes, default=0.0)) or 1.0
+    return Stage(camera_for(CUT, places[plane.beyond(places) <= 0.0], columns), plane, (-largest, largest))
+
+
+def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
+    """Draw the frame nearest to a time [s]."""
+    zona = run.fields("zona", time)
+    failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["mass"]), bool)
+    skin = Mesh(zona["position"], run.triangles("zona"), np.tile(ZONA, (len(failed), 1)), failed, FAILED)
+    things: list[Thing] = [skin, _pipette(run, time), _plate(run, time, stage.cut)]
+    if stage.cut:
+        thickness = next(body.thickness for body in run.case.body if isinstance(body, MembranePointsCase))
+        inner = run.fields("cytoplasm", time)
+        pressure = section(skin, stage.camera, stage.cut, inner["position"], inner["pressure"])
+        things.append(Section(stage.cut, coloured(pressure, stage.limits, PALETTE)))
+        things += [rim(skin, stage.cut, thickness, RIM), _medium(run, time, stage.cut)]
+    show(axes, render(things, stage.camera, stage.cut), stage.camera)
+    scale_bar(axes, stage.camera)
+    times = run.times("zona")
+    instant = 1e6 * float(times[np.argmin(np.abs(times - time))])
+    count = int(failed.sum())
+    words = "1 failed point" if count == 1 else f"{count} failed points"
+    corner_words(axes, f"{instant:.0f} µs", words if "failed" in zona else "", FAILED_INK if count else "#666677")
+
+
+def recorded(run: "Run", times: Iterable[float]) -> np.ndarray:
+    """The instants of the frames nearest to these times [s], each once, those that the run did not reach left out."""
+    frames = run.times("zona")
+    reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
+    return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])
+
+
+def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
+    across, down = min(2, len(times)), -(-len(times) // 2)
+    rows, columns = stage.camera.shape
+    figure = new_figure(WIDTH, down * (WIDTH / 2.2 * rows / columns + 0.1), layout="compressed")
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes, time in zip(panels, times, strict=False):
+        draw_oocyte(axes, run, float(time), stage)
+    for unused in panels[len(times) :]:
+        unused.remove()
+    return figure
+
+
+def _places(run: "Run") -> np.ndarray:
+    """What a picture must hold: zona and plate as they are at the start, the pipette wherever it goes."""
+    zona = run.fields("zona", 0.0)["position"]
+    middle = zona.mean(axis=0)
+    pipette = [run.fields("pipette", float(time))["position"] for time in evenly(run.times("pipette"), FILM_PICTURES)]
+    return np.concatenate([middle + SPARE * (zona - middle), *pipette, run.fields("plate", 0.0)["position"]])
+
+
+def _pipette(run: "Run", time: float) -> Balls:
+    body = run.fields("pipette", time)
+    radii = ball_radii(body["mass"], body["density"])
+    return Balls(body["position"], radii, np.tile(PIPETTE, (len(radii), 1)), skin=True)
+
+
+def _plate(run: "Run", time: float, cut: Plane | None) -> Mesh:
+    body = run.fields("plate", time)
+    kept = cut.beyond(body["position"]) <= 0.0 if cut else slice(None)
+    return cubes(body["position"][kept], np.cbrt(body["mass"] / body["density"])[kept], PLATE)
+
+
+def _medium(run: "Run", time: float, cut: Plane) -> Balls:
+    """The points in the layer of cells below the cut, as dots."""
+    position = run.fields("medium", time)["position"]
+    beyond = cut.beyond(position)
+    layer = position[(beyond <= 0.0) & (beyond > -run.case.grid.cell)]
+    return Balls(layer, np.full(len(layer), DOT), np.tile(MEDIUM, (len(layer), 1)), lit=False)

@@ -1,0 +1,40 @@
+"""What every shape of a body can do."""
+
+from abc import abstractmethod
+
+import numpy as np
+
+from pellucid.model import Model
+
+AXES = ("x", "y", "z")
+ActiveAxes = tuple[bool, bool, bool]
+"""Which axes count: those along which the grid is more than one cell thick."""
+
+
+class Geometry(Model):
+    """A region of space. Along an axis that is one cell thick its extent does not count."""
+
+    @abstractmethod
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner of a box around the region [m], shape (3,) each."""
+
+    @abstractmethod
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        """Which of the points [m], shape (n, 3), lie inside: booleans, shape (n,)."""
+
+    @abstractmethod
+    def measure(self, active: ActiveAxes) -> float:
+        """Length, area or volume over the active axes [m, m², m³]."""
+
+    def centre(self) -> np.ndarray:
+        """The middle of the bounds [m], shape (3,): the point about which the body turns at the start."""
+        lower, upper = self.bounds()
+        return 0.5 * (lower + upper)
+
+    def n_own_points(self) -> int | None:
+        """Number of points where the shape is filled by a lattice of its own; None where the grid's lattice fills it."""
+        return None
+
+    def own_points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of a lattice of its own."""
+        raise NotImplementedError(f"a {type(self).__name__.lower()} has no lattice of its own")

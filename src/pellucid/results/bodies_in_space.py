@@ -1,0 +1,86 @@
+"""Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.films import evenly
+from pellucid.results.quantities import Cloud, limits, meaning, values_of
+from pellucid.results.scenes.render import render
+from pellucid.results.scenes.scene import View, ball_radii, camera_for, coloured, corner_words, scale_bar, show
+from pellucid.results.scenes.things import Balls, Mesh, Plane, Thing
+from pellucid.results.style import SEQUENTIAL, WIDTH, new_figure, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+INSTANTS = 4
+COLUMNS = 700  # pixels of a panel
+MOST_HEIGHT = 7.5  # of the panels together [inch]
+VIEW = View(-50.0, 22.0)
+FRONT = (0.0, -1.0, 0.0)
+"""The side from which bodies are opened: the eye is there."""
+
+MOST_BALLS = 60_000
+"""More points of a body than this are thinned out evenly, the balls grow instead."""
+
+
+def panels_in_space(run: "Run", quantity: str) -> "Figure":
+    """All bodies at some instants, coloured by "speed" or "load"."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.ticker import EngFormatter
+
+    bodies = [body.name for body in run.case.body]
+    chosen = evenly(run.times(bodies[0]), INSTANTS)
+    scenes = [{name: run.fields(name, float(time)) for name in bodies} for time in chosen]
+    low, high = limits([[values_of(cloud, quantity) for cloud in scene.values()] for scene in scenes])
+    cut = opening([cloud["position"] for cloud in scenes[0].values()])
+    places = np.concatenate([cloud["position"] for scene in scenes for cloud in scene.values()])
+    camera = camera_for(VIEW, places[cut.beyond(places) <= 0.0] if cut else places, COLUMNS, margin=0.06)
+    across = min(2, len(chosen))
+    down = -(-len(chosen) // across)
+    rows, columns = camera.shape
+    width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
+    figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes, time, scene in zip(panels, chosen, scenes, strict=False):
+        things = [
+            _thing(cloud, run.triangles(name), coloured(values_of(cloud, quantity), (low, high), SEQUENTIAL))
+            for name, cloud in scene.items()
+        ]
+        show(axes, render(things, camera, cut), camera)
+        scale_bar(axes, camera)
+        corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
+    for unused in panels[len(chosen) :]:
+        unused.remove()
+    bar = figure.colorbar(ScalarMappable(Normalize(low, high), SEQUENTIAL), ax=figure.axes, shrink=0.7, pad=0.01, aspect=25)
+    bar.set_label(with_unit(*meaning(list(scenes[0].values()), quantity)))
+    bar.outline.set_visible(False)
+    return figure
+
+
+def opening(positions: list[np.ndarray]) -> Plane | None:
+    """Where to open a scene in which a body surrounds another: through the middle of what is surrounded, else nowhere."""
+    boxes = [(position.min(axis=0), position.max(axis=0)) for position in positions]
+    hidden = [
+        inner
+        for k, inner in enumerate(boxes)
+        if any((outer[0] < inner[0]).all() and (inner[1] < outer[1]).all() for outer in boxes[:k] + boxes[k + 1 :])
+    ]
+    if not hidden:
+        return None
+    largest = max(hidden, key=lambda box: float(np.prod(box[1] - box[0])))
+    normal = np.array(FRONT)
+    return Plane(FRONT, float(0.5 * (largest[0] + largest[1]) @ normal))
+
+
+def _thing(cloud: Cloud, triangles: np.ndarray, colours: np.ndarray) -> Thing:
+    position, finite = cloud["position"], np.nan_to_num(colours)
+    if len(triangles):
+        return Mesh(position, triangles, finite, np.zeros(len(position), bool))
+    stride = -(-len(position) // MOST_BALLS)
+    radii = ball_radii(cloud["mass"], cloud["density"]) * np.cbrt(stride)
+    return Balls(position[::stride], radii[::stride], finite[::stride])

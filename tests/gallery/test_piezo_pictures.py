@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+import synthetic_oocyte
+
+from pellucid.gallery.gan2011 import piezo_pictures
+from pellucid.results.style import house_style
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return synthetic_oocyte.write(tmp_path_factory.mktemp("oocyte"), refinements=4, spacing=15.0, instants=5)
+
+
+def red_pixels(run, time, stage):
+    from pellucid.results.style import new_figure
+
+    figure = new_figure(4.0, 4.0)
+    axes = figure.subplots()
+    piezo_pictures.draw_oocyte(axes, run, time, stage)
+    picture = axes.images[0].get_array()
+    return int(((picture[:, :, 0] > 2.5 * picture[:, :, 1:3].max(axis=2)) & (picture[:, :, 3] > 0)).sum())
+
+
+@pytest.mark.parametrize("view", ["whole", "cut"])
+def test_failed_parts_are_red_and_nothing_else_is(run, view):
+    times = run.times("zona")
+    stage = piezo_pictures.whole_stage(run, 300) if view == "whole" else piezo_pictures.cut_stage(run, 300, times)
+    assert run.fields("zona", 0.0)["failed"].sum() == 0
+    assert red_pixels(run, 0.0, stage) == 0
+    assert run.fields("zona", 100e-6)["failed"].sum() > 0
+    assert red_pixels(run, 100e-6, stage) > 20
+
+
+def test_the_cut_shows_the_pressure_at_the_contact(run):
+    stage = piezo_pictures.cut_stage(run, 300, run.times("zona"))
+    pressure = run.fields("cytoplasm", 50e-6)["pressure"]
+    assert stage.limits[1] > 0.5 * np.abs(pressure).max()
+
+
+def test_instants_are_those_of_frames_that_the_run_reached(run):
+    assert piezo_pictures.recorded(run, (28e-6, 52e-6, 76e-6, 100e-6)) == pytest.approx([25e-6, 50e-6, 75e-6, 100e-6])
+    assert piezo_pictures.recorded(run, (28e-6, 27e-6, 300e-6)) == pytest.approx([25e-6])
+    assert piezo_pictures.recorded(run, (300e-6,)) == pytest.approx([100e-6])
+
+
+def test_figures_and_film_can_be_drawn(run, monkeypatch):
+    monkeypatch.setattr(piezo_pictures, "COLUMNS", 200)
+    monkeypatch.setattr(piezo_pictures, "FILM_COLUMNS", 150)
+    with house_style():
+        figures = piezo_pictures.figures(run)
+        film = piezo_pictures.films(run)["oocyte"]
+        picture = film.draw(next(iter(film.times)))
+    assert [len([axes for axes in figure.axes if axes.images]) for figure in (*figures.values(), picture)] == [4, 4, 2]
+    assert figures.keys() | {"oocyte"} == piezo_pictures.CAPTIONS.keys()
+    assert list(film.times) == pytest.approx(run.times("zona").tolist())

@@ -1,0 +1,99 @@
+"""What is wrong with a surface is found, counted and placed, and nothing else is reported."""
+
+import numpy as np
+import pytest
+
+from pellucid.geometry.surface_checks import faults
+from pellucid.geometry.surfaces import Disc, Icosphere, Lid, Rectangle, Tube
+
+BALL = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=2)
+SOUND = {
+    "rectangle": Rectangle(corner=(0, 0, 0), first_edge=(1, 0, 0), second_edge=(0, 1, 0), points=(4, 3)),
+    "icosphere": BALL,
+    "tube": Tube(start=(0, 0, 0), end=(0, 1, 1), radius=0.3, points=(12, 5)),
+    "disc": Disc(centre=(0, 0, 0), normal=(0, 0, 1), radius=1.0, rings=4),
+    "lid": Lid(box={"lower": (0, 0, 0), "upper": (1, 1, 1)}, face="y-lower", points=(3, 5)),
+}
+
+
+def found(vertices, triangles, closed=True):
+    return list(faults(vertices, triangles, closed))
+
+
+@pytest.mark.parametrize("surface", SOUND.values(), ids=SOUND)
+def test_sound_surfaces_have_no_faults(surface):
+    assert found(*surface.triangulate(), surface.closed) == []
+
+
+def test_two_pieces_apart_are_sound():
+    vertices, triangles = BALL.triangulate()
+    assert found(np.concatenate([vertices, vertices + 10.0]), np.concatenate([triangles, triangles + len(vertices)])) == []
+
+
+def test_a_flipped_triangle():
+    vertices, triangles = BALL.triangulate()
+    triangles[5] = triangles[5, ::-1]
+    ((text, remedy),) = found(vertices, triangles)
+    assert "face opposite sides at 3 edges" in text
+    assert " 5 " in f"{text.split('numbers')[1].split(',')[0]} "
+    assert "turn the same way" in remedy
+    assert len(found(vertices, triangles, closed=False)) == 1, "of an open surface too"
+
+
+def test_the_example_is_of_the_two_triangles_at_the_edge():
+    """Whichever way the edge runs."""
+    vertices = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    for triangles in ([(0, 1, 2), (0, 3, 2), (3, 0, 1)][:2], [(2, 1, 0), (2, 3, 0)]):
+        ((text, _),) = found(vertices, np.array(triangles), closed=False)
+        assert "at 1 edge, for example numbers 0 and 1, near (0.5, 0.5, 0) m" in text
+
+
+def test_all_inward():
+    vertices, triangles = BALL.triangulate()
+    ((text, remedy),) = found(vertices, triangles[:, ::-1])
+    assert "point inward: the triangles enclose -" in text
+    assert "`reverse`" in remedy
+    assert found(vertices, triangles[:, ::-1], closed=False) == []
+
+
+@pytest.mark.parametrize("turn", [slice(None), slice(None, None, -1)], ids=["same way", "other way"])
+def test_repeated_triangles(turn):
+    vertices, triangles = BALL.triangulate()
+    texts = [text for text, _ in found(vertices, np.concatenate([triangles, np.roll(triangles[7:9], 1, axis=1)[:, turn]]))]
+    assert "2 triangles are there twice, for example numbers" in texts[0]
+    assert "more than two triangles" in texts[1]
+    assert len(texts) == 2, "what follows from them is not reported"
+
+
+def test_empty_triangles():
+    vertices, triangles = BALL.triangulate()
+    a, b, _ = triangles[0]
+    ((text, _),) = found(vertices, np.concatenate([triangles, [(a, a, b)]]))[:1]
+    assert f"1 triangle has no area, the first is number {len(triangles)}" in text
+    flat = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0)])
+    assert "no area" in found(flat, np.array([(0, 1, 2)]), closed=False)[0][0]
+
+
+def test_edges_with_more_than_two_triangles():
+    vertices = np.array([(0.0, 0, 0), (0, 0, 2), (1, 0, 0), (0, 1, 0), (-1, 0, 0)])
+    ((text, remedy),) = found(vertices, np.array([(0, 1, 2), (0, 1, 3), (0, 1, 4)]), closed=False)
+    assert text == "1 edge has more than two triangles, for example between vertices 0 and 1, near (0, 0, 1) m"
+    assert "a body of its own" in remedy
+
+
+def test_lone_vertices():
+    vertices, triangles = BALL.triangulate()
+    ((text, remedy),) = found(np.concatenate([vertices, [(7, 8, 9)]]), triangles)
+    assert text.startswith(f"1 vertex belongs to no triangle, the first is number {len(vertices)}, near (7, 8, 9) m")
+    assert remedy == "remove them"
+
+
+def test_holes_are_counted():
+    vertices, triangles = BALL.triangulate()
+    middle = vertices[triangles].mean(axis=1) - (1, 2, 3)
+    apart = [np.argmax(middle @ side) for side in ((1, 2, 3), (-1, 2, 0), (0, 1, -2))]
+    assert len(np.unique(triangles[apart])) == 9, "holes without a common corner"
+    ((text, remedy),) = found(vertices, np.delete(triangles, apart, axis=0))
+    assert text.startswith("is declared closed and has 3 holes with 9 edges in all, one of them between vertices")
+    assert "`closed = false`" in remedy
+    assert found(vertices, np.delete(triangles, apart, axis=0), closed=False) == []
