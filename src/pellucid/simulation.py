@@ -45,7 +45,8 @@ def kernel_key(case: "Case") -> str:
 def _law_kinds(body: Any) -> tuple[str, ...]:
     material = body.material
     eos, damage = getattr(material, "eos", None), getattr(material, "damage", None)
-    return (material.kind, getattr(material, "energy_update", ""), getattr(eos, "kind", ""), "damage" if damage else "")
+    how = "" if damage is None else "local" if damage.radius is None else "nonlocal"
+    return (material.kind, getattr(material, "energy_update", ""), getattr(eos, "kind", ""), how)
 
 
 class Simulation:

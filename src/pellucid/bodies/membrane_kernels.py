@@ -208,3 +208,63 @@ def strain(n, surface, dt):
     """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
     for s in prange(n):
         _strain_slab(surface, s, dt)
+
+
+@kernel()
+def _stretch_slab(surface, s, number, local, kinematics, dt):
+    _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
+    frame, shape = carried.frame, carried.in_plane
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
+        if not has_failed(damage, record, p):
+            Q, c, share, D = _turned(points.position, fans, frame, gradient[p], dt, p)
+            F = stretched(law, F, D, dt)
+            for d in range(4):
+                shape[p, d] = F[d]
+            for d in range(9):
+                frame[p, d] = Q[d]
+            for d in range(3):
+                kinematics[p, d] = D[d]
+            kinematics[p, 3], kinematics[p, 4] = c, share
+        local[number[p]] = driving_strain(damage, law, F)
+
+
+@kernel(parallel=True)
+def stretch(n, surface, number, local, kinematics, dt):
+    """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
+
+    `kinematics`, shape (points, 5), takes along to `respond`: stretching, turn of the normal, share of area.
+    """
+    for s in prange(n):
+        _stretch_slab(surface, s, number, local, kinematics, dt)
+
+
+@kernel()
+def _respond_slab(surface, s, number, mean, kinematics, dt):
+    _, _, slabs, _, _, _, carried, _, damage, record = surface.content
+    frame, shape = carried.frame, carried.in_plane
+    stored = rate = 0.0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        if has_failed(damage, record, p):
+            energy, signal, fault = _failed(surface, p)
+        else:
+            F, k, t = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), kinematics[p], frame[p]
+            Q = (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8])
+            energy, signal, fault = _respond(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
+        stored += energy
+        rate = max(rate, signal)
+        if fault != OK and slabs.fault[s, 0] == OK:
+            slabs.fault[s, 0] = fault
+            slabs.fault[s, 1] = signed
+    slabs.sums[s, STORED] = stored
+    slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, RATE] = rate
+
+
+@kernel(parallel=True)
+def respond(n, surface, number, mean, kinematics, dt):
+    """Volumes and stresses after `stretch`, with damage by the strains `mean`, shape (points,), by number."""
+    for s in prange(n):
+        _respond_slab(surface, s, number, mean, kinematics, dt)

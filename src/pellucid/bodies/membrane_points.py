@@ -7,6 +7,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies import membrane_kernels as kernels
 from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
+from pellucid.bodies.nonlocal_mean import NonlocalMean
 from pellucid.bodies.point_body import PointBody
 from pellucid.bodies.spec import MembranePointsCase
 from pellucid.bundle import Bundle
@@ -28,7 +29,8 @@ class MembranePoints(PointBody):
         self.thickness = case.thickness
         vertices, self.triangles = case.surface.triangulate()
         n = len(vertices)
-        volume = area_shares(vertices, self.triangles) * case.thickness
+        area = area_shares(vertices, self.triangles)
+        volume = area * case.thickness
         arrays = {
             "id": np.arange(n),
             "position": vertices,
@@ -44,6 +46,9 @@ class MembranePoints(PointBody):
         self.damage: Any = case.material.damage_law()
         if isinstance(self.damage, Elastodamage):
             arrays |= {name: np.zeros(n) for name in DamageRecord._fields}
+        radius = case.material.damage.radius if case.material.damage else None
+        self._mean = NonlocalMean(vertices, area, radius) if radius else None
+        self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
         super().__init__(case.name, grid, grid_functions(grid_case.functions, (2, 2, 2), grid.thin), velocity_transfer, arrays)
@@ -77,7 +82,17 @@ class MembranePoints(PointBody):
         kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
         if move:
             self.place()
-        kernels.strain(self.n_slabs, self._surface, dt)
+        if self._mean is None:
+            kernels.strain(self.n_slabs, self._surface, dt)
+        else:
+            self._strain_with_mean(self._mean, dt)
         self._collect_strain_sums()
         if isinstance(self.damage, Elastodamage):
             self.sums["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
+
+    def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
+        number = self.arrays["id"]
+        kernels.stretch(self.n_slabs, self._surface, number, mean.local, self._kinematics, dt)
+        if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
+            mean.update()
+        kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

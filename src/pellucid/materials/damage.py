@@ -50,6 +50,13 @@ class DamageCase(Model):
     rate: float = parameter("", "c₁: how fast the stiffness falls with the damage ω = ε_max/S_L - 1", gt=0)
     failure_strain: float = parameter("", "strain beyond which a point fails and bears no stress again", gt=0)
 
+    radius: float | None = parameter(
+        "m",
+        "damage follows the mean of the strain over this radius of the initial surface; without it the strain at the point",
+        None,
+        gt=0,
+    )
+
     @model_validator(mode="after")
     def _fails_after_it_yields(self) -> "DamageCase":
         if self.failure_strain <= self.elastic_limit:
