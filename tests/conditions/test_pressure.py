@@ -84,7 +84,11 @@ def test_a_clamped_circular_membrane_bulges_as_hencky_found(poisson_ratio, k):
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [({"body": "skn"}, "no body has this name; there are skin"), ({"value": "3 m"}, "Pa|pressure"), ({"rise": -1.0}, "greater|>=|0")],
+    [
+        ({"body": "skn"}, "no body has this name; there are skin"),
+        ({"value": "3 m"}, "Pa|pressure"),
+        ({"rise": -1.0}, "greater|>=|0"),
+    ],
 )
 def test_pressures_that_make_no_sense(change, words):
     ball = {"icosphere": {"centre": (8, 8, 8), "radius": 5.0, "refinements": 4}}

@@ -84,10 +84,11 @@ def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
 @point_function(new_energy, MidpointEnergy)
 def _midpoint(mode, eos, energy, density, trD, old_work, other_work, dt):
     A, B = pressure_line(eos, density)
-    s = 0.5 * dt * trD / density
-    if s * B <= -1.0:
+    growth = 1.0 + dt * trD  # the change of specific volume is dt tr D times that at the start of the step
+    s = 0.5 * dt * trD / (density * growth)
+    if growth <= 0.0 or s * B <= -1.0:
         return nan
-    known = energy + 0.5 * (old_work + other_work)
+    known = energy + 0.5 * (old_work + other_work) / growth
     e = (known - s * A) / (1.0 + s * B)
     if A + B * e < lowest_pressure(eos):
         e = known - s * lowest_pressure(eos)
