@@ -64,7 +64,7 @@ def test_the_reaction_is_the_change_of_momentum(scheme, transfer):
     block = box((2, 2, 2), (4, 4, 4), RATE_SOLID, velocity=(0.0, 0.2, 0.0))
     simulation = driven(block, motion=motion, counts=(8, 8, 8), scheme=scheme, transfer=transfer, end=20.0)
     before = simulation.momentum()
-    advance(simulation, 40)
+    advance(simulation, 12)
     gained = simulation.momentum() - before
     assert gained[0] > 0.03 * simulation.ledger.momentum_scale
     assert simulation.reactions()["push"] == pytest.approx(gained, abs=1e-12 * simulation.ledger.momentum_scale)
@@ -103,23 +103,19 @@ def test_a_smooth_motion_loses_nothing_as_the_step_falls():
 
 def test_a_piston_compresses_gas_like_a_wall():
     """A driven block closes a tube slowly: the gas takes its work as p dV does on an adiabat."""
-    motion = {
-        "name": "piston",
-        "body": "block",
-        "hold": ["y", "z"],
-        "displacement": {"x": {"kind": "ramp", "distance": 4.0, "duration": 60.0}},
-    }
+    ramp = {"kind": "ramp", "distance": 4.0, "duration": 120.0}
+    motion = {"name": "piston", "body": "block", "hold": ["y", "z"], "displacement": {"x": ramp}}
     gas = box((4, 0, 0), (24, 1, 1), GAS, name="gas", per_cell=(4, 1, 1))
     block = box((2, 0, 0), (4, 1, 1), RATE_SOLID, per_cell=(4, 1, 1))
-    support = [{"where": "x-upper", "fix": "normal"}]
-    simulation = driven(block, gas, motion=motion, counts=(24, 1, 1), support=support, end=60.0)
+    more = {"functions": "quadratic-bspline", "support": [{"where": "x-upper", "fix": "normal"}], "end": 120.0}
+    simulation = driven(block, gas, motion=motion, counts=(24, 1, 1), **more)
     while not simulation.clock.finished(None):
         simulation.step()
     pressure = simulation.bodies[1].field("pressure").mean()
-    # the face of the piston is known to about half a cell of the 16 that are left: 3 % of the volume, 4.4 % of the pressure
-    assert pressure == pytest.approx((20.0 / 16.0) ** 1.4, rel=0.044)
-    work, gained = simulation.energies()["motion_work"], simulation.energies()["internal"] - 20.0 / 0.4
-    assert work - simulation.energies()["impact_heat"] == pytest.approx(gained, rel=0.05)
+    # seven passages of sound: what still swings is of the order of the piston's Mach number, 0.04, squared, and noise
+    assert pressure == pytest.approx((20.0 / 16.0) ** 1.4, rel=0.01)
+    energies = simulation.energies()
+    assert energies["motion_work"] - energies["impact_heat"] == pytest.approx(50.0 * ((20.0 / 16.0) ** 0.4 - 1.0), rel=0.01)
 
 
 def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():

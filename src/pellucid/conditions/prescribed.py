@@ -105,32 +105,40 @@ class Rigid:
     def __init__(self, body: Any) -> None:
         self.body = body
         self._dt = self._loss = 0.0
-        self._target = body.arrays["position"].copy()
+        self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
+        self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
 
     def begin(self, time: float, dt: float) -> None:
         """Nothing is prescribed."""
         self._dt = dt
 
     def steer(self) -> None:
-        """The rigid velocity field V + ω × (x - c) of the points' momentum, and where it leads."""
+        """The rigid velocity field V + ω × (x - c) of the points' momentum."""
         points = self.body.points
         m, x, v = points.mass[:, None], points.position, points.velocity
-        c, V = np.sum(m * x, axis=0) / np.sum(m), np.sum(m * v, axis=0) / np.sum(m)
-        r = x - c
-        spin = np.sum(m * np.cross(r, v - V), axis=0)
+        self._centre, self._velocity = np.sum(m * x, axis=0) / np.sum(m), np.sum(m * v, axis=0) / np.sum(m)
+        self._arm = r = x - self._centre
+        self._spin = np.sum(m * np.cross(r, v - self._velocity), axis=0)
+        rigid = self._velocity + np.cross(self._turn(r), r)
+        self._loss = float(0.5 * np.sum(m * (v * v - rigid * rigid)))
+        v[...] = rigid
+
+    def place(self) -> None:
+        """Places of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
+        points = self.body.points
+        r = self._arm @ _rotation(self._dt * self._turn(self._arm)).T
+        driving.put(self.body.n_slabs, self.body.mapped, self._centre + self._dt * self._velocity + r)
+        points.velocity[...] = self._velocity + np.cross(self._turn(r), r)
+
+    def _turn(self, r: np.ndarray) -> np.ndarray:
+        """Angular velocity [rad/s] of the spin for points at r from the centre [m]."""
+        m = self.body.points.mass[:, None]
         inertia = np.sum(m * r * r) * np.eye(3) - np.einsum("pi,pj->ij", m * r, r)
         thin = self.body.grid.thin  # across a thin axis nothing moves, so that only the turn about it is left
         turns = [axis for axis in range(3) if not any(thin[other] for other in range(3) if other != axis)]
         omega = np.zeros(3)  # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
-        omega[turns] = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True) @ spin[turns]
-        rigid = V + np.cross(omega, r)
-        self._loss = float(0.5 * np.sum(m * (v * v - rigid * rigid)))
-        v[...] = rigid
-        self._target = c + self._dt * V + r @ _rotation(self._dt * omega).T
-
-    def place(self) -> None:
-        """Positions of the rigid motion."""
-        driving.put(self.body.n_slabs, self.body.mapped, self._target)
+        omega[turns] = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True) @ self._spin[turns]
+        return omega
 
     def collect(self) -> ConstraintWork:
         """The energy of what was not a rigid motion is lost."""
