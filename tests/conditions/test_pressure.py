@@ -36,11 +36,12 @@ def test_a_flat_sheet_gains_the_momentum_of_pressure_and_area():
 
 
 def test_a_closed_surface_is_not_pushed_as_a_whole():
-    ball = {"icosphere": {"centre": (8, 8, 8), "radius": 5.0, "refinements": 4}}
+    # no point on a face of the cells: there linear functions pull at a node that has no mass
+    ball = {"icosphere": {"centre": (8.03, 8.01, 7.98), "radius": 5.0, "refinements": 4}}
     simulation = Simulation(membrane(ball), threads=1)
     advance(simulation, 20)
     assert np.abs(simulation.momentum()).max() < 1e-12 * simulation.ledger.momentum_scale
-    radius = np.linalg.norm(simulation.bodies[0].field("position") - 8.0, axis=1)
+    radius = np.linalg.norm(simulation.bodies[0].field("position") - (8.03, 8.01, 7.98), axis=1)
     assert radius.min() > 5.0, "it swells"
 
 
@@ -48,38 +49,33 @@ def test_a_closed_surface_is_not_pushed_as_a_whole():
 def test_a_clamped_circular_membrane_bulges_as_hencky_found(poisson_ratio, k):
     """w₀/a = k (q a/E h)^(1/3) for small slopes. Source: Hencky 1915, Z. Math. Phys. 63, 311; k as in the physics sheet.
 
-    The pressure rises slowly; PIC takes out what still swings.
+    The pressure rises over three periods of the membrane; the mean over the one that follows takes out what still swings.
     """
-    a, q, thickness = 1.0, 40.0, 0.01
-    cell = 0.1
-    disc = {"disc": {"centre": (0.0, 0.0, 0.0), "normal": (0.0, 0.0, 1.0), "radius": a, "rings": 40}}
+    radius, pressure, thickness, cell = 1.0, 40.0, 0.01, 0.1
+    clamped = {"centre": (0, 0, 0), "axis": "z", "inner_radius": 0.999, "outer_radius": 1.001, "height": 0.1}
     case = membrane(
-        disc,
+        {"disc": {"centre": (0, 0, 0), "normal": (0, 0, 1), "radius": radius, "rings": 40}},
         lower=(-1.2, -1.2, -0.2),
         counts=(24, 24, 6),
         cell=cell,
-        value=q,
-        rise=0.6,
+        value=pressure,
+        rise=2.6,
         thickness=thickness,
         functions="quadratic-bspline",
-        time={"end": 1.0, "transfer": "blend", "flip_fraction": 0.9},
-        motion=[{
-            "name": "clamp",
-            "body": "skin",
-            "part": {"pipe": {"centre": (0, 0, 0), "axis": "z", "inner_radius": 0.999, "outer_radius": 1.001, "height": 0.1}},
-            "hold": ["x", "y", "z"],
-        }],
-        energy={"warn": 9.0, "stop": 10.0},
-    )  # fmt: skip
+        time={"end": 3.4, "transfer": "blend", "flip_fraction": 0.98},
+        motion=[{"name": "clamp", "body": "skin", "part": {"pipe": clamped}, "hold": ["x", "y", "z"]}],
+        energy={"warn": 9.0, "stop": 10.0},  # the blend damps
+    )
     case = case.with_settings({"body.skin.material.poisson_ratio": poisson_ratio})
     simulation = Simulation(case, threads=1)
+    tops = []
     while not simulation.clock.finished(None):
         simulation.step()
-    position = simulation.bodies[0].frame()["position"]
-    top = position[:, 2].max()
-    wanted = k * a * (q * a / (1e6 * thickness)) ** (1.0 / 3.0)
-    print(poisson_ratio, top, wanted, simulation.n_steps, simulation.energies()["kinetic"], simulation.energies()["strain"])
-    assert top == pytest.approx(wanted, rel=0.03)
+        if simulation.time > 2.55:
+            tops.append(simulation.bodies[0].field("position")[:, 2].max())
+    wanted = k * radius * (pressure * radius / (1e6 * thickness)) ** (1.0 / 3.0)
+    # slopes up to 0.2, whose square the theory leaves out, and an edge known to a tenth of a cell: 1 % each
+    assert np.mean(tops) == pytest.approx(wanted, rel=0.02)
 
 
 @pytest.mark.parametrize(

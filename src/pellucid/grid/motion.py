@@ -11,6 +11,7 @@ from pellucid.jit import kernel
 from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
+FIRM = 0.05  # share of driven points in the mass of a node that they hold firmly
 NOTHING = 1e-290  # kg; a node below this carries no point
 INTERNAL, GRAVITY, SUPPORT, LOAD, ABSORBED, GRIP, GRIP_LOSS, MASS, WORKS = range(9)
 ABSORBING, LOADING, EXTRA_ROWS = range(3)  # rows of impulses behind those of the supports
@@ -26,8 +27,9 @@ class Supports(NamedTuple):
 class Outside(NamedTuple):
     """What acts on nodes from outside beside gravity and supports; arrays have no rows where there is no such thing.
 
-    Prescribed motions grip a node in proportion to the mass that driven points give it. A grip that closes at once, as soon
-    as the function of a driven point reaches a node, would knock at every cell that a body crosses.
+    Prescribed motions grip the nodes that driven points reach: firmly where these give a node a share FIRM of its mass, below
+    that in proportion. A grip that closed at once, as soon as the function of a driven point reaches a node, would knock at
+    every cell that a body crosses; one that stayed in proportion would give way to a lasting force.
     """
 
     load: np.ndarray  # (n, 3) external force [N]
@@ -90,15 +92,14 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
                 new += taken / m
                 light = (light - half * v) / (1.0 + half)
             if driven and s == 0:
-                share = outside.driven_mass[I, d] / m
-                apart = 0.0
-                if share > 0.0:
+                outside.grip[I, d] = 0.0
+                if outside.driven_mass[I, d] > 0.0:
+                    firmness = min(1.0, outside.driven_mass[I, d] / (FIRM * m))
                     goal = outside.driven_momentum[I, d] / outside.driven_mass[I, d]
-                    apart = goal - new
-                    given = m * share * apart
-                    new += share * apart
-                    light += share * (goal - light)
-                outside.grip[I, d] = apart
+                    given = m * firmness * (goal - new)
+                    new += firmness * (goal - new)
+                    light += firmness * (goal - light)
+                    outside.grip[I, d] = given / outside.driven_mass[I, d]
             if s > 0:
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
@@ -152,7 +153,7 @@ def _project_chunk(bundle, chunk):
                 v = momentum[I, d] / m if m >= NOTHING else 0.0
                 if driven and m >= NOTHING and outside.driven_mass[I, d] > 0.0:
                     goal = outside.driven_momentum[I, d] / outside.driven_mass[I, d]
-                    v += outside.driven_mass[I, d] / m * (goal - v)
+                    v += min(1.0, outside.driven_mass[I, d] / (FIRM * m)) * (goal - v)
                 deforming[I, d] = v
 
 
