@@ -103,7 +103,7 @@ def test_isentropic_compression_is_followed_to_the_order_of_the_update(mode, ord
 
 @pytest.mark.parametrize(("mode", "sign"), [("closed", 1.0), ("explicit", -1.0), ("midpoint", 0.0)])
 def test_a_wave_heats_or_cools_as_its_update_says(mode, sign):
-    """A swing of the volume of a liquid: backward Euler adds dt²/2 K (tr D)² a step, forward Euler takes it, the mean neither."""
+    """A liquid swings: backward Euler adds dt²/2 K (tr D)² a step, forward Euler takes it, the mean does neither."""
     material = fluid("stiffened-gas", energy_update=mode)
     law, state, density, steps, amplitude = material.law(), material.initial_state(), material.density, 60, 1e-4
     dt = 1.0 / steps
