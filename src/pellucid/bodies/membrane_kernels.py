@@ -7,27 +7,17 @@ Damage that follows a mean of the strain needs the strains of all points before 
 the two halves of `strain`. A failed point keeps its strain, frame and volume: they mean nothing where the material is torn.
 """
 
-from math import inf, sqrt
-from typing import NamedTuple
+from math import sqrt
 
-import numpy as np
 from numba import prange
 from numpy import uintp
 
-from pellucid.grid.points import FOLDED, HEATING, INVERTED, NOT_FINITE, OK, RATE, STORED
+from pellucid.bodies.membrane_point import failed, in_frame, responded, turned
+from pellucid.grid.points import HEATING, OK, RATE, STORED
 from pellucid.grid.transfer import gathered, placed
 from pellucid.jit import kernel
-from pellucid.materials.damage import dissipate, driving_strain, has_failed, weaken
-from pellucid.materials.membrane import plane_response, plane_wave_speed, stretched
-
-
-class MembraneArrays(NamedTuple):
-    """What membrane points carry beside mass, volume and stress."""
-
-    frame: np.ndarray  # (n, 9) rows t₁, t₂, normal
-    in_plane: np.ndarray  # (n, 4) shape in the frame, the law's own
-    plane_stress: np.ndarray  # (n, 3) σ'₁₁, σ'₂₂, σ'₁₂ in the frame [Pa]
-    strain_energy: np.ndarray  # (n,) work of the stress [J/kg]
+from pellucid.materials.damage import driving_strain, has_failed
+from pellucid.materials.membrane import stretched
 
 
 @kernel()
@@ -64,118 +54,6 @@ def gather_gradients(n, mapped, gradient, dt, move):
         _gather_slab(mapped, s, gradient, dt, move)
 
 
-@kernel(inline=True)
-def _turned(x, fans, frame, L, dt, p):
-    """Frame of point p and its old normal's cosine with the new, share of area, stretching in the frame."""
-    # normal and share of area, from the triangles about the point
-    nx = ny = nz = share = 0.0
-    for t in range(fans.start[p], fans.start[p + 1]):
-        q, r = fans.corners[t, 0], fans.corners[t, 1]
-        ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
-        bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
-        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        twice = sqrt(cx * cx + cy * cy + cz * cz)
-        share += twice / 6.0
-        nx += cx / twice
-        ny += cy / twice
-        nz += cz / twice
-    length = sqrt(nx * nx + ny * ny + nz * nz)
-    nx, ny, nz = nx / length, ny / length, nz / length
-    # turn the first tangent with the normal: S a = c a + w × a + w (w·a)/(1 + c)
-    mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
-    ux, uy, uz = frame[p, 0], frame[p, 1], frame[p, 2]
-    c = mx * nx + my * ny + mz * nz
-    wx, wy, wz = my * nz - mz * ny, mz * nx - mx * nz, mx * ny - my * nx
-    along = (wx * ux + wy * uy + wz * uz) / (1.0 + c)
-    tx = c * ux + wy * uz - wz * uy + wx * along
-    ty = c * uy + wz * ux - wx * uz + wy * along
-    tz = c * uz + wx * uy - wy * ux + wz * along
-    # keep it in the plane and of unit length
-    off = tx * nx + ty * ny + tz * nz
-    tx, ty, tz = tx - off * nx, ty - off * ny, tz - off * nz
-    length = sqrt(tx * tx + ty * ty + tz * tz)
-    tx, ty, tz = tx / length, ty / length, tz / length
-    sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
-    Ltx, Lty, Ltz = (
-        L[0] * tx + L[1] * ty + L[2] * tz,
-        L[3] * tx + L[4] * ty + L[5] * tz,
-        L[6] * tx + L[7] * ty + L[8] * tz,
-    )
-    Lsx, Lsy, Lsz = (
-        L[0] * sx + L[1] * sy + L[2] * sz,
-        L[3] * sx + L[4] * sy + L[5] * sz,
-        L[6] * sx + L[7] * sy + L[8] * sz,
-    )
-    # spin about the normal, as a rotation of the tangents (Cayley)
-    a = 0.25 * dt * (sx * Ltx + sy * Lty + sz * Ltz - tx * Lsx - ty * Lsy - tz * Lsz)
-    cosine, sine = (1.0 - a * a) / (1.0 + a * a), 2.0 * a / (1.0 + a * a)
-    D11 = tx * Ltx + ty * Lty + tz * Ltz
-    D22 = sx * Lsx + sy * Lsy + sz * Lsz
-    D12 = 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz)
-    tx, ty, tz, sx, sy, sz = (
-        cosine * tx + sine * sx,
-        cosine * ty + sine * sy,
-        cosine * tz + sine * sz,
-        cosine * sx - sine * tx,
-        cosine * sy - sine * ty,
-        cosine * sz - sine * tz,
-    )
-    # the stretching in the turned frame
-    E11 = cosine * cosine * D11 + sine * sine * D22 + 2.0 * sine * cosine * D12
-    E22 = sine * sine * D11 + cosine * cosine * D22 - 2.0 * sine * cosine * D12
-    E12 = sine * cosine * (D22 - D11) + (cosine * cosine - sine * sine) * D12
-    return (tx, ty, tz, sx, sy, sz, nx, ny, nz), c, share, (E11, E22, E12)
-
-
-@kernel(inline=True)
-def _respond(surface, p, F, frame, c, share, D, dt, strain):
-    """Stress and volume of a point of shape F, damaged by `strain`; its strain energy, signal rate, fault."""
-    lattice, points, _, _, _, law, carried, thickness, damage, record = surface.content
-    tx, ty, tz, sx, sy, sz, nx, ny, nz = frame
-    E11, E22, E12 = D
-    v = points.velocity
-    left, kept = weaken(damage, record, p, strain)
-    s11, s22, s12, ratio = plane_response(law, F)
-    s11, s22, s12 = left * s11, left * s22, left * s12
-    old = carried.plane_stress
-    power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
-    volume = share * thickness * ratio
-    density = points.mass[p] / volume
-    points.volume[p] = volume
-    carried.strain_energy[p] += dt * power / density
-    dissipate(damage, record, p, carried.strain_energy[p], kept)
-    old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
-    sig = points.stress
-    sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
-    sig[p, 1] = s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy
-    sig[p, 2] = s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz
-    sig[p, 3] = s11 * ty * tz + s22 * sy * sz + s12 * (ty * sz + tz * sy)
-    sig[p, 4] = s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx)
-    sig[p, 5] = s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx)
-    speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
-    wave = plane_wave_speed(law, F, density)
-    fault = OK
-    if c < -0.999:
-        fault = FOLDED
-    elif ratio <= 0.0:
-        fault = INVERTED
-    elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
-        fault = NOT_FINITE
-    return points.mass[p] * carried.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
-
-
-@kernel(inline=True)
-def _failed(surface, p):
-    """Strain energy, signal rate and fault of a failed point, which has no stress but moves."""
-    lattice, points, _, _, _, law, carried, _, _, _ = surface.content
-    v, shape = points.velocity, carried.in_plane
-    speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
-    F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
-    wave = plane_wave_speed(law, F, points.mass[p] / points.volume[p])
-    fault = OK if speed < inf else NOT_FINITE
-    return points.mass[p] * carried.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
-
-
 @kernel()
 def _strain_slab(surface, s, dt):
     _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
@@ -184,15 +62,15 @@ def _strain_slab(surface, s, dt):
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         if has_failed(damage, record, p):
-            energy, signal, fault = _failed(surface, p)
+            energy, signal, fault = failed(surface, p)
         else:
-            Q, c, share, D = _turned(points.position, fans, frame, gradient[p], dt, p)
+            Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
             F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), D, dt)
             for d in range(4):
                 shape[p, d] = F[d]
             for d in range(9):
                 frame[p, d] = Q[d]
-            energy, signal, fault = _respond(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
+            energy, signal, fault = responded(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
         stored += energy
         rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:
@@ -211,14 +89,23 @@ def strain(n, surface, dt):
 
 
 @kernel()
-def _stretch_slab(surface, s, number, local, kinematics, dt):
+def _stretch_slab(surface, s, number, torn, local, kinematics, dt):
     _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
     frame, shape = carried.frame, carried.in_plane
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
-        if not has_failed(damage, record, p):
-            Q, c, share, D = _turned(points.position, fans, frame, gradient[p], dt, p)
+        opening = 0.0
+        if has_failed(damage, record, p):
+            E11, E22, E12 = in_frame(gradient[p], frame[p])
+            if driving_strain(damage, law, F) > damage.failure_strain:
+                torn[p, 0] += dt * E11
+                torn[p, 1] += dt * E22
+                torn[p, 2] += dt * E12
+                half = 0.5 * (torn[p, 0] - torn[p, 1])
+                opening = 0.5 * (torn[p, 0] + torn[p, 1]) + sqrt(half * half + torn[p, 2] * torn[p, 2])
+        else:
+            Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
             F = stretched(law, F, D, dt)
             for d in range(4):
                 shape[p, d] = F[d]
@@ -227,17 +114,20 @@ def _stretch_slab(surface, s, number, local, kinematics, dt):
             for d in range(3):
                 kinematics[p, d] = D[d]
             kinematics[p, 3], kinematics[p, 4] = c, share
-        local[number[p]] = driving_strain(damage, law, F)
+        local[number[p]] = driving_strain(damage, law, F) + opening
 
 
 @kernel(parallel=True)
-def stretch(n, surface, number, local, kinematics, dt):
+def stretch(n, surface, number, torn, local, kinematics, dt):
     """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
 
-    `kinematics`, shape (points, 5), takes along to `respond`: stretching, turn of the normal, share of area.
+    A point that tore by its own strain counts with what it has opened since too, which `torn`, shape (points, 3), sums up in
+    its frame: the opening of a crack is the same on any grid, its strain is not. A point that failed for its neighbours'
+    strain alone counts with its strain at failure, or failure would spread without end. `kinematics`, shape (points, 5),
+    takes along to `respond`: stretching, turn of the normal, share of area.
     """
     for s in prange(n):
-        _stretch_slab(surface, s, number, local, kinematics, dt)
+        _stretch_slab(surface, s, number, torn, local, kinematics, dt)
 
 
 @kernel()
@@ -248,11 +138,11 @@ def _respond_slab(surface, s, number, mean, kinematics, dt):
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         if has_failed(damage, record, p):
-            energy, signal, fault = _failed(surface, p)
+            energy, signal, fault = failed(surface, p)
         else:
             F, k, t = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), kinematics[p], frame[p]
             Q = (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8])
-            energy, signal, fault = _respond(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
+            energy, signal, fault = responded(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
         stored += energy
         rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:

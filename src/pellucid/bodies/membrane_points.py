@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies import membrane_kernels as kernels
+from pellucid.bodies.membrane_point import MembraneArrays
 from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.nonlocal_mean import NonlocalMean
 from pellucid.bodies.point_body import PointBody
@@ -48,6 +49,8 @@ class MembranePoints(PointBody):
             arrays |= {name: np.zeros(n) for name in DamageRecord._fields}
         radius = case.material.damage.radius if case.material.damage else None
         self._mean = NonlocalMean(vertices, area, radius) if radius else None
+        if radius:
+            arrays["torn"] = np.zeros((n, 3))
         self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
@@ -56,7 +59,7 @@ class MembranePoints(PointBody):
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
-        self._carried = kernels.MembraneArrays(*(self.arrays[name] for name in kernels.MembraneArrays._fields))
+        self._carried = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
         self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
 
     def _share(self, slabs: Slabs) -> None:
@@ -92,7 +95,7 @@ class MembranePoints(PointBody):
 
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]
-        kernels.stretch(self.n_slabs, self._surface, number, mean.local, self._kinematics, dt)
+        kernels.stretch(self.n_slabs, self._surface, number, self.arrays["torn"], mean.local, self._kinematics, dt)
         if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
             mean.update()
         kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

@@ -15,7 +15,7 @@ from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.reductions import ordered_sum
 
-HIDDEN = ("volume", "affine", "driven", "start")  # arrays that results do not show
+HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
 
 
 class PointBody(ABC):

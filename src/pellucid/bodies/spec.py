@@ -168,6 +168,7 @@ class MembranePointsCase(Model):
         yield from wrong
         if wrong:
             return
+        yield from self._radius_misfits(grid)
         samples = np.concatenate([vertices, vertices[triangles].mean(axis=1)])
         cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
         crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
@@ -180,6 +181,12 @@ class MembranePointsCase(Model):
                 f"tears the membrane",
                 f"give it about {more:.2g} times as many points, or use a larger grid.cell",
             )
+
+    def _radius_misfits(self, grid: GridCase) -> Iterator[tuple[str, str, str]]:
+        radius = self.material.damage.radius if self.material.damage else None
+        if radius is not None and radius < grid.cell:
+            text = f"damage.radius = {radius:g} m is less than grid.cell = {grid.cell:g} m: the mean tells no more than a point"
+            yield "material", text, "make it three cells or more, use a finer grid, or leave it out for local damage"
 
 
 def kind_of_body(value: Any) -> Any:

@@ -93,6 +93,13 @@ def has_failed(law: Any, record: DamageRecord, p: int) -> bool:
 
 
 @generic
+def upright(law: Any, along: float) -> bool:
+    """Whether a triangle tells where the surface is, from how much of its normal lies along that of its corner before.
+
+    About a tear, triangles turn over or vanish while other triangles of the corner still hold."""
+
+
+@generic
 def driving_strain(law: Any, elastic: Any, shape: Any) -> float:
     """The strain that drives damage, of a membrane of the elastic law in this shape."""
 
@@ -110,6 +117,11 @@ def dissipate(law: Any, record: DamageRecord, p: int, work: float, kept: float) 
 @point_function(has_failed, Undamaged)
 def _never(law, record, p):
     return False
+
+
+@point_function(upright, Undamaged)
+def _always(law, along):
+    return True
 
 
 @point_function(driving_strain, Undamaged)
@@ -130,6 +142,11 @@ def _dissipates_nothing(law, record, p, work, kept):
 @point_function(has_failed, Elastodamage)
 def _has_failed(law, record, p):
     return record.failed[p] > 0.0
+
+
+@point_function(upright, Elastodamage)
+def _upright(law, along):
+    return along > 0.0
 
 
 @point_function(driving_strain, Elastodamage)
