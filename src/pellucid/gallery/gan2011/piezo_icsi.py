@@ -25,8 +25,8 @@ MICRO = 1e6
 
 CAPTIONS = piezo_pictures.CAPTIONS | {
     "failure": "Left: failed points, and force of the motion on the pipette, with its path; the pipette sets off at once, and "
-    "the force of the first microsecond is off the scale. Right: the side of the zona that faces the pipette, as it lies at the "
-    "start; colours tell at which recorded instant a point had failed.",
+    "the force of the first microsecond is off the scale. Right: the side of the zona that faces the pipette, as it lies at "
+    "the start; colours tell at which recorded instant a point had failed.",
 }
 
 
