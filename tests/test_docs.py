@@ -67,7 +67,7 @@ def test_python_snippet_compiles(text: str) -> None:
 
 def test_readme_commands_do_their_own_setup() -> None:
     setup = "python3 -m venv --without-pip .venv && python3 -m pip --python .venv install "
-    assert readme_command("pellucid run gan2011/shock-tube").startswith(setup)
+    assert readme_command("pellucid run gan2011/piezo-icsi --quick").startswith(setup)
     assert readme_command("-m pytest").startswith(setup)
 
 
