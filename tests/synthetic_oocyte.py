@@ -8,9 +8,6 @@ from pellucid.case import loads
 from pellucid.geometry.surfaces import Icosphere
 from pellucid.results import Run, frames
 from pellucid.results.store import RunFolder
-from pellucid.state import FIELDS, Field
-
-FIELDS.setdefault("failed", Field(1, "1", "whether the point has failed"))
 
 CENTRE = np.array([67.0, 65.0, 65.0])  # µm
 RADIUS, AMPLITUDE, PERIOD = 50.0, 13.5, 100.0  # µm, µm, µs
@@ -111,5 +108,5 @@ def fields(name: str, start: np.ndarray, time: float, size: float) -> dict[str, 
     if name == "zona":
         off = np.hypot(start[:, 1] - CENTRE[1], start[:, 2] - CENTRE[2])
         beside = np.abs(start[:, 1] - CENTRE[1]) > 0.6 * off
-        found["failed"] = ((np.abs(off - 8.0) < 0.045 * time) & beside & (start[:, 0] > 80.0)).astype(np.uint8)
+        found["failed"] = ((np.abs(off - 8.0) < 0.045 * time) & beside & (start[:, 0] > 80.0)).astype(float)
     return found

@@ -118,5 +118,8 @@ class FakeSimulation:
     def momentum(self) -> np.ndarray:
         return sum(0.5 * body.velocity.sum(axis=0) for body in self.bodies)
 
+    def reactions(self) -> dict[str, np.ndarray]:
+        return {}
+
     def conservation(self) -> dict[str, float]:
         return {"mass": 0.0, "momentum": 1e-16, "energy": 1e-4 * self.time}

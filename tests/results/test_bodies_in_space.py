@@ -15,8 +15,8 @@ def test_what_surrounds_another_body_is_opened_in_its_middle():
     outer, inner = box(0.0, 10.0), box(2.0, 6.0)
     plane = opening([outer, inner])
     middle = 0.5 * (inner.min(axis=0) + inner.max(axis=0))
-    assert plane.beyond(middle[None]) == pytest.approx(0.0)
-    assert plane.beyond(middle[None] - [0.0, 1.0, 0.0]) == pytest.approx(1.0), "the front goes"
+    assert -0.01 < plane.beyond(middle[None])[0] < 0.0, "a layer in the middle stays"
+    assert plane.beyond(middle[None] - [0.0, 1.0, 0.0]) == pytest.approx(1.0, abs=0.01), "the front goes"
 
 
 def test_bodies_side_by_side_stay_whole():

@@ -46,7 +46,7 @@ class MaterialPoints(PointBody):
         if self.constraint is not None and not self.constraint.strains:
             if move:
                 self.move(dt)
-            self.sums["rate"] = float(np.linalg.norm(self.points.velocity, axis=1).max()) * self.grid.lattice.inverse_cell
+            self._bound_rate(float(np.linalg.norm(self.points.velocity, axis=1).max()) * self.grid.lattice.inverse_cell)
             return
         kernels.deform(self.n_slabs, self._strained, dt, int(move))
         if move:

@@ -43,7 +43,7 @@ class PointBody(ABC):
         self.sums: dict[str, float] = {}
         self.bind()
         self.sort()
-        self._measure()
+        self.measure()
 
     @abstractmethod
     def deform(self, dt: float, move: bool) -> None:
@@ -119,7 +119,12 @@ class PointBody(ABC):
     def _collect_strain_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)
         self.sums["stored"], self.sums["heating"] = float(sums[STORED]), float(sums[HEATING])
-        self.sums["rate"] = float(self.slabs.sums[:, RATE].max())
+        self._bound_rate(float(self.slabs.sums[:, RATE].max()))
+
+    def _bound_rate(self, rate: float) -> None:
+        """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
+        prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
+        self.sums["rate"] = max(rate, prescribed * self.grid.lattice.inverse_cell)
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
@@ -140,7 +145,7 @@ class PointBody(ABC):
             state=state,
         )
 
-    def _measure(self) -> None:
+    def measure(self) -> None:
         """The sums of the initial state."""
         sum_motion(self.n_slabs, self.mapped)
         self._collect_motion_sums()

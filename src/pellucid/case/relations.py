@@ -57,7 +57,7 @@ def findings(
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
         *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies, grid)),
-        *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time)),
+        *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time, conditions.motions)),
         *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
         *(found for i, motion in enumerate(conditions.motions) for found in _motion(i, motion, bodies)),
         *_repeated_names("motion", _condition_names(conditions)),
@@ -130,9 +130,11 @@ def _outside(
                 yield Finding(path, text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
 
 
-def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None) -> Iterator[Finding]:
+def _fixed_step(
+    index: int, body: Body | str | None, grid: GridCase | None, time: TimeCase | None, motions: Sequence[Motion | None]
+) -> Iterator[Finding]:
     """A fixed step that cannot be stable even at the start, with signals that cross more than a cell in it."""
-    if body is None or isinstance(body, str) or grid is None or time is None:
+    if body is None or isinstance(body, str) or grid is None or time is None or _moves_rigidly(body, grid, motions):
         return
     material, h = body.material, grid.cell
     speed, spread = material.signals(h)
@@ -150,6 +152,15 @@ def _fixed_step(index: int, body: Body | str | None, grid: GridCase | None, time
             f"above {limit:.3g} s, the largest stable step at the start: {reason}",
             "make time.step smaller, or leave it out and let time.courant choose",
         )
+
+
+def _moves_rigidly(body: Body, grid: GridCase, motions: Sequence[Motion | None]) -> bool:
+    """Whether a solid has no waves: a rigid body, or one that follows a motion as a whole."""
+    if body.kind != "material-points":
+        return False
+    free = {axis for axis, thin in enumerate(grid.thin()) if not thin}
+    own = (motion for motion in motions if motion is not None and motion.body == body.name and motion.part is None)
+    return body.rigid or any(free <= motion.axes() for motion in own)
 
 
 def _support(index: int, support: Support | None, grid: GridCase | None) -> Iterator[Finding]:
@@ -218,7 +229,7 @@ def _pressure(index: int, pressure: Pressure | None, bodies: Sequence[Body | str
 
 
 def _condition_names(conditions: Conditions) -> list[str | None]:
-    return [motion and motion.name for motion in conditions.motions]
+    return [None if motion is None else motion.name for motion in conditions.motions]
 
 
 def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None], conditions: Conditions) -> Iterator[Finding]:

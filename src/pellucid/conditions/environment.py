@@ -41,6 +41,7 @@ class Environment:
                 self._constraints.append(Drive(body, own, self.outside))
         for constraint in self._constraints:
             constraint.body.constraint = constraint
+            constraint.body.measure()  # what bounds the step of a body may change
         # the entries of the energy ledger that such conditions need
         present = {"load": pressures, "absorbed": absorbing, "motion": motions, "impact_heat": self._constraints}
         self.works = tuple(name for name, conditions in present.items() if conditions)

@@ -48,6 +48,12 @@ class Motion(Model):
                 result[number] = signal.function()
         return result
 
+    def axes(self) -> set[int]:
+        """The numbers of the prescribed axes."""
+        return {
+            number for number, axis in enumerate("xyz") if axis in self.hold or getattr(self.displacement, axis) is not None
+        }
+
     def top_speed(self) -> float:
         """Largest prescribed velocity along an axis [m/s]."""
         signals = (getattr(self.displacement, axis) for axis in "xyz")

@@ -32,6 +32,7 @@ class Drive:
         self.body = body
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
+        self.top_speed = max(motion.top_speed() for motion in motions)
         self._outside = Bundle(outside)
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)
@@ -99,6 +100,7 @@ class Rigid:
     """A body that moves as a rigid one: its points keep the motion that has their momentum and their angular momentum."""
 
     strains = False
+    top_speed = 0.0  # of what is prescribed [m/s]
 
     def __init__(self, body: Any) -> None:
         self.body = body

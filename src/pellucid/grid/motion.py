@@ -189,10 +189,21 @@ class NodalMotion:
         self._work.fill(0.0)
         _advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
         sums = ordered_sum(self._work)
-        works = (float(sums[column]) for column in range(WORKS))
         impulses = sums[WORKS:].reshape(-1, 3)
         first = len(impulses) - EXTRA_ROWS
-        return StepWork(*works, impulses[:first], impulses[first + ABSORBING], impulses[first + LOADING])
+        return StepWork(
+            internal=float(sums[INTERNAL]),
+            gravity=float(sums[GRAVITY]),
+            support=float(sums[SUPPORT]),
+            load=float(sums[LOAD]),
+            absorbed=float(sums[ABSORBED]),
+            grip=float(sums[GRIP]),
+            grip_loss=float(sums[GRIP_LOSS]),
+            mass=float(sums[MASS]),
+            impulses=impulses[:first],
+            absorbed_impulse=impulses[first + ABSORBING],
+            load_impulse=impulses[first + LOADING],
+        )
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `deforming`."""

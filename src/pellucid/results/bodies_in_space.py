@@ -23,6 +23,7 @@ VIEW = View(-50.0, 22.0)
 FRONT = (0.0, -1.0, 0.0)
 """The side from which bodies are opened: the eye is there."""
 
+ASIDE = 1e-3  # of the size of what is surrounded
 MOST_BALLS = 60_000
 """More points of a body than this are thinned out evenly, the balls grow instead."""
 
@@ -56,7 +57,8 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
         corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
     for unused in panels[len(chosen) :]:
         unused.remove()
-    bar = figure.colorbar(ScalarMappable(Normalize(low, high), SEQUENTIAL), ax=figure.axes, shrink=0.7, pad=0.01, aspect=25)
+    scale = ScalarMappable(Normalize(low, high), SEQUENTIAL)
+    bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend="both")
     bar.set_label(with_unit(*meaning(list(scenes[0].values()), quantity)))
     bar.outline.set_visible(False)
     return figure
@@ -73,8 +75,9 @@ def opening(positions: list[np.ndarray]) -> Plane | None:
     if not hidden:
         return None
     largest = max(hidden, key=lambda box: float(np.prod(box[1] - box[0])))
-    normal = np.array(FRONT)
-    return Plane(FRONT, float(0.5 * (largest[0] + largest[1]) @ normal))
+    middle = float(0.5 * (largest[0] + largest[1]) @ np.array(FRONT))
+    # layers of points often lie in the very middle: a little before it, so that they stay in every picture
+    return Plane(FRONT, middle + ASIDE * float((largest[1] - largest[0]).max()))
 
 
 def _thing(cloud: Cloud, triangles: np.ndarray, colours: np.ndarray) -> Thing:

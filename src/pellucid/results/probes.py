@@ -69,11 +69,11 @@ class ProbeReader:
         return float(scalar(field(probe.quantity), probe.component)[here])
 
     def _reaction(self, probe: "Probe", impulses: Mapping[str, np.ndarray], time: float) -> float:
-        if probe.condition not in impulses or time <= self._time:
+        name = probe.condition or ""
+        if name not in impulses or time <= self._time:
             return 0.0
-        force = (impulses[probe.condition] - np.array(self._impulses.get(probe.condition, (0.0, 0.0, 0.0)))) / (
-            time - self._time
-        )
+        before = np.array(self._impulses.get(name, (0.0, 0.0, 0.0)))
+        force = (impulses[name] - before) / (time - self._time)
         return float(scalar(force[None, :], probe.component)[0])
 
 

@@ -3,7 +3,7 @@ import pytest
 
 from pellucid.geometry.surfaces import Icosphere
 from pellucid.results.scenes.render import inside, render
-from pellucid.results.scenes.scene import View, box_corners, camera_for, coloured, cubes, rim, section
+from pellucid.results.scenes.scene import View, box_corners, bricks, camera_for, coloured, lattice_sides, rim, section
 from pellucid.results.scenes.things import Balls, Mesh, Plane, Section
 
 TEAL, RED = (0.1, 0.6, 0.6), (1.0, 0.0, 0.0)
@@ -92,7 +92,8 @@ def test_a_painted_section_is_seen_where_the_cut_bares_it(camera):
 
 def test_the_rim_has_the_thickness_of_the_membrane():
     ribbon = rim(sphere(), HALF, 0.3, TEAL)
-    assert np.allclose(ribbon.vertices[:, 2], HALF.offset)
+    assert np.allclose(ribbon.vertices[:, 2], HALF.offset, atol=1e-3)
+    assert (ribbon.vertices[:, 2] > HALF.offset).all(), "it covers the painted plane"
     a, b, c = (ribbon.vertices[ribbon.triangles[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
     circle = np.sqrt(RADIUS**2 - HALF.offset**2)
@@ -112,12 +113,37 @@ def test_no_rim_where_nothing_is_cut():
     assert rim(sphere(), Plane((0.0, 0.0, 1.0), 5.0), 0.3, TEAL).primitives == 0
 
 
-def test_cubes_are_closed_and_look_outward():
-    boxes = cubes(np.array([[0.0, 1.0, 2.0], [5.0, 5.0, 5.0]]), np.array([1.0, 2.0]), TEAL)
+def test_bricks_are_closed_and_look_outward():
+    boxes = bricks(np.array([[0.0, 1.0, 2.0], [5.0, 5.0, 5.0]]), np.array([1.0, 2.0, 3.0]), TEAL)
     a, b, c = (boxes.vertices[boxes.triangles[:, k]] for k in range(3))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
-    assert volume[:12].sum() == pytest.approx(1.0)
-    assert volume[12:].sum() == pytest.approx(8.0)
+    assert volume[:12].sum() == pytest.approx(6.0)
+    assert volume[12:].sum() == pytest.approx(6.0)
+
+
+def test_bricks_side_by_side_make_one_body():
+    block = bricks(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.01, 0.0]]), np.ones(3), TEAL)
+    assert block.primitives == 2 * (3 * 6 - 4)
+    assert bricks(np.zeros((0, 3)), np.ones(3), TEAL).primitives == 0
+
+
+@pytest.mark.parametrize("counts", [(2, 7, 5), (1, 4, 3), (1, 1, 6), (1, 1, 1)])
+def test_sides_of_a_lattice(counts):
+    sides = np.array([7.5, 10.0, 7.5])
+    position = sides * np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
+    position += np.random.default_rng(7).normal(0.0, 1e-9, position.shape)
+    found = lattice_sides(position, np.full(len(position), np.prod(sides)))
+    assert np.prod(found) == pytest.approx(np.prod(sides))
+    several = np.array(counts) > 1
+    assert found[several] == pytest.approx(sides[several], rel=1e-6)
+
+
+def test_a_skin_is_flat_where_it_is_cut(camera):
+    low = Balls(np.array([[0.0, 0.0, 0.2]]), np.array([1.0]), np.array([TEAL]), skin=True)
+    x, y, depth, _ = (np.concatenate(parts) for parts in zip(*low.fragments(camera, HALF), strict=True))
+    beyond = HALF.beyond(camera.position(x, y, depth))
+    assert beyond.max() == pytest.approx(0.0, abs=1e-12)
+    assert (np.abs(beyond) < 1e-9).mean() > 0.5
 
 
 @pytest.mark.parametrize("at", [0.0, 1.9])

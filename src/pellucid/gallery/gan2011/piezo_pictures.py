@@ -11,10 +11,11 @@ from pellucid.results.scenes.render import render
 from pellucid.results.scenes.scene import (
     View,
     ball_radii,
+    bricks,
     camera_for,
     coloured,
     corner_words,
-    cubes,
+    lattice_sides,
     rim,
     scale_bar,
     section,
@@ -36,7 +37,7 @@ CAPTIONS = {
     "oocyte": "The zona, whole and cut open along the path of the pipette; failed parts in red.",
     "oocyte_whole": "Zona, pipette and holding plate at the instants of the paper's pictures; failed parts of the zona in red.",
     "oocyte_cut": "The same, cut open along the path of the pipette: the zona in its true thickness, the pressure in the "
-    "cytoplasm, and the points of the medium in the layer of cells below the cut.",
+    "cytoplasm as a mean over neighbouring points, and the points of the medium in the layer of cells below the cut.",
 }
 
 WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 60.0)
@@ -51,6 +52,7 @@ FAILED_INK = "#C21A17"
 PIPETTE: Colour = (0.90, 0.90, 0.92)
 PLATE: Colour = (0.17, 0.27, 0.48)
 MEDIUM: Colour = (0.66, 0.77, 0.94)
+SWELL = 1.25  # of the balls under the pipette's skin, so that it has no holes
 DOT = 0.45e-6  # radius of a dot of the medium [m]
 PALETTE = "PuOr_r"
 """Of the pressure: two hues about white, neither of them the membrane's or that of failure."""
@@ -100,7 +102,12 @@ def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
     figure = _panels(run, shown, stage)
     low, high = stage.limits
     bar = figure.colorbar(
-        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE), ax=figure.axes, shrink=0.6, aspect=30, pad=0.01
+        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE),
+        ax=figure.axes,
+        shrink=0.6,
+        aspect=30,
+        pad=0.01,
+        extend="both",
     )
     bar.set_label("pressure in the cytoplasm [kPa]")
     bar.outline.set_visible(False)
@@ -117,7 +124,7 @@ def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
     middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
     plane = Plane((0.0, 0.0, 1.0), middle)
     places = _places(run)
-    sizes = [np.percentile(np.abs(run.fields("cytoplasm", time)["pressure"]), 99.0) for time in times]
+    sizes = [np.percentile(np.abs(run.fields("cytoplasm", time)["pressure"]), 95.0) for time in times]
     largest = float(max(sizes, default=0.0)) or 1.0
     return Stage(camera_for(CUT, places[plane.beyond(places) <= 0.0], columns), plane, (-largest, largest))
 
@@ -153,7 +160,8 @@ def recorded(run: "Run", times: Iterable[float]) -> np.ndarray:
 def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
     across, down = min(2, len(times)), -(-len(times) // 2)
     rows, columns = stage.camera.shape
-    figure = new_figure(WIDTH, down * (WIDTH / 2.2 * rows / columns + 0.1), layout="compressed")
+    width = WIDTH / (2.2 if across == 2 else 1.6)  # of a panel [inch]
+    figure = new_figure(WIDTH * min(1.0, 0.35 + 0.35 * across), down * (width * rows / columns + 0.1), layout="compressed")
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, time in zip(panels, times, strict=False):
         draw_oocyte(axes, run, float(time), stage)
@@ -172,14 +180,15 @@ def _places(run: "Run") -> np.ndarray:
 
 def _pipette(run: "Run", time: float) -> Balls:
     body = run.fields("pipette", time)
-    radii = ball_radii(body["mass"], body["density"])
+    radii = SWELL * ball_radii(body["mass"], body["density"])
     return Balls(body["position"], radii, np.tile(PIPETTE, (len(radii), 1)), skin=True)
 
 
 def _plate(run: "Run", time: float, cut: Plane | None) -> Mesh:
-    body = run.fields("plate", time)
-    kept = cut.beyond(body["position"]) <= 0.0 if cut else slice(None)
-    return cubes(body["position"][kept], np.cbrt(body["mass"] / body["density"])[kept], PLATE)
+    start, position = run.fields("plate", 0.0), run.fields("plate", time)["position"]
+    sides = lattice_sides(start["position"], start["mass"] / start["density"])
+    kept = cut.beyond(position) <= 0.0 if cut else slice(None)
+    return bricks(position[kept], sides, PLATE)
 
 
 def _medium(run: "Run", time: float, cut: Plane) -> Balls:

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 INK = "#222233"
-NEIGHBOURS = 6  # points that give a pixel of a section its value
+NEIGHBOURS = 14  # points that give a pixel of a section its value
+HAIR = 2e-3  # of the thickness of a membrane
 COARSE = 3  # pixels between those that are looked up
 
 
@@ -49,16 +50,32 @@ def box_corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
 
 
 def ball_radii(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
-    """Radii [m] at which the balls of a body overlap enough to look like one thing, from mass [kg] and density [kg/m^3]."""
-    return 0.75 * np.cbrt(mass / density)
+    """Radii [m] of balls that have the volume of the points, from mass [kg] and density [kg/m^3]."""
+    return np.asarray(np.cbrt(0.75 / np.pi * mass / density))
 
 
-def cubes(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
-    """A body whose points lie on a lattice, as cubes of those sides [m] about them; no plane cuts a cube."""
+def lattice_sides(position: np.ndarray, volume: np.ndarray) -> np.ndarray:
+    """Distances [m] between the layers of a lattice of points along x, y, z; of a single layer what the volume [m^3] gives."""
+    mean = float(np.mean(volume))
+    gaps = [np.diff(np.sort(values)) for values in position.T]
+    layers = [gap[gap > 0.05 * np.cbrt(mean)] for gap in gaps]
+    sides = np.array([np.median(gap) if len(gap) else np.nan for gap in layers])
+    lone = np.isnan(sides)
+    sides[lone] = (mean / np.prod(sides[~lone])) ** (1.0 / max(1, lone.sum()))
+    return sides
+
+
+def bricks(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
+    """A body whose points lie on a lattice, as bricks of those three sides [m] about them; no plane cuts a brick.
+
+    Faces between two bricks are left out: nobody sees them.
+    """
     corner = box_corners(np.full(3, -0.5), np.full(3, 0.5))  # number 4i + 2j + k
     faces = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # outward
-    vertices = (centres[:, None] + corner[faces.ravel()] * sides[:, None, None]).reshape(-1, 3)
-    quads = 4 * np.arange(6 * len(centres))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    squares = (centres[:, None] + corner[faces.ravel()] * sides).reshape(-1, 4, 3)
+    touching = cKDTree(squares.mean(axis=1)).query_pairs(0.25 * sides.min(), output_type="ndarray")
+    vertices = np.delete(squares, touching.ravel(), axis=0).reshape(-1, 3)
+    quads = np.arange(0, len(vertices), 4)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
     n = len(vertices)
     return Mesh(vertices, quads.reshape(-1, 3), np.tile(colour, (n, 1)), np.zeros(n, bool), cuttable=False)
 
@@ -66,7 +83,7 @@ def cubes(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
 def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
     """A field of points, shape (n,), on the pixels of the plane inside a closed mesh, else not a number.
 
-    The mean of the nearest points, weighted with the inverse square of their distances, on a lattice of pixels; linear
+    The mean of the nearest points, weighted by a bell curve as wide as the points are apart, on a lattice of pixels; linear
     between them.
     """
     within = inside(mesh, camera, plane)
@@ -78,14 +95,18 @@ def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, valu
     v, u = np.meshgrid(rows, columns, indexing="ij")
     nearest = np.arange(1, min(NEIGHBOURS, len(position)) + 1)
     distance, which = cKDTree(position).query(camera.position(u, v, camera.depth_of(plane, u, v)), k=nearest)
-    weight = 1.0 / (np.square(distance) + 0.05 * np.mean(distance) ** 2 + np.finfo(float).tiny)
+    apart = np.mean(np.asarray(distance)[..., min(3, len(nearest) - 1)])
+    weight = np.exp(-np.square(distance / apart)) + np.finfo(float).tiny
     coarse = (weight * values[which]).sum(axis=-1) / weight.sum(axis=-1)
     found[y, x] = map_coordinates(coarse, [(y - rows[0]) / COARSE, (x - columns[0]) / COARSE], order=1)
     return found
 
 
 def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:
-    """The section of a membrane of that thickness [m] with a plane: a flat ribbon in its true width, marked as the mesh."""
+    """The section of a membrane of that thickness [m] with a plane: a flat ribbon in its true width, marked as the mesh.
+
+    It lies a hair beyond the plane, so that it covers what else is painted there.
+    """
     beyond = plane.beyond(mesh.vertices)
     above = beyond[mesh.triangles] > 0.0
     cut = mesh.triangles[above.any(axis=1) & ~above.all(axis=1)]
@@ -100,7 +121,7 @@ def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:
     side = there(vertex_normals(mesh.vertices, mesh.triangles))
     side -= (side @ along)[:, None] * along
     side *= 0.5 * thickness / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), np.finfo(float).tiny)
-    middle = there(mesh.vertices)
+    middle = there(mesh.vertices) + HAIR * thickness * along
     vertices = np.stack([middle + side, middle - side], axis=1).reshape(-1, 3)
     ribbon = (4 * np.arange(len(cut))[:, None, None] + np.array([[0, 1, 2], [1, 3, 2]])).reshape(-1, 3)
     marked = np.repeat(there(mesh.marked[:, None].astype(float)), 2)

@@ -116,7 +116,8 @@ class Mesh(NamedTuple):
 class Balls(NamedTuple):
     """Balls: centres [m], shape (n, 3), radii [m], shape (n,), RGB colours, shape (n, 3).
 
-    With a `skin` they are shaded as one smooth body.
+    With a `skin` they are shaded as one smooth body. Where a cut goes through those with a skin or without light it leaves a
+    plane face.
     """
 
     centres: np.ndarray
@@ -131,9 +132,11 @@ class Balls(NamedTuple):
         return len(self.centres)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """The pixels that the balls cover; a ball is cut away or there as a whole."""
+        """The pixels that the balls cover; those with their centre beyond a cut are left out."""
         kept = np.flatnonzero(cut.beyond(self.centres) <= 0.0) if cut else np.arange(self.primitives)
-        yield from ball_fragments(self._projected(camera), kept, camera.shape)
+        face = cut if self.skin or not self.lit else None
+        for x, y, depth, which in ball_fragments(self._projected(camera), kept, camera.shape):
+            yield x, y, np.minimum(depth, camera.depth_of(face, x, y)) if face else depth, which
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, ball: np.ndarray) -> Look:
         """Normals and colours."""
