@@ -75,7 +75,7 @@ def torn(steps=400, damage=ZONA, threads=1):
     )
     body = scene.bodies[0]
     body.arrays["velocity"][:, 0] = 2.0 * np.maximum(body.arrays["position"][:, 0] + 0.3, 0.0)
-    body._measure()
+    body.measure()
     scene.ledger = Ledger(scene.bodies, scene.case.gravity)
     return advance(scene, steps)
 
