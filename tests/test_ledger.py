@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scenes import GAS, SLIP, SOLID, advance, box, simulation
 
+from pellucid.conditions.prescribed import ConstraintWork
+from pellucid.grid.motion import StepWork
 from pellucid.ledger import Ledger
 
 
@@ -17,14 +19,22 @@ def body(kinetic, stored, momentum, mass=2.0, speed=1.0, kind="strain", heating=
     return SimpleNamespace(sums=sums, points=points, energy_kind=kind, momentum=lambda: np.array(momentum))
 
 
-def work(internal=0.0, gravity=0.0, support=0.0, mass=2.0, impulses=((0.0, 0.0, 0.0),)):
-    return SimpleNamespace(internal=internal, gravity=gravity, support=support, mass=mass, impulses=np.array(impulses))
+def work(internal=0.0, gravity=0.0, support=0.0, mass=2.0, impulses=((0.0, 0.0, 0.0),), **more):
+    """What the nodes did; `more` are works of other conditions."""
+    books = {"load": 0.0, "absorbed": 0.0, "grip": 0.0, "grip_loss": 0.0} | more
+    zero = {"absorbed_impulse": np.zeros(3), "load_impulse": np.zeros(3)}
+    return StepWork(
+        internal=internal, gravity=gravity, support=support, mass=mass, impulses=np.array(impulses), **(zero | books)
+    )
+
+
+FREE = ConstraintWork(0.0, 0.0, {})
 
 
 def test_what_comes_from_outside_is_no_error():
     ledger = Ledger([body(1.0, 0.0, (2.0, 0, 0))], (0.0, 0.0, -10.0))
     # over 0.1 s gravity gives 2 J and -2 N s; a wall 0.5 J and 0.3 N s; internal forces turn 0.7 J into strain
-    ledger.record([body(1.0 + 2.0 + 0.5 - 0.7, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(0.3, 0, 0)]), 0.1)
+    ledger.record([body(1.0 + 2.0 + 0.5 - 0.7, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(0.3, 0, 0)]), FREE, 0.1)
     conservation = ledger.conservation([body(2.8, 0.7, (2.3, 0, -2.0))])
     assert conservation["energy"] == pytest.approx(0.0, abs=1e-15)
     assert conservation["momentum"] == pytest.approx(0.0, abs=1e-15)
@@ -33,9 +43,28 @@ def test_what_comes_from_outside_is_no_error():
     assert ledger.sums["time_integration"] == pytest.approx(0.0, abs=1e-15)
 
 
+def test_every_condition_has_its_book():
+    """2 J of a pressure, 3 J of a motion of which 0.4 + 0.1 J are lost in impact, 0.5 J absorbed: 4 J of motion are left."""
+    ledger = Ledger([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), ("load", "absorbed", "motion", "impact_heat"))
+    impulses = {"absorbed_impulse": np.array([0.1, 0, 0]), "load_impulse": np.array([0, 0.2, 0])}
+    nodes = work(load=2.0, absorbed=0.5, grip=1.0, grip_loss=0.4, impulses=[(0, 0, 0.5), (0, 0, 0)], **impulses)
+    for _ in range(2):
+        ledger.record(
+            [body(1.0 + 4.0, 0.0, (0.1, 1.2, 0.5))], nodes, ConstraintWork(2.0, 0.1, {"tip": np.array([0, 1.0, 0])}), 0.1
+        )
+    energies = ledger.energies([body(5.0, 0.0, (0, 0, 0))])
+    booked = {name: energies[name] for name in ("load_work", "absorbed_energy", "motion_work", "impact_heat")}
+    assert booked == pytest.approx({"load_work": 4.0, "absorbed_energy": 1.0, "motion_work": 6.0, "impact_heat": 1.0})
+    assert ledger.sums["transfer"] == pytest.approx(-4.0), "the second step brought 4 J that the points do not show"
+    assert ledger.conservation([body(9.0, 0.0, (0.2, 2.4, 1.0))])["momentum"] == pytest.approx(0.0, abs=1e-15)
+    reactions = ledger.reactions(["floor", None])
+    assert {name: impulse.tolist() for name, impulse in reactions.items()} == {"tip": [0, 2.0, 0], "floor": [0, 0, 1.0]}
+    assert ledger.reactions(["floor", "floor"])["floor"].tolist() == [0, 0, 1.0], "supports of one name add up"
+
+
 def test_the_two_errors_are_kept_apart():
     ledger = Ledger([body(10.0, 0.0, (0, 0, 0))], (0, 0, 0))
-    ledger.record([body(8.5, 1.2, (0, 0, 0))], work(internal=-1.0), 0.1)
+    ledger.record([body(8.5, 1.2, (0, 0, 0))], work(internal=-1.0), FREE, 0.1)
     assert ledger.sums["transfer"] == pytest.approx(-0.5)  # the points lost 1.5 J, the grid 1.0
     assert ledger.sums["time_integration"] == pytest.approx(0.2)  # the points store 1.2 J of these 1.0
     assert ledger.energy_error() == pytest.approx((-0.5 + 0.2) / 10.0)
@@ -55,11 +84,11 @@ def test_nothing_moved_is_no_error():
 
 def test_the_ledger_survives_json():
     one = Ledger([body(1.0, 0.5, (2.0, 0, 0))], (0.0, 0.0, -10.0))
-    one.record([body(0.9, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(1 / 3, 0, 0)]), 0.1)
+    one.record([body(0.9, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(1 / 3, 0, 0)]), FREE, 0.1)
     other = Ledger([body(7.0, 7.0, (7, 7, 7))], (0.0, 0.0, -10.0))
     other.restore(json.loads(json.dumps(one.state_numbers())))
     for ledger in (one, other):
-        ledger.record([body(0.8, 0.8, (2.3, 0, -3.0))], work(-0.1, 0.2), 0.1)
+        ledger.record([body(0.8, 0.8, (2.3, 0, -3.0))], work(-0.1, 0.2), FREE, 0.1)
     assert json.dumps(one.state_numbers()) == json.dumps(other.state_numbers())
 
 
