@@ -62,6 +62,12 @@ MISTAKES = {
         MEMBRANE,
         with_surface(SPHERE.replace("= 3 }", "= 1 }")),
         "refinements = 1",
+        ["longer than a cell of 1 m", "4 times as fine along each edge"],
+    ),
+    "a membrane a little too sparse": (
+        MEMBRANE,
+        with_surface(SPHERE.replace("= 3 }", "= 2 }")),
+        "refinements = 2",
         ["points for each grid cell"],
     ),
     "outside, with a lattice of its own": (

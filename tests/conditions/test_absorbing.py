@@ -83,6 +83,7 @@ def test_the_books_close():
         ({"body": "baar"}, "no body has this name; there are bar"),
         ({"where": ["x-lower", "w-upper"]}, "w-upper|literal|one of"),
         ({"where": []}, "where"),
+        ({"where": ["x-lower", "x-lower"]}, "stands here a second time"),
     ],
 )
 def test_faces_that_make_no_sense(change, words):

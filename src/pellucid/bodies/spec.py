@@ -20,6 +20,7 @@ ZERO = (0.0, 0.0, 0.0)
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
+COMFORTABLE = 0.6  # length of an edge in cells that gives enough points
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 
 
@@ -173,6 +174,17 @@ class MembranePointsCase(Model):
         cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
         crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
         per_cell = len(vertices) / crossed
+        corners = vertices[triangles]
+        longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+        if longest > grid.cell:
+            finer = int(np.ceil(longest / (COMFORTABLE * grid.cell)))
+            yield (
+                "surface",
+                f"has a triangle with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: the grid tears the "
+                f"membrane between its points",
+                f"make its triangles {finer} times as fine along each edge, or use a larger grid.cell",
+            )
+            return
         if per_cell < FEWEST_PER_CELL:
             more = FEWEST_PER_CELL / per_cell
             yield (

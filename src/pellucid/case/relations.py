@@ -61,6 +61,7 @@ def findings(
         *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
         *(found for i, motion in enumerate(conditions.motions) for found in _motion(i, motion, bodies)),
         *_repeated_names("motion", _condition_names(conditions)),
+        *_repeated_faces(conditions.absorbing),
         *(found for i, face in enumerate(conditions.absorbing) for found in _absorbing(i, face, bodies, conditions.supports)),
         *(found for i, pressure in enumerate(conditions.pressures) for found in _pressure(i, pressure, bodies)),
         *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies, conditions)),
@@ -215,6 +216,16 @@ def _absorbing(
         if support is not None and support.where in absorbing.where:
             text = f"a support holds the face {support.where}: what is held absorbs nothing"
             yield Finding(("absorbing", index, "where"), text, "take the face out of one of the two")
+
+
+def _repeated_faces(absorbing: Sequence[Absorbing | None]) -> Iterator[Finding]:
+    seen: set[str] = set()
+    for index, condition in enumerate(absorbing):
+        for face in condition.where if condition is not None else ():
+            if face in seen:
+                text = f"the face {face} stands here a second time: it would absorb twice as much as arrives"
+                yield Finding(("absorbing", index, "where"), text, "name each face once, with the body that fills it")
+            seen.add(face)
 
 
 def _pressure(index: int, pressure: Pressure | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:

@@ -18,15 +18,15 @@ def register(app: typer.Typer) -> None:
 
 def list_cases() -> None:
     """List the gallery: id, title, source, and wall-clock time of the quick and the full run on two cores."""
+    import tomllib
+
     from pellucid import gallery
-    from pellucid.case import load
     from pellucid.progress import clock
 
     rows = []
     for name in gallery.ids():
-        case = load(name)
-        times = (clock(case.times.quick), clock(case.times.full)) if case.times else ("", "")
-        rows.append((name, case.title, case.source, *times))
+        case = tomllib.loads(gallery.text(name))  # as it stands: to build every case, with its surfaces, takes a while
+        rows.append((name, case["title"], case["source"], clock(case["times"]["quick"]), clock(case["times"]["full"])))
     print_table(("id", "title", "source", "quick", "full"), rows)
 
 

@@ -59,9 +59,11 @@ def energies(run: "Run") -> "Figure":
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     times = run.history["time"]
     for number, name in enumerate(energy_columns(run)):
-        values = run.history[name]
+        values, words = run.history[name], name.removesuffix("_energy").replace("_", " ")
+        if name == "internal_energy":  # that of a stiff liquid is a million times what moves
+            values, words = values - values[0], "change of internal"
         if np.any(values != 0.0):
-            left.plot(times, values, LINES[number // 7 % 4], label=name.removesuffix("_energy").replace("_", " "))
+            left.plot(times, values, LINES[number // 7 % 4], label=words)
     label(left, "time", "energy", "s", "J")
     figure.legend(loc="outside lower center", ncols=5)
     right.plot(times, 100.0 * run.history["energy_error"], color="black")

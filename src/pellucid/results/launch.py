@@ -1,10 +1,12 @@
 """From a case to a finished run in a folder, and from a folder on."""
 
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
+from pellucid.errors import UsageError
 from pellucid.jit import kernels_are_cached, set_threads
 from pellucid.results import checkpoint
 from pellucid.results.recorder import Recorder
@@ -68,9 +70,20 @@ def resume_case(
         folder.start(case)
         return _finish(simulation, Recorder(folder, case), until, progress, report)
     arrays, numbers = found
+    _same_inputs(case, numbers["recorder"].get("inputs", {}))
     simulation.restore(arrays, numbers["simulation"])
     folder.reopen()
     return _finish(simulation, Recorder(folder, case, numbers["recorder"]), until, progress, report)
+
+
+def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
+    """Raises UsageError where a file that the case reads is not the one that the run began with."""
+    from pellucid.case.inputs import digests
+
+    now = digests(case)
+    for path, digest in before.items():
+        if now.get(path) != digest:
+            raise UsageError(f"{path} has changed since the run began: put the old file back to go on, or start a new run")
 
 
 def _announce(case: "Case", progress: "Progress | None") -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.case.inputs import digests
 from pellucid.errors import RunStopped
 from pellucid.results import checkpoint, frames, history
 from pellucid.results.files import explained, sync, write_text
@@ -31,6 +32,7 @@ class Recorder:
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
         self._rows = Schedule(case.history_interval(), **recorded["rows"])
         self._frames = Schedule(case.frame_interval(), **recorded["frames"])
+        self._inputs = recorded.get("inputs") or digests(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
         self._wall_before = float(recorded["wall_seconds"])
         self._started = self._checkpointed = clock.monotonic()
@@ -83,6 +85,7 @@ class Recorder:
             "rows": self._rows.to_data(),
             "frames": self._frames.to_data(),
             "probes": self._probes.to_data(),
+            "inputs": self._inputs,
             "wall_seconds": self.wall_seconds(),
         }
         checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})
