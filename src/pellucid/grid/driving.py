@@ -15,7 +15,7 @@ from pellucid.approximants.axis import axis_weights
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, OK, SPEED
 from pellucid.grid.transfer import placed
 from pellucid.grid.velocity_transfer import affine_of, carried
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 
 WORK, LOSS = range(2)  # columns of the energies of a slab
 
@@ -98,12 +98,22 @@ def steer(n, mapped, drive, outside):
         _steer_slab(mapped, drive, outside.content[0], s)
 
 
+@pointwise
+def _shift(lattice, x, slabs, s, signed, step):
+    """Move point `signed` of slab s by `step` [m], and note where that leads astray; earlier faults of the slab stay."""
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    fault, beyond = placed(lattice, x, uintp(signed), step[0], step[1], step[2], lowest, highest)
+    slabs.strayed[s] |= beyond
+    if fault != OK and slabs.fault[s, 0] == OK:
+        slabs.fault[s, 0] = fault
+        slabs.fault[s, 1] = signed
+
+
 @kernel()
 def _place_slab(mapped, drive, s):
     _, _, lattice, _, points, slabs, _ = mapped.content
     driven, start, _, displacement, axes, _, _ = drive.content
     x = points.position
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         if driven[p] == 0:
@@ -116,11 +126,7 @@ def _place_slab(mapped, drive, s):
             start[p, 1] + goal[1] - x[p, 1] if to[1] else 0.0,
             start[p, 2] + goal[2] - x[p, 2] if to[2] else 0.0,
         )
-        fault, beyond = placed(lattice, x, p, step[0], step[1], step[2], lowest, highest)
-        slabs.strayed[s] |= beyond
-        if fault != OK and slabs.fault[s, 0] == OK:
-            slabs.fault[s, 0] = fault
-            slabs.fault[s, 1] = signed
+        _shift(lattice, x, slabs, s, signed, step)
 
 
 @kernel(parallel=True)
@@ -134,15 +140,9 @@ def place(n, mapped, drive):
 def _put_slab(mapped, target, s):
     _, _, lattice, _, points, slabs, _ = mapped.content
     x = points.position
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
-        dx, dy, dz = target[p, 0] - x[p, 0], target[p, 1] - x[p, 1], target[p, 2] - x[p, 2]
-        fault, beyond = placed(lattice, x, p, dx, dy, dz, lowest, highest)
-        slabs.strayed[s] |= beyond
-        if fault != OK and slabs.fault[s, 0] == OK:
-            slabs.fault[s, 0] = fault
-            slabs.fault[s, 1] = signed
+        _shift(lattice, x, slabs, s, signed, (target[p, 0] - x[p, 0], target[p, 1] - x[p, 1], target[p, 2] - x[p, 2]))
 
 
 @kernel(parallel=True)
