@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.surface_checks import faults
-from pellucid.geometry.surfaces import Disc, Icosphere, Lid, Rectangle, Tube
+from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.surface_checks import faults, mesh_faults
+from pellucid.geometry.surfaces import BoxSurface, CylinderSurface, Disc, Icosphere, Lid, Rectangle, SphereSurface, Tube
 
 BALL = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=2)
 SOUND = {
@@ -13,6 +14,13 @@ SOUND = {
     "tube": Tube(start=(0, 0, 0), end=(0, 1, 1), radius=0.3, points=(12, 5)),
     "disc": Disc(centre=(0, 0, 0), normal=(0, 0, 1), radius=1.0, rings=4),
     "lid": Lid(box={"lower": (0, 0, 0), "upper": (1, 1, 1)}, face="y-lower", points=(3, 5)),
+    "box": BoxSurface(lower=(0, 0, 0), upper=(1, 2, 3), points=(2, 4, 3)),
+    "band": BoxSurface(lower=(0, 0, 0), upper=(1, 2, 3), points=(2, 4, 3), open=("z-lower", "z-upper")),
+    "cylinder": CylinderSurface(start=(0, 0, 0), end=(1, 1, 1), radius=0.2, rings=3, along=5),
+    "cup": CylinderSurface(start=(0, 0, 0), end=(1, 1, 1), radius=0.2, rings=3, along=5, open=("end",)),
+    "cube": SphereSurface(centre=(0, 0, 0), radius=1.0, divisions=1),
+    "coarse sphere": SphereSurface(centre=(0, 0, 0), radius=1.0, divisions=2),
+    "sphere": SphereSurface(centre=(0, 0, 0), radius=1.0, divisions=9),
 }
 
 
@@ -23,6 +31,7 @@ def found(vertices, triangles, closed=True):
 @pytest.mark.parametrize("surface", SOUND.values(), ids=SOUND)
 def test_sound_surfaces_have_no_faults(surface):
     assert found(*surface.triangulate(), surface.closed) == []
+    assert list(mesh_faults(surface.mesh(), surface.closed)) == []
 
 
 def test_two_pieces_apart_are_sound():
@@ -97,3 +106,82 @@ def test_holes_are_counted():
     assert text.startswith("is declared closed and has 3 holes with 9 edges in all, one of them between vertices")
     assert "`closed = false`" in remedy
     assert found(vertices, np.delete(triangles, apart, axis=0), closed=False) == []
+
+
+SQUARES = Rectangle(corner=(0, 0, 0), first_edge=(3, 0, 0), second_edge=(0, 3, 0), points=(4, 4)).mesh()
+DRUM = CylinderSurface(start=(0, 0, 0), end=(0, 0, 1), radius=1.0, rings=2, along=3).mesh()
+
+
+def of(mesh, closed=False, **changes):
+    return list(mesh_faults(mesh._replace(**changes), closed))
+
+
+def test_a_flipped_quadrilateral():
+    quads = SQUARES.quads.copy()
+    quads[4] = quads[4, ::-1]
+    ((text, remedy),) = of(SQUARES, quads=quads)
+    assert text.startswith("neighbouring quadrilaterals face opposite sides at 4 edges, for example numbers ")
+    assert " 4" in text.split("numbers")[1].split(",")[0]
+    assert remedy == "let all quadrilaterals turn the same way about the normal"
+
+
+def test_a_flipped_triangle_beside_quadrilaterals_is_counted_through():
+    rim = int(np.flatnonzero(np.isin(DRUM.triangles, DRUM.quads).sum(axis=1) == 2)[0])
+    triangles = DRUM.triangles.copy()
+    triangles[rim] = triangles[rim, ::-1]
+    ((text, _),) = of(DRUM, closed=True, triangles=triangles)
+    assert "neighbouring elements face opposite sides at 3 edges" in text
+    assert str(len(DRUM.quads) + rim) in text.split("numbers")[1].split(", near")[0]
+
+
+def test_a_mesh_that_is_all_inward():
+    ((text, remedy),) = of(DRUM.reversed(), closed=True)
+    assert text.startswith("the normals point inward: the elements enclose -")
+    assert "`reverse`" in remedy
+
+
+def test_holes_of_a_mesh():
+    ((text, _),) = of(DRUM, closed=True, quads=np.delete(DRUM.quads, 0, axis=0))
+    assert text.startswith("is declared closed and has 1 hole with 4 edges in all")
+
+
+@pytest.mark.parametrize("turn", [[2, 3, 0, 1], [1, 0, 3, 2]], ids=["same way", "other way"])
+def test_repeated_quadrilaterals(turn):
+    texts = [text for text, _ in of(SQUARES, quads=np.concatenate([SQUARES.quads, SQUARES.quads[[4]][:, turn]]))]
+    assert texts[0].startswith("1 quadrilateral is there twice, for example numbers 4 and 9, near (")
+    assert "edges have more than two quadrilaterals" in texts[1]
+    assert len(texts) == 2
+
+
+def test_a_quadrilateral_without_area():
+    vertices = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)])
+    ((text, _),) = of(Mesh(vertices, np.array([(0, 1, 2, 3)])))
+    assert text.startswith("1 quadrilateral has no area, the first is number 0, near (0, 0, 0) m")
+
+
+def test_a_quadrilateral_with_one_vertex_twice():
+    vertices = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    ((text, remedy),) = of(Mesh(vertices, np.array([(0, 1, 2, 2)])))
+    assert text.startswith("1 quadrilateral has the same vertex at two corners, the first is number 0")
+    assert remedy == "make triangles of them"
+
+
+@pytest.mark.parametrize(
+    "moved", [(0.4, 0.4, 0.0), (0.5, 0.5, 0.0), (-1.0, 0.5, 0.0)], ids=["dented", "a triangle", "edges cross"]
+)
+def test_a_quadrilateral_that_is_not_convex(moved):
+    vertices = np.array([(0.0, 0, 0), (1, 0, 0), moved, (0, 1, 0)])
+    ((text, remedy),) = of(Mesh(vertices, np.array([(0, 1, 2, 3)])))
+    assert text.startswith("1 quadrilateral is not convex, the first is number 0, near (0, 0, 0) m: it has a corner of 180")
+    assert "order the corners" in remedy
+
+
+@pytest.mark.parametrize(("height", "count"), [(0.62, 0), (0.68, 1)])
+def test_a_quadrilateral_far_from_flat(height, count):
+    """A corner of a unit square lifted by h folds it by acos(1/(1 + h²)) about the diagonal through it: 44 and 47 degrees."""
+    vertices = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, height), (0, 1, 0)])
+    found = of(Mesh(vertices, np.array([(0, 1, 2, 3)])))
+    assert len(found) == count
+    if found:
+        assert "1 quadrilateral is far from flat; number 0 is folded by 47 degrees about a diagonal" in found[0][0]
+        assert "at most 45" in found[0][0]

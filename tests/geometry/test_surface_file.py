@@ -67,6 +67,20 @@ def test_squares_are_cut_in_two(meshlane, tmp_path):
     assert SurfaceFile(path=str(path)).triangulate().triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
+def test_squares_and_triangles_are_kept_as_elements(meshlane, tmp_path):
+    path = tmp_path / "house.vtk"
+    points = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 2, 0)])
+    cells = [("triangle", np.array([(3, 2, 4)])), ("quad", np.array([(0, 1, 2, 3)]))]
+    meshlane.write_points_cells(path, points, cells)
+    mesh = SurfaceFile(path=str(path)).mesh()
+    assert mesh.quads.tolist() == [[0, 1, 2, 3]]
+    assert mesh.triangles.tolist() == [[3, 2, 4]]
+    turned = SurfaceFile(path=str(path), reverse=True, scale=2.0).mesh()
+    assert turned.quads.tolist() == [[0, 3, 2, 1]]
+    assert turned.triangles.tolist() == [[4, 2, 3]]
+    assert np.array_equal(turned.vertices, 2.0 * points)
+
+
 def test_a_file_that_changed_is_read_again(meshlane, tmp_path):
     path = tmp_path / "ball.obj"
     for refinements in (1, 2):

@@ -4,7 +4,18 @@ import numpy as np
 import pytest
 
 from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
-from pellucid.geometry.surfaces import Disc, Icosphere, Lid, Rectangle, Surface, Tube
+from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.surfaces import (
+    BoxSurface,
+    CylinderSurface,
+    Disc,
+    Icosphere,
+    Lid,
+    Rectangle,
+    SphereSurface,
+    Surface,
+    Tube,
+)
 
 
 def volume_inside(vertices, triangles):
@@ -102,4 +113,118 @@ def test_surfaces_without_a_direction_are_refused():
 def test_a_triangulation_belongs_to_who_asked_for_it():
     surface = Surface(icosphere={"centre": (0, 0, 0), "radius": 1.0, "refinements": 1})
     surface.triangulate().vertices[:] = 7.0
+    surface.mesh().triangles[:] = 7
     assert np.linalg.norm(surface.triangulate().vertices, axis=1) == pytest.approx(1.0)
+
+
+BOX = {"lower": (1.0, 2.0, 3.0), "upper": (2.0, 4.0, 3.5), "points": (4, 6, 3)}
+
+
+def test_a_box_is_closed_with_its_area_and_volume():
+    box = BoxSurface(**BOX)
+    mesh = box.mesh()
+    assert box.closed
+    assert len(mesh.triangles) == 0
+    assert len(mesh.quads) == 2 * (3 * 5 + 3 * 2 + 5 * 2)
+    assert len(mesh.vertices) == 4 * 6 * 3 - 2 * 4 * 1, "the lattice without its inner points"
+    assert volume_inside(*mesh.triangulated()) == pytest.approx(1.0, rel=1e-14)
+    assert area_shares(*mesh.triangulated()).sum() == pytest.approx(2 * (2 + 1 + 0.5), rel=1e-14)
+    assert mesh.vertices.min(axis=0).tolist() == [1, 2, 3]
+    assert mesh.vertices.max(axis=0).tolist() == [2, 4, 3.5]
+
+
+def test_open_faces_of_a_box_are_left_out_with_their_points():
+    """A quarter of a ring one element deep."""
+    band = BoxSurface(**BOX | {"points": (4, 6, 2)}, open=("x-lower", "y-lower", "z-lower", "z-upper"))
+    mesh = band.mesh()
+    assert not band.closed
+    assert len(mesh.quads) == 3 + 5
+    assert len(mesh.vertices) == 2 * (4 + 6 - 1)
+    assert np.all((mesh.vertices[:, 0] == 2.0) | (mesh.vertices[:, 1] == 4.0))
+    normals = initial_frames(*mesh.triangulated())[:, 6:]
+    assert normals[:, :2].min() > -1e-14
+    assert np.abs(normals[:, 2]).max() < 1e-14
+    only = BoxSurface(**BOX, open=tuple(f for f in ("x-lower", "y-lower", "y-upper", "z-lower", "z-upper")))
+    assert np.all(only.mesh().vertices[:, 0] == 2.0)
+
+
+def test_boxes_without_faces_or_extent_are_refused():
+    every = ("x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper")
+    with pytest.raises(ValueError, match="leaves no surface"):
+        BoxSurface(**BOX, open=every)
+    with pytest.raises(ValueError, match=r"upper is not above lower along z: 3 m and 3 m"):
+        BoxSurface(**BOX | {"upper": (2.0, 4.0, 3.0)})
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 5, 12])
+def test_a_sphere_of_quadrilaterals(divisions):
+    sphere = SphereSurface(centre=(1, 2, 3), radius=2.0, divisions=divisions)
+    mesh = sphere.mesh()
+    assert len(mesh.vertices) == 6 * divisions**2 + 2
+    assert len(mesh.quads) == 6 * divisions**2
+    assert np.linalg.norm(mesh.vertices - (1, 2, 3), axis=1) == pytest.approx(2.0, rel=1e-14)
+    corners = mesh.vertices[mesh.quads]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    # lines at equal angles keep the sizes of the elements near each other; at equal distances on the cube it would be 2.1
+    assert edges.max() / edges.min() < 1.5
+
+
+def test_the_volume_of_a_sphere_of_quadrilaterals_converges():
+    """Flat elements cut off a share that falls with the square of their size."""
+    exact = 4.0 / 3.0 * np.pi * 8.0
+    short = [
+        1.0 - volume_inside(*SphereSurface(centre=(0, 0, 0), radius=2.0, divisions=k).triangulate()) / exact for k in (4, 8, 16)
+    ]
+    assert np.log2(np.array(short[:-1]) / short[1:]) == pytest.approx([2.0, 2.0], abs=0.1)
+
+
+CYLINDER = {"start": (0, 0, 1), "end": (0, 3, 5), "radius": 0.5, "rings": 4, "along": 6}
+
+
+def test_a_cylinder_is_closed_by_lids_that_share_its_rims():
+    mesh = CylinderSurface(**CYLINDER).mesh()
+    assert CylinderSurface(**CYLINDER).closed
+    assert len(mesh.quads) == 24 * 5
+    assert len(mesh.triangles) == 2 * 6 * 4**2
+    assert len(mesh.vertices) == 24 * 6 + 2 * (1 + 3 * 3 * 4)
+    # a prism on a polygon of 24 sides
+    base = 0.5 * 24 * np.sin(2 * np.pi / 24) * 0.25
+    assert volume_inside(*mesh.triangulated()) == pytest.approx(5.0 * base, rel=1e-12)
+    assert enclosed_volume(*mesh.triangulated()) == pytest.approx(5.0 * base, rel=1e-12)
+
+
+@pytest.mark.parametrize("ends", [("start",), ("end",), ("start", "end")])
+def test_open_ends_of_a_cylinder_have_no_lid(ends):
+    cylinder = CylinderSurface(**CYLINDER, open=ends)
+    mesh = cylinder.mesh()
+    assert not cylinder.closed
+    assert len(mesh.triangles) == (2 - len(ends)) * 6 * 4**2
+    lids = mesh.vertices[mesh.triangles].mean(axis=1) @ (0, 0.6, 0.8)
+    assert np.all(lids > 4.0 if ends == ("start",) else lids < 1.0)
+
+
+def test_a_cylinder_of_no_length_is_refused():
+    with pytest.raises(ValueError, match="the same point"):
+        CylinderSurface(**CYLINDER | {"end": (0, 0, 1)})
+
+
+def test_a_surface_gives_quadrilaterals_or_triangles_alone():
+    surface = Surface(cylinder=CYLINDER)
+    mesh, cut = surface.mesh(), surface.mesh("triangles")
+    assert len(mesh.quads) == 120
+    assert len(cut.quads) == 0
+    assert np.array_equal(cut.vertices, mesh.vertices)
+    assert np.array_equal(cut.triangles, surface.triangulate().triangles)
+    assert np.array_equal(cut.triangles[:2], mesh.quads[0][[[0, 1, 2], [0, 2, 3]]])
+    assert np.array_equal(cut.triangles[240:], mesh.triangles)
+
+
+def test_a_reversed_mesh_is_cut_alike():
+    mesh = CylinderSurface(**CYLINDER).mesh()
+    turned = mesh.reversed().triangulated().triangles
+
+    def named(triangles):
+        return {tuple(t) for t in np.sort(triangles, axis=1)}
+
+    assert named(turned) == named(mesh.triangulated().triangles)
+    assert volume_inside(mesh.vertices, turned) == pytest.approx(-volume_inside(*mesh.triangulated()))

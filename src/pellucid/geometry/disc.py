@@ -5,11 +5,12 @@ from typing import ClassVar
 import numpy as np
 from pydantic import field_validator
 
-from pellucid.geometry.triangulation import Triangulation, two_across
-from pellucid.model import Model, Vector, parameter
+from pellucid.geometry.mesh import NO_QUADS, Mesh, Meshed
+from pellucid.geometry.triangulation import two_across
+from pellucid.model import Vector, parameter
 
 
-class Disc(Model):
+class Disc(Meshed):
     """A flat disc in rings of 6, 12, 18, ... points about its centre: 1 + 3 n (n + 1) points for n rings."""
 
     centre: Vector = parameter("m", "centre")
@@ -26,16 +27,22 @@ class Disc(Model):
             raise ValueError("normal is zero; give a direction such as [0, 0, 1]")
         return value
 
-    def triangulate(self) -> Triangulation:
+    def mesh(self) -> Mesh:
         """The centre, then ring by ring outward; edges of triangles are between 1 and 1.45 times radius / rings long."""
         first, second = two_across(np.array(self.normal))
-        vertices, triangles = [np.zeros((1, 3))], []
-        for ring in range(1, self.rings + 1):
-            angle = np.arange(6 * ring) * (np.pi / (3 * ring))
-            r = self.radius * ring / self.rings
-            vertices.append(r * (np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second))
-            triangles.append(_between_rings(ring))
-        return Triangulation(np.array(self.centre) + np.concatenate(vertices), np.concatenate(triangles))
+        plane, triangles = rings_of_a_disc(self.rings)
+        vertices = np.array(self.centre) + self.radius * (plane[:, :1] * first + plane[:, 1:] * second)
+        return Mesh(vertices, NO_QUADS, triangles)
+
+
+def rings_of_a_disc(rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a unit disc, shape (n, 2), the centre and then ring by ring outward, and triangles, shape (m, 3)."""
+    points, triangles = [np.zeros((1, 2))], []
+    for ring in range(1, rings + 1):
+        angle = np.arange(6 * ring) * (np.pi / (3 * ring))
+        points.append(ring / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        triangles.append(_between_rings(ring))
+    return np.concatenate(points), np.concatenate(triangles)
 
 
 def _between_rings(ring: int) -> np.ndarray:

@@ -4,11 +4,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.geometry.triangulation import Triangulation, directed_edges
-from pellucid.model import Model, Vector, parameter
+from pellucid.geometry.mesh import NO_QUADS, Mesh, Meshed
+from pellucid.geometry.triangulation import directed_edges
+from pellucid.model import Vector, parameter
 
 
-class Icosphere(Model):
+class Icosphere(Meshed):
     """A sphere: an icosahedron whose triangles are cut in four, again and again; 10·4ᵏ + 2 points."""
 
     centre: Vector = parameter("m", "centre")
@@ -17,12 +18,12 @@ class Icosphere(Model):
 
     closed: ClassVar[bool] = True
 
-    def triangulate(self) -> Triangulation:
+    def mesh(self) -> Mesh:
         """Normals point outward."""
         vertices, triangles = _icosahedron()
         for _ in range(self.refinements):
             vertices, triangles = _cut_in_four(vertices, triangles)
-        return Triangulation(np.array(self.centre) + self.radius * vertices, triangles)
+        return Mesh(np.array(self.centre) + self.radius * vertices, NO_QUADS, triangles)
 
 
 def _icosahedron() -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,9 @@ from pellucid.model import parameter
 class Inside(Geometry):
     """What a closed triangulated surface encloses, on a grid without thin axes; a piece inside another piece is a hole."""
 
-    surface: Surface = parameter("", "the closed surface: an icosphere, or a file that is closed")
+    surface: Surface = parameter(
+        "", "the closed surface: a sphere, a box, a cylinder with its lids, an icosphere, or a file that is closed"
+    )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Those of the surface."""

@@ -5,14 +5,14 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.geometry.geometry import AXES
+from pellucid.geometry.mesh import Mesh, Meshed
 from pellucid.geometry.sheets import AtLeastTwo, Rectangle
 from pellucid.geometry.solids import Box
-from pellucid.geometry.triangulation import Triangulation
-from pellucid.model import Model, parameter
+from pellucid.model import parameter
 
 
-class Lid(Model):
-    """A face of a box with its normal outward; every square is cut in two."""
+class Lid(Meshed):
+    """A face of a box with its normal outward, in squares."""
 
     box: Box = parameter("", "the box")
     face: Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"] = parameter("", "which of its faces")
@@ -20,7 +20,7 @@ class Lid(Model):
 
     closed: ClassVar[bool] = False
 
-    def triangulate(self) -> Triangulation:
+    def mesh(self) -> Mesh:
         """The points row by row along the second axis."""
         axis, upper = AXES.index(self.face[0]), self.face.endswith("upper")
         low, high = self.box.bounds()
@@ -28,6 +28,6 @@ class Lid(Model):
         corner[axis] = high[axis] if upper else low[axis]
         first, second = (np.eye(3)[a] * (high - low)[a] for a in range(3) if a != axis)
         edges = {"corner": tuple(corner), "first_edge": tuple(first), "second_edge": tuple(second)}
-        vertices, triangles = Rectangle(**edges, points=self.points).triangulate()
+        mesh = Rectangle(**edges, points=self.points).mesh()
         outward = upper != (axis == 1)  # x cross z is -y
-        return Triangulation(vertices, triangles if outward else triangles[:, ::-1].copy())
+        return mesh if outward else mesh.reversed()

@@ -1,105 +1,76 @@
-"""What is wrong with a triangulated surface: holes, flipped, repeated or empty triangles, lone vertices."""
+"""What is wrong with a surface of elements: holes, flipped, repeated, empty or crooked elements, lone vertices."""
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from pellucid.geometry.enclosure import signed_volume
+from pellucid.geometry.mesh import NO_QUADS, Mesh, cut_in_two
 from pellucid.geometry.triangulation import directed_edges, pieces
 
-FLATTEST = 1e-10  # area over the square of the longest edge; a triangle below it has no normal worth the name
+FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
+STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
+MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral, whose element is flat
+
+Fault = tuple[str, str]
 
 
-def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[tuple[str, str]]:
-    """Everything wrong with a surface, as text and remedy.
+def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
+    """Everything wrong with a surface of triangles, as text and remedy."""
+    return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed)
 
-    What makes neighbours ambiguous (repeated and empty triangles, edges with more than two) hides the rest until it is mended.
+
+def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
+    """Everything wrong with a surface of quadrilaterals and triangles, as text and remedy.
+
+    What makes neighbours ambiguous (repeated and empty elements, edges with more than two) hides the rest until it is mended.
     """
-    lone = np.flatnonzero(np.bincount(triangles.ravel(), minlength=len(vertices)) == 0)
-    if len(lone):
-        text = f"{_count(len(lone), 'vertex belongs', 'vertices belong')} to no triangle, the first is number {lone[0]}"
-        yield f"{text}{_place(vertices[lone[0]])}; such a point has no mass", "remove them"
+    elements = _Elements(mesh)
     ambiguous = False
-    edges = _Edges(vertices, triangles)
-    for text, remedy in (*_empty(vertices, triangles), *_repeated(vertices, triangles), *_crowded(edges)):
+    yield from _lone(elements)
+    for fault in (*_empty(elements), *_repeated(elements), *_crowded(elements)):
         ambiguous = True
-        yield text, remedy
+        yield fault
     if ambiguous:
         return
-    flipped = list(_flipped(edges))
+    yield from _crooked(elements)
+    flipped = list(_flipped(elements))
     yield from flipped
     if closed:
-        holes = list(_holes(edges))
+        holes = list(_holes(elements))
         yield from holes
-        if not (flipped or holes) and (volume := signed_volume(vertices, triangles)) < 0.0:
-            text = f"the normals point inward: the triangles enclose {volume:.4g} m^3, which must be positive"
-            yield text, "turn the triangles round: of a file with `reverse`"
+        if not (flipped or holes) and (volume := signed_volume(*mesh.triangulated())) < 0.0:
+            text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
+            yield text, f"turn the {elements.many} round: of a file with `reverse`"
 
 
-def _empty(vertices: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[str, str]]:
-    a, b, c = vertices[triangles.T]
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    longest = np.max([np.einsum("ij,ij->i", edge, edge) for edge in (b - a, c - b, a - c)], axis=0)
-    found = np.flatnonzero(area <= FLATTEST * longest)
-    if len(found):
-        text = f"{_count(len(found), 'triangle has', 'triangles have')} no area, the first is number {found[0]}"
-        yield text + _place(a[found[0]]), "remove them, and join their corners where they are one"
+class _Elements:
+    """The elements, and the edges of all of them in order, so that those between the same vertices are neighbours."""
 
-
-def _repeated(vertices: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[str, str]]:
-    low, middle, high = np.sort(triangles, axis=1).T
-    order = np.lexsort((high, low * len(vertices) + middle))
-    corners = np.stack([low, middle, high], axis=1)[order]
-    again = np.flatnonzero(np.all(corners[1:] == corners[:-1], axis=1))
-    if len(again):
-        text = f"{_count(len(again), 'triangle is', 'triangles are')} there twice, for example numbers"
-        one, other = np.sort(order[[again[0], again[0] + 1]])
-        yield f"{text} {one} and {other}{_place(vertices[triangles[other, 0]])}", "keep each triangle once"
-
-
-def _crowded(edges: "_Edges") -> Iterator[tuple[str, str]]:
-    crowded = edges.of_triangles(lambda n: n > 2)
-    if len(crowded):
-        text = f"{_count(len(crowded), 'edge has', 'edges have')} more than two triangles, for example {_between(crowded[0])}"
-        yield text + edges.place(crowded[0]), "make each sheet that meets there a body of its own"
-
-
-def _flipped(edges: "_Edges") -> Iterator[tuple[str, str]]:
-    same = np.flatnonzero(edges.codes[1:] == edges.codes[:-1])
-    if len(same):
-        directed = edges.ends(edges.codes[same[:1]] // 2)[0]
-        if edges.codes[same[0]] % 2:
-            directed = directed[::-1]
-        one, other = np.flatnonzero(np.all(directed_edges(edges.triangles) == directed, axis=1)) % len(edges.triangles)
-        text = f"neighbouring triangles face opposite sides at {_count(len(same), 'edge', 'edges')}, for example numbers"
-        remedy = "let all triangles turn the same way about the normal"
-        yield f"{text} {min(one, other)} and {max(one, other)}{edges.place(directed)}", remedy
-
-
-def _holes(edges: "_Edges") -> Iterator[tuple[str, str]]:
-    rim = edges.of_triangles(lambda n: n == 1)
-    if len(rim):
-        loops = len(np.unique(pieces(rim, len(edges.vertices))[rim[:, 0]]))
-        text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
-        remedy = "close it, or declare it open with `closed = false`"
-        yield f"{text}, one of them {_between(rim[0])}{edges.place(rim[0])}", remedy
-
-
-class _Edges:
-    """The edges of all triangles in order, so that those between the same vertices are neighbours."""
-
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
-        self.vertices, self.triangles = vertices, triangles
-        start, end = directed_edges(triangles).T
+    def __init__(self, mesh: Mesh) -> None:
+        self.vertices, self.quads, self.triangles = mesh
+        self.first_triangle = len(mesh.quads)
+        mixed = len(mesh.quads) and len(mesh.triangles)
+        self.one = "element" if mixed else "quadrilateral" if len(mesh.quads) else "triangle"
+        self.many = f"{self.one}s"
+        self.edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+        of_quads, of_triangles = np.arange(len(mesh.quads)), self.first_triangle + np.arange(len(mesh.triangles))
+        self.owner = np.concatenate([np.tile(of_quads, 4), np.tile(of_triangles, 3)])
+        start, end = self.edges.T
         low, high = np.minimum(start, end), np.maximum(start, end)
-        self.codes = np.sort(2 * (low * len(vertices) + high) + (start > end))  # the last bit is the direction
+        self.codes = np.sort(2 * (low * len(self.vertices) + high) + (start > end))  # the last bit is the direction
+
+    def corner(self, element: int) -> np.ndarray:
+        """Where the first corner of an element is, shape (3,)."""
+        k = element - self.first_triangle
+        return np.asarray(self.vertices[self.quads[element, 0] if k < 0 else self.triangles[k, 0]])
 
     def ends(self, codes: np.ndarray) -> np.ndarray:
         """The two vertices of edges without direction, the smaller one first, shape (k, 2)."""
         return np.stack([codes // len(self.vertices), codes % len(self.vertices)], axis=1)
 
-    def of_triangles(self, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """The edges, shape (k, 2), whose number of triangles is as wanted."""
+    def edges_of(self, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """The edges, shape (k, 2), whose number of elements is as wanted."""
         first = np.flatnonzero(np.diff(self.codes // 2, prepend=-1))
         counts = np.diff(first, append=len(self.codes))
         return self.ends(self.codes[first[wanted(counts)]] // 2)
@@ -107,6 +78,108 @@ class _Edges:
     def place(self, edge: np.ndarray) -> str:
         """Where an edge is, for a message."""
         return _place(self.vertices[edge].mean(axis=0))
+
+    def count(self, n: int, verb: str, verbs: str) -> str:
+        """How many elements do what, for a message."""
+        return _count(n, f"{self.one} {verb}", f"{self.many} {verbs}")
+
+
+def _lone(elements: _Elements) -> Iterator[Fault]:
+    lone = np.flatnonzero(np.bincount(elements.edges[:, 0], minlength=len(elements.vertices)) == 0)
+    if len(lone):
+        text = f"{_count(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
+        yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", "remove them"
+
+
+def _empty(elements: _Elements) -> Iterator[Fault]:
+    small = []
+    for corners in (elements.quads, elements.triangles):
+        places = elements.vertices[corners]
+        longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+        small.append(np.linalg.norm(_vector_area(places), axis=1) <= FLATTEST * longest**2)
+    found = np.flatnonzero(np.concatenate(small))
+    if len(found):
+        text = f"{elements.count(len(found), 'has', 'have')} no area, the first is number {found[0]}"
+        yield text + _place(elements.corner(found[0])), "remove them, and join their corners where they are one"
+    collapsed = np.flatnonzero(np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~small[0])
+    if len(collapsed):
+        text = f"{_count(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
+        place = _place(elements.corner(collapsed[0]))
+        yield f"{text}, the first is number {collapsed[0]}{place}", "make triangles of them"
+
+
+def _repeated(elements: _Elements) -> Iterator[Fault]:
+    found = []
+    for corners, start in ((elements.quads, 0), (elements.triangles, elements.first_triangle)):
+        named = np.sort(corners, axis=1)
+        order = np.lexsort(named.T[::-1])
+        again = np.flatnonzero(np.all(named[order][1:] == named[order][:-1], axis=1))
+        found += [start + np.sort(order[[k, k + 1]]) for k in again]
+    if found:
+        one, other = found[0]
+        text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
+        yield text + _place(elements.corner(other)), f"keep each {elements.one} once"
+
+
+def _crowded(elements: _Elements) -> Iterator[Fault]:
+    crowded = elements.edges_of(lambda n: n > 2)
+    if len(crowded):
+        text = f"{_count(len(crowded), 'edge has', 'edges have')} more than two {elements.many}, for example"
+        yield f"{text} {_between(crowded[0])}{elements.place(crowded[0])}", "make each sheet that meets there a body of its own"
+
+
+def _crooked(elements: _Elements) -> Iterator[Fault]:
+    """Quadrilaterals that are not convex, or far from flat."""
+    places = elements.vertices[elements.quads]
+    area = _vector_area(places)
+    size = np.linalg.norm(area, axis=1)
+    edge = np.roll(places, -1, axis=1) - places
+    at_corner = np.cross(np.roll(edge, 1, axis=1), edge)  # twice the vector area of the triangle at each corner
+    bent = np.einsum("ijk,ik->ij", at_corner, area).min(axis=1, initial=np.inf) <= STRAIGHTEST * size**2
+    found = np.flatnonzero(bent)
+    if len(found):
+        text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
+        text += f"{_place(elements.corner(found[0]))}: it has a corner of 180 degrees or more, or its edges cross"
+        yield text, "order the corners round the element, or cut it into triangles"
+    both_ways = np.concatenate([elements.quads, np.roll(elements.quads, 1, axis=1)])
+    halves = _vector_area(elements.vertices[cut_in_two(both_ways)])
+    one, other = halves[0::2], halves[1::2]
+    length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
+    fold = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1).max(axis=0)
+    found = np.flatnonzero((fold > MOST_FOLDED) & ~bent)
+    if len(found):
+        worst = found[np.argmax(fold[found])]
+        text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
+        text += f"{fold[worst]:.0f} degrees about a diagonal, which must be at most {MOST_FOLDED:g}"
+        yield text + _place(elements.corner(worst)), "make them finer there, or cut them into triangles"
+
+
+def _flipped(elements: _Elements) -> Iterator[Fault]:
+    same = np.flatnonzero(elements.codes[1:] == elements.codes[:-1])
+    if len(same):
+        directed = elements.ends(elements.codes[same[:1]] // 2)[0]
+        if elements.codes[same[0]] % 2:
+            directed = directed[::-1]
+        one, other = elements.owner[np.all(elements.edges == directed, axis=1)]
+        text = f"neighbouring {elements.many} face opposite sides at {_count(len(same), 'edge', 'edges')}, for example numbers"
+        remedy = f"let all {elements.many} turn the same way about the normal"
+        yield f"{text} {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
+
+
+def _holes(elements: _Elements) -> Iterator[Fault]:
+    rim = elements.edges_of(lambda n: n == 1)
+    if len(rim):
+        loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
+        text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
+        remedy = "close it, or declare it open with `closed = false`"
+        yield f"{text}, one of them {_between(rim[0])}{elements.place(rim[0])}", remedy
+
+
+def _vector_area(places: np.ndarray) -> np.ndarray:
+    """Area times normal of triangles and quadrilaterals with corners at places, shape (m, 3 or 4, 3): shape (m, 3)."""
+    first, second = places[:, 2] - places[:, 0], places[:, -1] - places[:, 1]
+    return 0.5 * np.cross(first, second)
 
 
 def _count(n: int, one: str, many: str) -> str:

@@ -1,18 +1,39 @@
 """Surfaces of membranes; a new one is one class in a file of its own and one line here."""
 
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
+from pellucid.geometry.box_surface import BoxSurface
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.cylinder_surface import CylinderSurface
 from pellucid.geometry.disc import Disc
 from pellucid.geometry.icosphere import Icosphere
 from pellucid.geometry.lid import Lid
+from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.sheets import Rectangle
+from pellucid.geometry.sphere_surface import SphereSurface
 from pellucid.geometry.surface_file import SurfaceFile
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.geometry.tube import Tube
 
-__all__ = ["Disc", "Icosphere", "Lid", "Rectangle", "Surface", "SurfaceFile", "Triangulation", "Tube"]
+__all__ = [
+    "BoxSurface",
+    "CylinderSurface",
+    "Disc",
+    "Elements",
+    "Icosphere",
+    "Lid",
+    "Mesh",
+    "Rectangle",
+    "SphereSurface",
+    "Surface",
+    "SurfaceFile",
+    "Triangulation",
+    "Tube",
+]
+
+Elements = Literal["quads", "triangles"]
+"""Quadrilaterals where the surface has them, or triangles alone."""
 
 
 class Surface(Choice):
@@ -25,14 +46,21 @@ class Surface(Choice):
     tube: Tube | None = None
     disc: Disc | None = None
     lid: Lid | None = None
+    box: BoxSurface | None = None
+    cylinder: CylinderSurface | None = None
+    sphere: SphereSurface | None = None
     file: SurfaceFile | None = None
 
-    def triangulate(self) -> Triangulation:
-        """Vertices and triangles; the arrays are the caller's own."""
+    def mesh(self, elements: Elements = "quads") -> Mesh:
+        """Its elements; the arrays are the caller's own. Where triangles alone are wanted, quadrilaterals are cut in two."""
         chosen = self.chosen()
-        if isinstance(chosen, SurfaceFile):  # which may change, and keeps what it read
-            return chosen.triangulate()
-        return Triangulation(*(array.copy() for array in _made(chosen)))
+        # a file may change, and keeps what it read
+        mesh = chosen.mesh() if isinstance(chosen, SurfaceFile) else Mesh(*(array.copy() for array in _made(chosen)))
+        return mesh if elements == "quads" else Mesh(mesh.vertices, triangles=mesh.triangulated().triangles)
+
+    def triangulate(self) -> Triangulation:
+        """Its mesh with every quadrilateral cut in two: the vertices are the same."""
+        return self.mesh().triangulated()
 
     @property
     def closed(self) -> bool:
@@ -41,7 +69,7 @@ class Surface(Choice):
 
 
 @lru_cache(maxsize=8)
-def _made(surface: Any) -> Triangulation:
+def _made(surface: Any) -> Mesh:
     """Made once: reading a case asks for it several times."""
-    triangulation: Triangulation = surface.triangulate()
-    return triangulation
+    mesh: Mesh = surface.mesh()
+    return mesh

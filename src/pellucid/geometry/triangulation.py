@@ -1,4 +1,4 @@
-"""Triangles that share vertices: what surfaces are made of."""
+"""Triangles that share vertices: edges, pieces."""
 
 from typing import NamedTuple
 
@@ -12,18 +12,9 @@ class Triangulation(NamedTuple):
     triangles: np.ndarray
 
 
-def grid_triangles(n: int, m: int, wrapped: bool) -> np.ndarray:
-    """Two triangles for each square of n × m points; where wrapped, the last row of squares joins the first."""
-    i, j = np.meshgrid(np.arange(n if wrapped else n - 1), np.arange(m - 1), indexing="ij")
-    a, b = (i * m + j).ravel(), ((i + 1) % n * m + j).ravel()
-    lower, upper = np.stack([a, b, b + 1], axis=1), np.stack([a, b + 1, a + 1], axis=1)
-    return np.stack([lower, upper], axis=1).reshape(-1, 3)
-
-
-def directed_edges(triangles: np.ndarray) -> np.ndarray:
-    """The edges of each triangle in its turn, shape (3 m, 2): all the first ones, all the second ones, all the third ones."""
-    a, b, c = triangles.T
-    return np.concatenate([np.stack(pair, axis=1) for pair in ((a, b), (b, c), (c, a))])
+def directed_edges(elements: np.ndarray) -> np.ndarray:
+    """The edges of m elements of k corners in their turn, shape (k m, 2): all the first ones, then all the second ones ..."""
+    return np.concatenate([np.stack(pair, axis=1) for pair in zip(elements.T, np.roll(elements, -1, axis=1).T, strict=True)])
 
 
 def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

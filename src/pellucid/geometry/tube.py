@@ -1,19 +1,20 @@
-"""An open circular tube of triangles."""
+"""An open circular tube."""
 
 from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from pellucid.geometry.triangulation import Triangulation, grid_triangles, two_across
-from pellucid.model import Model, Vector, parameter
+from pellucid.geometry.mesh import Mesh, Meshed, grid_quads
+from pellucid.geometry.triangulation import two_across
+from pellucid.model import Vector, parameter
 
 AtLeastTwo = Annotated[int, Field(ge=2)]
 AtLeastThree = Annotated[int, Field(ge=3)]
 
 
-class Tube(Model):
-    """An open circular tube; normals point outward."""
+class Tube(Meshed):
+    """An open circular tube of quadrilaterals; normals point outward."""
 
     start: Vector = parameter("m", "centre of one end")
     end: Vector = parameter("m", "centre of the other end")
@@ -28,7 +29,7 @@ class Tube(Model):
             raise ValueError("start and end are the same point; move one of them")
         return self
 
-    def triangulate(self) -> Triangulation:
+    def mesh(self) -> Mesh:
         """The points ring by ring."""
         around, along = self.points
         axis = np.array(self.end) - np.array(self.start)
@@ -37,4 +38,4 @@ class Tube(Model):
         ring = self.radius * (np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up)
         s = np.linspace(0.0, 1.0, along)
         vertices = (np.array(self.start) + s[None, :, None] * axis + ring[:, None, :]).reshape(-1, 3)
-        return Triangulation(vertices, grid_triangles(around, along, wrapped=True))
+        return Mesh(vertices, grid_quads(around, along, wrapped=True))
