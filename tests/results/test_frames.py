@@ -169,6 +169,50 @@ def test_vtk_reads_a_membrane_as_a_surface(membrane, count):
         assert np.array_equal(vtk_to_numpy(data.GetPointData().GetArray("density")), frame(k)["density"])
 
 
+QUADS = np.random.default_rng(8).permuted(np.tile(np.arange(POINTS), (31, 1)), axis=1)[:, :4]
+OUTLINES = {"quads": (QUADS, TRIANGLES[:0]), "both": (QUADS, TRIANGLES), "triangles": (QUADS[:0], TRIANGLES)}
+
+
+@pytest.fixture(params=OUTLINES)
+def elements(tmp_path, request):
+    quads, triangles = OUTLINES[request.param]
+    path = tmp_path / "bag.vtkhdf"
+    frames.create(path, 2, 0.0, frame(0), triangles, quads)
+    return path, quads, triangles
+
+
+def test_quadrilaterals_are_cells_and_stay_when_the_file_grows(elements):
+    path, quads, triangles = elements
+    for k in (1, 2, 3):
+        frames.append(path, 0.5 * k, frame(k))
+    found = frames.read_elements(path)
+    assert np.array_equal(found[0], quads)
+    assert np.array_equal(found[1], triangles)
+    cut = frames.read_triangles(path)
+    assert len(cut) == 2 * len(quads) + len(triangles)
+    assert np.array_equal(cut[2 * len(quads) :], triangles)
+    assert np.array_equal(cut[: 2 * len(quads) : 2], quads[:, [0, 1, 2]])
+    assert np.array_equal(cut[1 : 2 * len(quads) : 2], quads[:, [0, 2, 3]])
+    assert same(frames.read(path, 3), frame(3))
+
+
+def test_vtk_reads_quadrilaterals(elements):
+    pytest.importorskip("vtk")
+    from vtkmodules.vtkCommonCore import vtkIdList
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    path, quads, triangles = elements
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    polygons = reader.GetOutput().GetPolys()
+    found, corners = [], vtkIdList()
+    polygons.InitTraversal()
+    while polygons.GetNextCell(corners):
+        found.append([corners.GetId(k) for k in range(corners.GetNumberOfIds())])
+    assert found == quads.tolist() + triangles.tolist()
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_vtk_reads_it(tmp_path, count):
     pytest.importorskip("vtk")

@@ -7,6 +7,7 @@ import numpy as np
 
 from pellucid.bundle import Bundle
 from pellucid.errors import RunStopped
+from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES
 from pellucid.grid import transfer as kernels
 from pellucid.grid.driving import spread_momentum, sum_motion
 from pellucid.grid.grid import Grid
@@ -27,7 +28,8 @@ class PointBody(ABC):
 
     energy_kind: str
     constraint: Any = None  # a prescribed motion or rigidity of its points, from `pellucid.conditions.prescribed`
-    triangles = np.zeros((0, 3), np.int64)  # of a surface, in the order of seeding; most bodies are none
+    # elements of a surface, in the order of seeding; most bodies have none
+    quads, triangles = NO_QUADS, NO_TRIANGLES
 
     def __init__(self, name: str, grid: Grid, functions: Any, velocity_transfer: Any, arrays: dict[str, np.ndarray]) -> None:
         self.name = name

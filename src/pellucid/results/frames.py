@@ -5,7 +5,7 @@ it. Every dataset has its place in the file from the start; places not yet writt
 frame overwrites bytes in place and then the number of frames, so the structure of the file never changes: a process
 killed at any moment leaves a whole file, and a full disk leaves the frames before.
 
-The cells of a membrane are its triangles, those of other bodies their points.
+The cells of a membrane are its quadrilaterals and triangles, those of other bodies their points.
 
 `position` is another name of the dataset `Points`. VTK orders a symmetric tensor XX, YY, ZZ, XY, YZ, XZ; pellucid
 orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that goes in or out here has ours.
@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES, cut_in_two
 from pellucid.results.files import OutputError, replacing, sync
 from pellucid.results.vtkhdf import CONSTANT, Layout, lay_out, layout, opened, put, set_count
 
@@ -29,19 +30,24 @@ _TENSOR = 6
 
 Frame = Mapping[str, np.ndarray]
 
-NO_TRIANGLES = np.zeros((0, 3), np.int64)
 
-
-def create(path: Path, capacity: int, time: float, frame: Frame, triangles: np.ndarray = NO_TRIANGLES) -> None:
+def create(
+    path: Path,
+    capacity: int,
+    time: float,
+    frame: Frame,
+    triangles: np.ndarray = NO_TRIANGLES,
+    quads: np.ndarray = NO_QUADS,
+) -> None:
     """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
 
-    `triangles`, shape (m, 3), number points in the order of the arrays.
+    `triangles`, shape (t, 3), and `quads`, shape (q, 4), number points in the order of the arrays.
     """
-    room = 100_000 + 120 * capacity + 2 * sum(array.nbytes for array in frame.values()) + 40 * len(triangles)
+    room = 100_000 + 120 * capacity + 2 * sum(array.nbytes for array in frame.values()) + 40 * (len(triangles) + len(quads))
     if shutil.disk_usage(path.parent).free < room:  # HDF5 would not survive to say so
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with replacing(path) as temporary:
-        lay_out(temporary, capacity, frame, triangles)
+        lay_out(temporary, capacity, frame, quads, triangles)
         _write(temporary, layout(temporary), 0, time, frame)
 
 
@@ -50,7 +56,7 @@ def append(path: Path, time: float, frame: Frame) -> None:
     places = _layout(path)
     if places.frames == places.capacity:
         with replacing(path) as temporary:
-            lay_out(temporary, 2 * places.capacity, frame, read_triangles(path))
+            lay_out(temporary, 2 * places.capacity, frame, *read_elements(path))
             new = layout(temporary)
             for index, earlier in enumerate(times(path)):
                 _write(temporary, new, index, earlier, read(path, index))
@@ -89,10 +95,19 @@ def read(path: Path, index: int) -> dict[str, np.ndarray]:
     return frame
 
 
-def read_triangles(path: Path) -> np.ndarray:
-    """The triangles of a membrane, shape (m, 3); none for other bodies."""
+def read_elements(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """The quadrilaterals, shape (q, 4), and triangles, shape (t, 3), of a membrane; none for other bodies."""
     with opened(_existing(path)) as file:
-        return np.asarray(file["VTKHDF/Polygons/Connectivity"][:]).reshape(-1, 3)
+        corners = np.asarray(file["VTKHDF/Polygons/Connectivity"][:])
+        sides = np.diff(file["VTKHDF/Polygons/Offsets"][:])
+    of_quads = np.repeat(sides == 4, sides)
+    return corners[of_quads].reshape(-1, 4), corners[~of_quads].reshape(-1, 3)
+
+
+def read_triangles(path: Path) -> np.ndarray:
+    """The elements of a membrane with every quadrilateral cut in two, shape (m, 3); none for other bodies."""
+    quads, triangles = read_elements(path)
+    return np.concatenate([cut_in_two(quads), triangles])
 
 
 def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> None:

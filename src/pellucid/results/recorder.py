@@ -125,7 +125,7 @@ class Recorder:
                 path = self.folder.fields(body.name)
                 if self._frames.done == 0:
                     room = capacity(self.case.time.end, self._frames.interval)
-                    frames.create(path, room, sim.time, body.frame(), body.triangles)
+                    frames.create(path, room, sim.time, body.frame(), body.triangles, body.quads)
                 else:
                     frames.append(path, sim.time, body.frame())
         self._frames.mark(sim.time, sim.n_steps)

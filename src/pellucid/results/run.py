@@ -78,9 +78,13 @@ class Run:
     def triangles(self, body: str) -> np.ndarray:
         """Triangles of a membrane, shape (m, 3): numbers of its points in the order of `fields`, the same at all times.
 
-        Counterclockwise about the normal. Other bodies have none: shape (0, 3).
+        Counterclockwise about the normal; quadrilaterals are cut in two and come first. Other bodies have none: shape (0, 3).
         """
         return frames.read_triangles(self.folder.fields(body))
+
+    def quads(self, body: str) -> np.ndarray:
+        """Quadrilaterals of a membrane of elements, shape (q, 4), numbered and turned as `triangles`; others have none."""
+        return frames.read_elements(self.folder.fields(body))[0]
 
     def __repr__(self) -> str:
         return f"Run({str(self.out)!r})"

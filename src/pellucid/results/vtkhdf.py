@@ -47,13 +47,14 @@ def opened(path: Path) -> AbstractContextManager[Any]:
     return h5py.File(path, "r")
 
 
-def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], triangles: np.ndarray) -> None:
+def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], quads: np.ndarray, triangles: np.ndarray) -> None:
     """Make a file with places for `capacity` frames of fields of the shapes and types of `frame`; one counts.
 
-    The cells are the `triangles`, shape (m, 3), the same in every frame; without any every point is a cell.
+    The cells are the `quads`, shape (q, 4), and the `triangles`, shape (t, 3), the same in every frame; without any every
+    point is a cell.
     """
     n = len(frame["position"])
-    vertices = np.arange(0 if len(triangles) else n).reshape(-1, 1)
+    vertices = np.arange(0 if len(quads) + len(triangles) else n).reshape(-1, 1)
     once, starts = np.zeros(capacity, np.int64), np.arange(capacity, dtype=np.int64) * n
     with h5py.File(path, "w", libver="earliest") as file:
         root = file.create_group("VTKHDF")
@@ -68,13 +69,14 @@ def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], triangle
         steps["CellOffsets"] = np.zeros((capacity, 4), np.int64)
         steps["ConnectivityIdOffsets"] = np.zeros((capacity, 4), np.int64)
         root["NumberOfPoints"] = np.array([n], np.int64)
-        none = np.zeros((0, 1))
-        for name, cells in (("Vertices", vertices), ("Lines", none), ("Polygons", triangles), ("Strips", none)):
+        for name, kinds in (("Vertices", [vertices]), ("Lines", []), ("Polygons", [quads, triangles]), ("Strips", [])):
             group = root.create_group(name)
-            group["NumberOfCells"] = np.array([len(cells)], np.int64)
-            group["NumberOfConnectivityIds"] = np.array([cells.size], np.int64)
-            group["Connectivity"] = cells.ravel().astype(np.int64)
-            group["Offsets"] = np.arange(len(cells) + 1, dtype=np.int64) * cells.shape[1]
+            corners = np.concatenate([np.zeros(0, np.int64), *(cells.ravel() for cells in kinds)])
+            sides = np.concatenate([np.zeros(0, np.int64), *(np.full(len(cells), cells.shape[1]) for cells in kinds)])
+            group["NumberOfCells"] = np.array([len(sides)], np.int64)
+            group["NumberOfConnectivityIds"] = np.array([len(corners)], np.int64)
+            group["Connectivity"] = corners.astype(np.int64)
+            group["Offsets"] = np.concatenate([[0], np.cumsum(sides)]).astype(np.int64)
         data, offsets = root.create_group("PointData"), steps.create_group("PointDataOffsets")
         for name, array in frame.items():
             home, label = (root, "Points") if name == "position" else (data, name)
