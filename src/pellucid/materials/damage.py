@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import model_validator
 
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.materials.linear_elastic import ElasticMaterial
 from pellucid.materials.membrane import largest_strain
 from pellucid.model import Model, parameter
 
@@ -69,16 +68,6 @@ class DamageCase(Model):
     def law(self) -> Elastodamage:
         """The law as kernels take it."""
         return Elastodamage(self.elastic_limit, self.stiffness_loss, self.rate, self.failure_strain)
-
-
-class ElasticMembraneMaterial(ElasticMaterial):
-    """What isotropic elastic membranes share."""
-
-    damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
-
-    def damage_law(self) -> Elastodamage | Undamaged:
-        """The law of damage as kernels take it."""
-        return self.damage.law() if self.damage else Undamaged()
 
 
 @pointwise

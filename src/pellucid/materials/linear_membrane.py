@@ -3,12 +3,13 @@
 The strain is accumulated in the frame that turns with the material; its plane-stress thickness strain is -ν/(1-ν) tr ε'.
 """
 
-from math import sqrt
+from math import exp, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.damage import ElasticMembraneMaterial
+from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
+from pellucid.materials.wrinkling import turned_to, unwrinkled
 
 
 class LinearMembrane(NamedTuple):
@@ -23,14 +24,9 @@ class LinearMembraneMaterial(ElasticMembraneMaterial):
 
     kind: Literal["linear-membrane"] = "linear-membrane"
 
-    def law(self) -> LinearMembrane:
-        """The law as kernels take it."""
+    def elastic_law(self) -> LinearMembrane:
+        """Its Young's modulus and Poisson's ratio."""
         return LinearMembrane(self.young_modulus, self.poisson_ratio)
-
-    def signals(self, length: float) -> tuple[float, float]:
-        """Speed of waves in the plane [m/s] at the start, and no viscosity [m²/s]."""
-        law = self.law()
-        return plane_wave_speed(law, initial_shape(law), self.density), 0.0
 
 
 @point_function(initial_shape, LinearMembrane)
@@ -64,3 +60,18 @@ def _largest_strain(law, shape):
 @point_function(plane_wave_speed, LinearMembrane)
 def _plane_wave_speed(law, shape, density):
     return sqrt(law.E / ((1.0 - law.nu * law.nu) * density))
+
+
+@point_function(unwrinkled, LinearMembrane)
+def _unwrinkled(law, shape):
+    half = 0.5 * (shape[0] - shape[1])
+    mean, radius = 0.5 * (shape[0] + shape[1]), sqrt(half * half + shape[2] * shape[2])
+    major, minor = mean + radius, mean - radius
+    if major <= 0.0:
+        return (0.0, 0.0, 0.0, 0.0), exp(-major - minor)
+    natural = -law.nu * major
+    if minor >= natural:
+        return shape, 1.0
+    e11, e22, e12 = turned_to(shape[0], shape[1], shape[2], major, natural)
+    # strains add up rates, so that what is missing of the width is a logarithm
+    return (e11, e22, e12, 0.0), exp(natural - minor)

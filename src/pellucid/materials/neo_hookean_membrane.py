@@ -4,9 +4,10 @@ from math import exp, log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.damage import ElasticMembraneMaterial
+from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.linear_elastic import lame
 from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
+from pellucid.materials.wrinkling import turned_to, unwrinkled
 
 TOLERANCE = 1e-14  # on the squared thickness stretch
 MOST_ITERATIONS = 50
@@ -25,14 +26,9 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
 
     kind: Literal["neo-hookean-membrane"] = "neo-hookean-membrane"
 
-    def law(self) -> NeoHookeanMembrane:
-        """The law as kernels take it."""
+    def elastic_law(self) -> NeoHookeanMembrane:
+        """Its Lamé constants and density."""
         return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio), self.density)
-
-    def signals(self, length: float) -> tuple[float, float]:
-        """Speed of waves in the plane [m/s] at the start, and no viscosity [m²/s]."""
-        law = self.law()
-        return plane_wave_speed(law, initial_shape(law), self.density), 0.0
 
 
 @point_function(initial_shape, NeoHookeanMembrane)
@@ -99,3 +95,35 @@ def _plane_wave_speed(law, shape, density):
     stretch = F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3]
     stiffness = law.lam + law.mu - law.lam * log(area * sqrt(c)) + law.mu * stretch
     return sqrt(max(stiffness, law.mu * stretch) / law.rho0)
+
+
+@pointwise
+def _natural_width_squared(law, stretch):
+    """c = (width stretch)² = (thickness stretch)² of a strip pulled to a stretch: μ (c - 1) + λ ln(stretch c) = 0, as above."""
+    y = 0.0
+    for _ in range(MOST_ITERATIONS):
+        c = exp(y)
+        change = (law.mu * (c - 1.0) + law.lam * (log(stretch) + y)) / (law.mu * c + law.lam)
+        y -= change
+        if abs(change) < TOLERANCE:
+            break
+    return exp(y)
+
+
+@point_function(unwrinkled, NeoHookeanMembrane)
+def _unwrinkled(law, shape):
+    F = shape
+    # squares of the principal stretches, from the left Cauchy-Green tensor
+    b11, b22, b12 = F[0] * F[0] + F[1] * F[1], F[2] * F[2] + F[3] * F[3], F[0] * F[2] + F[1] * F[3]
+    half = 0.5 * (b11 - b22)
+    major = 0.5 * (b11 + b22) + sqrt(half * half + b12 * b12)
+    area = F[0] * F[3] - F[1] * F[2]
+    if major <= 1.0:
+        return (1.0, 0.0, 0.0, 1.0), 1.0 / area
+    stretch = sqrt(major)
+    c = _natural_width_squared(law, stretch)
+    if area * area >= c * major:
+        return shape, 1.0
+    width = sqrt(c)
+    v11, v22, v12 = turned_to(b11, b22, b12, stretch, width)
+    return (v11, v12, v12, v22), stretch * width / area

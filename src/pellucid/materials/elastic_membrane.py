@@ -1,0 +1,44 @@
+"""What a case says of isotropic elastic membranes of any law: elasticity, damage, wrinkling."""
+
+from abc import abstractmethod
+from typing import Any
+
+from pydantic import model_validator
+
+from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
+from pellucid.materials.linear_elastic import ElasticMaterial
+from pellucid.materials.membrane import initial_shape, plane_wave_speed
+from pellucid.materials.wrinkling import TensionField
+from pellucid.model import parameter
+
+
+class ElasticMembraneMaterial(ElasticMaterial):
+    """What isotropic elastic membranes share."""
+
+    damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
+    wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
+
+    @model_validator(mode="after")
+    def _wrinkles_or_tears(self) -> "ElasticMembraneMaterial":
+        if self.wrinkling and self.damage:
+            raise ValueError(
+                "wrinkling = true and damage do not go together: there is no law of damage for wrinkles; leave out one of them"
+            )
+        return self
+
+    @abstractmethod
+    def elastic_law(self) -> Any:
+        """The elastic law as kernels take it, for a membrane that bears compression."""
+
+    def law(self) -> Any:
+        """The law as kernels take it."""
+        return TensionField(self.elastic_law()) if self.wrinkling else self.elastic_law()
+
+    def damage_law(self) -> Elastodamage | Undamaged:
+        """The law of damage as kernels take it."""
+        return self.damage.law() if self.damage else Undamaged()
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of waves in the plane [m/s] at the start, and no viscosity [m²/s]."""
+        law = self.law()
+        return plane_wave_speed(law, initial_shape(law), self.density), 0.0
