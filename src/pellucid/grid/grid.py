@@ -31,12 +31,16 @@ class Nodes(NamedTuple):
     change: np.ndarray  # (n, 3) change of nodal velocity over the step [m/s]
     deforming: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
     hold: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that holds this direction
+    contact: np.ndarray  # (n, 3) change of velocity by ties and contact over the step [m/s], of bodies with nodes of their own
 
 
 class Grid:
-    """A uniform grid and its nodal arrays."""
+    """A uniform grid and its nodal arrays in one velocity field.
 
-    def __init__(self, case: GridCase) -> None:
+    own_nodes: whether the field is that of a body with nodes of its own, which takes from the grid nothing but contact.
+    """
+
+    def __init__(self, case: GridCase, own_nodes: bool = False) -> None:
         counts, thin = case.counts(), case.thin()
         slab_axis = int(np.argmax(counts))
         order = [slab_axis] + [axis for axis in range(3) if axis != slab_axis]
@@ -58,7 +62,8 @@ class Grid:
         self.n_nodes = n
         momentum, force, velocity, change, deforming = (np.zeros((n, 3)) for _ in range(5))
         hold = np.zeros((n, 3), np.int16)
-        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, change, deforming, hold)
+        contact = np.zeros((n if own_nodes else 0, 3))
+        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, change, deforming, hold, contact)
 
     def clear_inertia(self) -> None:
         """Forget mass and momentum."""
