@@ -36,6 +36,8 @@ FIELDS: dict[str, Field] = {
     "frame": Field(9, "1", "tangent frame of a membrane: rows first tangent, second tangent, normal"),
     "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame"),
     "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12"),
+    "thickness": Field(1, "m", "current thickness of a membrane of elements, the mean of those about the node"),
+    "prescribed": Field(3, "1", "for each direction 0 where a node is free, else one more than the row that prescribes it"),
     "damage": Field(1, "1", "damage of a membrane, how far its strain passed the elastic limit, relative to it"),
     "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),
     "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage took"),

@@ -3,9 +3,11 @@
 from typing import Any
 
 from pellucid.bodies.material_points import MaterialPoints
+from pellucid.bodies.membrane_elements import MembraneElements
 from pellucid.bodies.membrane_points import MembranePoints
 
 BODIES: dict[str, Any] = {
     "material-points": MaterialPoints,
     "membrane-points": MembranePoints,
+    "membrane-elements": MembraneElements,
 }

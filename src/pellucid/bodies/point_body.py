@@ -1,6 +1,8 @@
 """What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.velocity_transfer import Apic
 from pellucid.reductions import ordered_sum
 
-HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
+HIDDEN = ("volume", "affine", "driven", "start", "torn", "prescribed")  # arrays that results do not show
 
 
 class PointBody(ABC):
@@ -28,8 +30,10 @@ class PointBody(ABC):
 
     energy_kind: str
     constraint: Any = None  # a prescribed motion or rigidity of its points, from `pellucid.conditions.prescribed`
-    # elements of a surface, in the order of seeding; most bodies have none
+    own_nodes = False  # whether its equation of motion is solved on its own points
+    # elements of a surface, in the order of seeding, and what they carry; most bodies have none
     quads, triangles = NO_QUADS, NO_TRIANGLES
+    element_arrays: Mapping[str, np.ndarray] = MappingProxyType({})
 
     def __init__(self, name: str, grid: Grid, functions: Any, velocity_transfer: Any, arrays: dict[str, np.ndarray]) -> None:
         self.name = name
@@ -134,6 +138,9 @@ class PointBody(ABC):
         if not len(found):
             return
         code, p = self.slabs.fault[found[0]]
+        self._stop(code, p, n_steps, time)
+
+    def _stop(self, code: int, p: int, n_steps: int, time: float) -> None:
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
         place = ", ".join(f"{value:.6g}" for value in state["position"])
         fault = FAULTS[int(code)]

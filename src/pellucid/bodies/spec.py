@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, PrivateAttr, Tag, field_validator
 
+from pellucid.bodies.elements_spec import MembraneElementsCase
 from pellucid.bodies.seeding import points_along_axes
 from pellucid.geometry.shapes import Geometry, Inside, Shape
 from pellucid.geometry.surface_checks import faults
@@ -201,12 +202,17 @@ class MembranePointsCase(Model):
             yield "material", text, "make it three cells or more, use a finer grid, or leave it out for local damage"
 
 
+Membrane = MembranePointsCase | MembraneElementsCase
+
+
 def kind_of_body(value: Any) -> Any:
     """The `kind` of a body; material points where none is given."""
     return kind_of(value) or "material-points"
 
 
 Body = Annotated[
-    Annotated[MaterialPointsCase, Tag("material-points")] | Annotated[MembranePointsCase, Tag("membrane-points")],
+    Annotated[MaterialPointsCase, Tag("material-points")]
+    | Annotated[MembranePointsCase, Tag("membrane-points")]
+    | Annotated[MembraneElementsCase, Tag("membrane-elements")],
     Discriminator(kind_of_body),
 ]

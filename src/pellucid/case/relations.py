@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.spec import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase, MembranePointsCase
+from pellucid.bodies.spec import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase, Membrane
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
@@ -121,12 +121,12 @@ def _outside(
                 yield Finding(path, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
         else:
             other = next(other for other in bodies if _name(other) == name)
-            if isinstance(other, MembranePointsCase) and grid is not None and any(grid.thin()):
+            if isinstance(other, Membrane) and grid is not None and any(grid.thin()):
                 yield Finding(path, f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
             elif isinstance(other, MaterialPointsCase) and body.name in other.outside and bodies.index(other) < index:
                 text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
                 yield Finding(path, text, "leave one of the two out")
-            elif isinstance(other, MembranePointsCase) and not other.surface.closed:
+            elif isinstance(other, Membrane) and not other.surface.closed:
                 text = f"the surface of membrane {name} is open: it has no inside that could be left out"
                 yield Finding(path, text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
 
@@ -137,6 +137,8 @@ def _fixed_step(
     """A fixed step that cannot be stable even at the start, with signals that cross more than a cell in it."""
     if body is None or isinstance(body, str) or grid is None or time is None or _moves_rigidly(body, grid, motions):
         return
+    if body.kind == "membrane-elements":
+        return  # its elements bound its step, not the cells: the clock sees them
     material, h = body.material, grid.cell
     speed, spread = material.signals(h)
     if material.kind == "fluid" and material.pressure < 0.0 and not speed:
@@ -234,9 +236,9 @@ def _pressure(index: int, pressure: Pressure | None, bodies: Sequence[Body | str
     for body in _named_body(("pressure", index, "body"), pressure.body, bodies):
         if isinstance(body, Finding):
             yield body
-        elif body.kind != "membrane-points":
+        elif not isinstance(body, Membrane):
             text = f"body {pressure.body} is no membrane: it has no normal to push along"
-            yield Finding(("pressure", index, "body"), text, "name a body of kind membrane-points")
+            yield Finding(("pressure", index, "body"), text, "name a body of kind membrane-points or membrane-elements")
 
 
 def _condition_names(conditions: Conditions) -> list[str | None]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-OK, NOT_FINITE, INVERTED, LOST, FOLDED = 0, 1, 2, 3, 4
+OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
 
 class Fault(NamedTuple):
@@ -26,6 +26,10 @@ FAULTS = {
     FOLDED: Fault(
         "the surface folded onto itself at this point within one step",
         "use a smaller time.step, or a surface with more triangles where it bends",
+    ),
+    COLLAPSED: Fault(
+        "the element that begins here turned over in this step, or has no area or thickness left",
+        "use a smaller time.step or time.courant, finer elements, or wrinkling where the membrane is pushed together",
     ),
     LOST: Fault("it left the grid", "make the grid larger or put a support on the face it crossed"),
 }

@@ -8,7 +8,14 @@ from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
+from pellucid.materials.membrane import (
+    initial_shape,
+    largest_strain,
+    plane_response,
+    plane_wave_speed,
+    stretched,
+    stretched_midway,
+)
 from pellucid.materials.wrinkling import turned_to, unwrinkled
 
 
@@ -35,6 +42,7 @@ def _initial_shape(law):
 
 
 @point_function(stretched, LinearMembrane)
+@point_function(stretched_midway, LinearMembrane)
 def _stretched(law, shape, D, dt):
     return (shape[0] + dt * D[0], shape[1] + dt * D[1], shape[2] + dt * D[2], 0.0)
 

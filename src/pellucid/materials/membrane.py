@@ -17,6 +17,11 @@ def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:
 
 
 @generic
+def stretched_midway(law: Any, shape: Any, D: Any, dt: float) -> Any:
+    """As `stretched`, with D in the geometry at the middle of the step, not at its start: second order in dt."""
+
+
+@generic
 def plane_response(law: Any, shape: Any) -> Any:
     """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of a membrane without damage."""
 

@@ -6,7 +6,14 @@ from typing import Literal, NamedTuple
 from pellucid.jit import point_function, pointwise
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.linear_elastic import lame
-from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
+from pellucid.materials.membrane import (
+    initial_shape,
+    largest_strain,
+    plane_response,
+    plane_wave_speed,
+    stretched,
+    stretched_midway,
+)
 from pellucid.materials.wrinkling import turned_to, unwrinkled
 
 TOLERANCE = 1e-14  # on the squared thickness stretch
@@ -46,6 +53,15 @@ def _stretched(law, shape, D, dt):
         F[2] + dt * (D[2] * F[0] + D[1] * F[2]),
         F[3] + dt * (D[2] * F[1] + D[1] * F[3]),
     )
+
+
+@point_function(stretched_midway, NeoHookeanMembrane)
+def _stretched_midway(law, shape, D, dt):
+    # F = (I - ½ dt D)⁻¹ (I + ½ dt D) F: with A = (I - ½ dt D)⁻¹ D, which commutes with D, it is (I + dt A) F
+    half = 0.5 * dt
+    spread = D[0] * D[1] - D[2] * D[2]
+    scale = 1.0 / (1.0 - half * (D[0] + D[1]) + half * half * spread)
+    return stretched(law, shape, (scale * (D[0] - half * spread), scale * (D[1] - half * spread), scale * D[2]), dt)
 
 
 @pointwise

@@ -14,7 +14,14 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
+from pellucid.materials.membrane import (
+    initial_shape,
+    largest_strain,
+    plane_response,
+    plane_wave_speed,
+    stretched,
+    stretched_midway,
+)
 
 
 class TensionField(NamedTuple):
@@ -46,6 +53,11 @@ def _initial_shape(law):
 @point_function(stretched, TensionField)
 def _stretched(law, shape, D, dt):
     return stretched(law.law, shape, D, dt)
+
+
+@point_function(stretched_midway, TensionField)
+def _stretched_midway(law, shape, D, dt):
+    return stretched_midway(law.law, shape, D, dt)
 
 
 @point_function(plane_response, TensionField)

@@ -1,0 +1,184 @@
+"""Geometry of flat membrane elements: frames from the bisector of their tangents, gradients at their centre.
+
+The position at the centre of a quadrilateral or triangle is linear in its two tangents, and so is the velocity; hourglass is
+what a quadrilateral has beside that:
+
+    quadrilateral  χ = -x₁+x₂+x₃-x₄, ψ = -x₁-x₂+x₃+x₄, η = x₁-x₂+x₃-x₄, area |χ×ψ|/4
+    triangle       χ = -x₁+x₂,       ψ = -x₁+x₃,       η = 0,           area |χ×ψ|/2
+
+For a quadrilateral, χ×ψ is along the cross product of the diagonals, so that in the element's frame χ and ψ have no component
+across it, however warped it is, and η₃ is all of its warping. Source: Lian, Liu & Zhang 2014, eqs. 32-41, with unit tangents in
+eq. 35; Flanagan & Belytschko 1981, Int. J. Numer. Methods Eng. 17, 679, for the gradient of one-point elements.
+"""
+
+from math import sqrt
+
+from numpy import uintp
+
+from pellucid.jit import pointwise
+
+HALF_ROOT = sqrt(0.5)
+
+
+@pointwise
+def dot(a, b):
+    """a · b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@pointwise
+def cross(a, b):
+    """a × b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@pointwise
+def spans(x, corners, e, quad):
+    """χ, ψ, η of element e for a nodal field x, shape (n, 3); `corners`, shape (m, 4), the last one idle for triangles."""
+    a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])
+    if not quad:
+        chi = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+        psi = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+        return chi, psi, (0.0, 0.0, 0.0)
+    # the diagonals
+    ux, uy, uz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    wx, wy, wz = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
+    eta = (
+        (x[a, 0] - x[b, 0]) + (x[c, 0] - x[d, 0]),
+        (x[a, 1] - x[b, 1]) + (x[c, 1] - x[d, 1]),
+        (x[a, 2] - x[b, 2]) + (x[c, 2] - x[d, 2]),
+    )
+    return (ux - wx, uy - wy, uz - wz), (ux + wx, uy + wy, uz + wz), eta
+
+
+@pointwise
+def middle(now, rate, half):
+    """A triple of vectors at the middle of a step, from those at its end and their rates; half: of the step [s]."""
+    return (
+        (now[0][0] - half * rate[0][0], now[0][1] - half * rate[0][1], now[0][2] - half * rate[0][2]),
+        (now[1][0] - half * rate[1][0], now[1][1] - half * rate[1][1], now[1][2] - half * rate[1][2]),
+        (now[2][0] - half * rate[2][0], now[2][1] - half * rate[2][1], now[2][2] - half * rate[2][2]),
+    )
+
+
+@pointwise
+def frame_of(chi, psi):
+    """e₁, e₂ at 45° to the bisector of the unit tangents, and the normal e₃."""
+    a, b = 1.0 / sqrt(dot(chi, chi)), 1.0 / sqrt(dot(psi, psi))
+    normal = cross(chi, psi)
+    c = 1.0 / sqrt(dot(normal, normal))
+    n = (c * normal[0], c * normal[1], c * normal[2])
+    sx, sy, sz = a * chi[0] + b * psi[0], a * chi[1] + b * psi[1], a * chi[2] + b * psi[2]
+    s = HALF_ROOT / sqrt(sx * sx + sy * sy + sz * sz)
+    alpha = (s * sx, s * sy, s * sz)
+    beta = cross(n, alpha)
+    return (
+        (alpha[0] - beta[0], alpha[1] - beta[1], alpha[2] - beta[2]),
+        (alpha[0] + beta[0], alpha[1] + beta[1], alpha[2] + beta[2]),
+        n,
+    )
+
+
+@pointwise
+def within(frame, vectors):
+    """Components of three vectors in a frame."""
+    a, b, c = vectors
+    e, f, g = frame
+    return (
+        (dot(e, a), dot(f, a), dot(g, a)),
+        (dot(e, b), dot(f, b), dot(g, b)),
+        (dot(e, c), dot(f, c), dot(g, c)),
+    )
+
+
+@pointwise
+def gradient(local, rate):
+    """∂v_i/∂x_j, i = 1, 2, 3 and j = 1, 2, row by row, from (χ, ψ, η) and their rates in the frame."""
+    c, p = local[0], local[1]
+    cr, pr = rate[0], rate[1]
+    inverse = 1.0 / (c[0] * p[1] - c[1] * p[0])
+    return (
+        inverse * (cr[0] * p[1] - pr[0] * c[1]),
+        inverse * (pr[0] * c[0] - cr[0] * p[0]),
+        inverse * (cr[1] * p[1] - pr[1] * c[1]),
+        inverse * (pr[1] * c[0] - cr[1] * p[0]),
+        inverse * (cr[2] * p[1] - pr[2] * c[1]),
+        inverse * (pr[2] * c[0] - cr[2] * p[0]),
+    )
+
+
+@pointwise
+def steepness(local):
+    """Σ ∇N_K ∇N_K of a quadrilateral, components 11, 22, 12 [1/m²]."""
+    c, p = local[0], local[1]
+    det = c[0] * p[1] - c[1] * p[0]
+    scale = 4.0 / (det * det)
+    return (
+        scale * (c[1] * c[1] + p[1] * p[1]),
+        scale * (c[0] * c[0] + p[0] * p[0]),
+        -scale * (c[0] * c[1] + p[0] * p[1]),
+    )
+
+
+@pointwise
+def size_of(now, quad):
+    """Area [m²], and the square of the largest eigenfrequency by that of c, (ω/2c)² [1/m²].
+
+    Nodes carry equal shares of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², where c is
+    the speed of plane waves and k = 4 or 3 the number of nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
+    """
+    chi, psi, _ = now
+    normal = cross(chi, psi)
+    square = dot(normal, normal)
+    a, b = dot(chi, chi), dot(psi, psi)
+    if quad:
+        return 0.25 * sqrt(square), 4.0 * (a + b) / square
+    return 0.5 * sqrt(square), 1.5 * (a + b - dot(chi, psi)) / square
+
+
+@pointwise
+def bisector(chi_1, chi_2, psi_1, psi_2):
+    """The unit vector between two tangents in a plane."""
+    a, b = 1.0 / sqrt(chi_1 * chi_1 + chi_2 * chi_2), 1.0 / sqrt(psi_1 * psi_1 + psi_2 * psi_2)
+    x, y = a * chi_1 + b * psi_1, a * chi_2 + b * psi_2
+    s = 1.0 / sqrt(x * x + y * y)
+    return s * x, s * y
+
+
+@pointwise
+def advanced(z, cosine, sine):
+    """The direction z, a unit vector in a plane, turned forward by an angle."""
+    return z[0] * cosine - z[1] * sine, z[0] * sine + z[1] * cosine
+
+
+@pointwise
+def turned(turn, local, rate, spin, half):
+    """How far the material has turned from the bisector, as (cosine, sine), at the middle and at the end of a step.
+
+    The bisector of tangents that are not at right angles does not quite turn with the material: stretching turns it. spin: of
+    the material [1/s]; half: of the step [s].
+    """
+    c, p, cr, pr = local[0], local[1], rate[0], rate[1]
+    x0, y0 = bisector(c[0] - half * cr[0], c[1] - half * cr[1], p[0] - half * pr[0], p[1] - half * pr[1])
+    x1, y1 = bisector(c[0] + half * cr[0], c[1] + half * cr[1], p[0] + half * pr[0], p[1] + half * pr[1])
+    a = half * spin
+    scale = 1.0 / sqrt(1.0 + a * a)
+    turn_back = (turn[0] * x0 - turn[1] * y0, turn[0] * y0 + turn[1] * x0)  # of the material, from the axes of the middle
+    mx, my = advanced(turn_back, scale, scale * a)
+    ex, ey = advanced((mx, my), scale, scale * a)
+    # the bisector at the middle is at 45°
+    mid = (HALF_ROOT * (mx + my), HALF_ROOT * (my - mx))
+    ex, ey = ex * x1 + ey * y1, ey * x1 - ex * y1
+    length = 1.0 / sqrt(ex * ex + ey * ey)
+    return mid, (length * ex, length * ey)
+
+
+@pointwise
+def rotated(s, cosine, sine):
+    """The symmetric tensor (11, 22, 12) with its axes turned forward by an angle."""
+    cc, ss, sc = cosine * cosine, sine * sine, sine * cosine
+    return (
+        cc * s[0] + ss * s[1] - 2.0 * sc * s[2],
+        ss * s[0] + cc * s[1] + 2.0 * sc * s[2],
+        sc * (s[0] - s[1]) + (cc - ss) * s[2],
+    )
