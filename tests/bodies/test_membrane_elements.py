@@ -20,6 +20,7 @@ from membranes import NU, THICKNESS, E
 
 from pellucid.errors import RunStopped
 from pellucid.geometry.surfaces import Surface
+from pellucid.jit import set_threads
 
 every_law = pytest.mark.parametrize("law", ["linear-membrane", "neo-hookean-membrane"])
 every_mesh = pytest.mark.parametrize("elements", ["quads", "triangles"])
@@ -236,18 +237,16 @@ def test_a_free_sheet_keeps_energy_and_momentum(elements, law):
     stretched_by(body, [[0.02, 0.01, 0.0], [0.0, -0.005, 0.0], [0.0, 0.0, 0.0]])
     body.arrays["velocity"][:] = (0.01, -0.02, 0.005)
     body.measure()
-    start = body.sums["kinetic"] + body.sums["stored"]
     momentum, dt = body.momentum(), 0.2 / body.sums["rate"]
     worst, internal, stored = 0.0, 0.0, body.sums["stored"]
     for _ in range(400):
         step(body, dt)
         internal += body.work.internal
-        # velocities are half a step behind: the mean of the kinetic energies on both sides is that of the full step
+        # the books of a step lie half a step apart, which is a share of what moves in a step and does not grow
         worst = max(worst, abs(internal + body.sums["stored"] - stored) / stored)
     assert np.abs(body.momentum() - momentum).max() < 1e-13 * np.abs(momentum).max()
     assert worst < 0.05
     assert body.sums["kinetic"] - 0.5 * body.points.mass.sum() * 5.25e-4 == pytest.approx(internal, rel=1e-9)
-    assert start > 0.0
 
 
 def test_an_element_that_turns_over_stops_the_run_by_the_name_of_its_first_node():
@@ -365,3 +364,33 @@ def test_a_string_of_elements_vibrates_as_the_book_says_to_second_order(elements
         errors.append(abs(time - dt * now / (now - previous) - 0.5 * dt - exact) / exact)
     assert errors[1] < 2e-3
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
+
+
+def test_the_same_bits_on_any_number_of_threads_and_from_a_copy_of_the_arrays():
+    """More chunks than one, nodes that change their order on the way."""
+    ends = []
+    for threads in (1, 2, 2):
+        set_threads(threads)
+        body = body_of(element_sheet(points=(41, 41)), cell=0.05, counts=(40, 40, 8), lower=(-0.9, -0.9, -0.2))
+        body.arrays["velocity"][:] = np.sin(5.0 * body.arrays["position"][:, [1, 2, 0]])
+        body.measure()
+        for k in range(60):
+            step(body, 0.5 / body.sums["rate"], pressure=100.0)
+            if k == 30 and len(ends) == 2:
+                body = copied(body)
+        ends.append([in_order(body, body.arrays["position"]).tobytes(), body.sums["stored"], body.work.internal])
+    set_threads(1)
+    assert ends[0] == ends[1] == ends[2]
+
+
+def copied(body):
+    """Another body that takes up the arrays of this one, as from a checkpoint."""
+    other = body_of(element_sheet(points=(41, 41)), cell=0.05, counts=(40, 40, 8), lower=(-0.9, -0.9, -0.2))
+    for name, array in body.arrays.items():
+        other.arrays[name] = array.copy()
+    for name, array in body.element_arrays.items():
+        other.element_arrays[name] = array.copy()
+    other.bind()
+    other.restore_slabs(body.slabs.first.copy(), body.slabs.layer.copy(), body.slabs.strayed.copy())
+    other.sums = dict(body.sums)
+    return other
