@@ -5,10 +5,16 @@ from typing import Any
 
 import numpy as np
 
-OUTSIDE = {"gravity": 1.0, "support": 1.0, "load": 1.0, "motion": 1.0, "absorbed": -1.0, "impact_heat": -1.0}
+OUTSIDE = {"gravity": 1.0, "support": 1.0, "load": 1.0, "motion": 1.0, "contact": 1.0, "absorbed": -1.0, "impact_heat": -1.0}
 """Energy that comes in, and with a minus what goes out."""
 
-COLUMNS = {"load": "load_work", "motion": "motion_work", "absorbed": "absorbed_energy", "impact_heat": "impact_heat"}
+COLUMNS = {
+    "load": "load_work",
+    "motion": "motion_work",
+    "contact": "contact_work",
+    "absorbed": "absorbed_energy",
+    "impact_heat": "impact_heat",
+}
 
 
 class Ledger:
@@ -23,7 +29,7 @@ class Ledger:
 
     def __init__(self, bodies: Sequence[Any], gravity: Sequence[float], works: Sequence[str] = ()) -> None:
         self.gravity = np.array(gravity)
-        self.works = works  # which of load, motion, absorbed, impact_heat this run has
+        self.works = works  # which of COLUMNS this run has
         self.kinetic, self.stored = self._totals(bodies)
         self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
         self.initial_momentum = self._momentum(bodies)
@@ -31,41 +37,52 @@ class Ledger:
         self.sums = dict.fromkeys(self.ACCUMULATED, 0.0)
         self.support_impulses: list[list[float]] = []
         self.motion_impulses: dict[str, list[float]] = {}
+        self.contact_impulses: dict[str, list[float]] = {}
         self.energy_scale = self.kinetic
         self.momentum_scale = sum(body.sums["speed"] for body in bodies)
 
-    def record(self, bodies: Sequence[Any], work: Any, constraints: Any, dt: float) -> None:
-        """Book a step; `work` is the StepWork of the nodes, `constraints` the ConstraintWork of the points."""
+    def record(self, bodies: Sequence[Any], work: Any, constraints: Any, contact: Any, dt: float) -> None:
+        """Book a step; `work` is the StepWork of the nodes, `constraints` the ConstraintWork of the points, `contact` the
+        ContactWork of the fields."""
         kinetic, stored = self._totals(bodies)
-        motion, heat = work.grip + constraints.work, work.grip_loss + constraints.loss
-        external = work.gravity + work.support + work.load + motion - work.absorbed - heat
-        self.sums["gravity"] += work.gravity
-        self.sums["support"] += work.support
-        self.sums["load"] += work.load
-        self.sums["motion"] += motion
-        self.sums["absorbed"] += work.absorbed
-        self.sums["impact_heat"] += heat
+        done = {
+            "gravity": work.gravity,
+            "support": work.support + contact.support,
+            "load": work.load,
+            "motion": work.grip + constraints.work + contact.grip,
+            "contact": contact.work,
+            "absorbed": work.absorbed,
+            "impact_heat": work.grip_loss + constraints.loss,
+        }
+        for name, amount in done.items():
+            self.sums[name] += amount
+        external = sum(OUTSIDE[name] * amount for name, amount in done.items())
         self.sums["transfer"] += kinetic - self.kinetic - (work.internal + external)
         self.sums["time_integration"] += stored - self.stored + work.internal
         self.sums["artificial_heat"] += dt * sum(body.sums["heating"] for body in bodies)
         self.kinetic, self.stored = kinetic, stored
-        self._record_impulses(work, constraints, dt)
+        self._record_impulses(work, constraints, contact, dt)
         exchanged = abs(stored - self.initial["stored"]) + sum(abs(self.sums[name]) for name in OUTSIDE)
         self.energy_scale = max(self.energy_scale, kinetic + exchanged)
         speed = sum(body.sums["speed"] for body in bodies)
         self.momentum_scale = max(self.momentum_scale, speed, float(np.abs(self.impulse).max()))
 
-    def _record_impulses(self, work: Any, constraints: Any, dt: float) -> None:
-        self.impulse += work.impulses.sum(axis=0) + dt * work.mass * self.gravity + work.absorbed_impulse + work.load_impulse
-        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(work.impulses)
-        self.support_impulses = (np.array(so_far) + work.impulses).tolist()
+    def _record_impulses(self, work: Any, constraints: Any, contact: Any, dt: float) -> None:
+        supports = work.impulses + contact.held
+        self.impulse += supports.sum(axis=0) + dt * work.mass * self.gravity + work.absorbed_impulse + work.load_impulse
+        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(supports)
+        self.support_impulses = (np.array(so_far) + supports).tolist()
+        for name, impulse in contact.impulses.items():
+            self.contact_impulses[name] = (np.array(self.contact_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
         for name, impulse in constraints.impulses.items():
             self.impulse += impulse
             self.motion_impulses[name] = (np.array(self.motion_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
-        """Impulses so far [N s], shape (3,), of motions and of the supports that have a name; names may repeat and add up."""
-        result = {name: np.array(impulse) for name, impulse in self.motion_impulses.items()}
+        """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name; those of supports of
+        one name add up."""
+        known = {**self.motion_impulses, **self.contact_impulses}
+        result = {name: np.array(impulse) for name, impulse in known.items()}
         for name, impulse in zip(support_names, self.support_impulses, strict=False):
             if name is not None:
                 result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
@@ -78,6 +95,9 @@ class Ledger:
         parts = {"internal": 0.0, "strain": 0.0}
         for body in bodies:
             parts[body.energy_kind] += body.sums["stored"]
+            if "hourglass" in body.sums:
+                parts["strain"] -= body.sums["hourglass"]
+                parts["hourglass"] = parts.get("hourglass", 0.0) + body.sums["hourglass"]
             if "dissipated" in body.sums:  # part of the work of the stress that cannot be had back
                 parts["strain"] -= body.sums["dissipated"]
                 parts["dissipated"] = parts.get("dissipated", 0.0) + body.sums["dissipated"]
@@ -118,6 +138,7 @@ class Ledger:
             "sums": self.sums,
             "support_impulses": self.support_impulses,
             "motion_impulses": self.motion_impulses,
+            "contact_impulses": self.contact_impulses,
             "energy_scale": self.energy_scale,
             "momentum_scale": self.momentum_scale,
         }
@@ -129,6 +150,7 @@ class Ledger:
         self.initial_momentum, self.impulse = np.array(numbers["initial_momentum"]), np.array(numbers["impulse"])
         self.support_impulses = [list(impulse) for impulse in numbers["support_impulses"]]
         self.motion_impulses = dict(numbers["motion_impulses"])
+        self.contact_impulses = dict(numbers["contact_impulses"])
         self.energy_scale, self.momentum_scale = numbers["energy_scale"], numbers["momentum_scale"]
 
     @staticmethod

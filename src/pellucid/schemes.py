@@ -11,13 +11,14 @@ from typing import Any
 
 def musl(scene: Any, dt: float) -> None:
     """Modified update stress last, Gan's order."""
-    grid = scene.grid
-    grid.clear_inertia()
-    grid.clear_force()
+    layers = scene.layers
+    layers.clear_inertia()
+    layers.clear_force()
     for body in scene.bodies:
         body.to_grid(inertia=True, force=True)  # m, p, f
-    scene.advance(dt)  # p + dt f, supports
-    grid.clear_momentum()
+    scene.meet()  # where fields touch
+    scene.advance(dt)  # p + dt f, supports, contact
+    layers.clear_momentum()
     for body in scene.bodies:
         body.accelerate(remap=True)  # v of the points, p anew
     scene.project()
@@ -27,11 +28,12 @@ def musl(scene: Any, dt: float) -> None:
 
 def usl(scene: Any, dt: float) -> None:
     """Update stress last."""
-    grid = scene.grid
-    grid.clear_inertia()
-    grid.clear_force()
+    layers = scene.layers
+    layers.clear_inertia()
+    layers.clear_force()
     for body in scene.bodies:
         body.to_grid(inertia=True, force=True)
+    scene.meet()
     scene.advance(dt)
     for body in scene.bodies:
         body.accelerate(remap=False)
@@ -41,14 +43,15 @@ def usl(scene: Any, dt: float) -> None:
 
 def usf(scene: Any, dt: float) -> None:
     """Update stress first."""
-    grid = scene.grid
-    grid.clear_inertia()
+    layers = scene.layers
+    layers.clear_inertia()
     for body in scene.bodies:
         body.to_grid(inertia=True, force=False)
+    scene.meet()
     scene.project()
     for body in scene.bodies:
         body.deform(dt, move=False)
-    grid.clear_force()
+    layers.clear_force()
     for body in scene.bodies:
         body.to_grid(inertia=False, force=True)
     scene.advance(dt)

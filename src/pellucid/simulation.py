@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.kinds import BODIES
 from pellucid.clock import Clock
 from pellucid.conditions.environment import Environment
-from pellucid.conditions.walls import hold_nodes
+from pellucid.encounter import build_layers, pairs_of, refuse_overlaps
 from pellucid.errors import Interrupted, RunStopped
+from pellucid.grid.contact import Encounters
 from pellucid.grid.grid import Grid
-from pellucid.grid.motion import NodalMotion
+from pellucid.grid.motion import total_work
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import mark_cached, set_threads
 from pellucid.ledger import Ledger
@@ -37,7 +37,8 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 def kernel_key(case: "Case") -> str:
     """Names the kernels that a case needs, to tell whether they are compiled already."""
     laws = sorted({_law_kinds(body) for body in case.body})
-    conditions = f"{bool(case.motion)} {bool(case.pressure)} {bool(case.absorbing)}"
+    fields = sorted((body.kind, body.field) for body in case.body)
+    conditions = f"{bool(case.motion)} {bool(case.pressure)} {bool(case.absorbing)} {fields}"
     kinds = f"{case.grid.functions} {case.grid.thin()} {case.time.transfer} {case.time.scheme} {laws} {conditions}"
     return hashlib.sha256(kinds.encode()).hexdigest()[:16]
 
@@ -54,19 +55,23 @@ class Simulation:
 
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
         self.case = case
-        self.grid = Grid(case.grid)
-        supports = hold_nodes(self.grid, case.support)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.bodies = [BODIES[body.kind](body.among(case.body), case.grid, self.grid, transfer) for body in case.body]
+        self.layers = build_layers(case, transfer)
+        built = {body.name: body for layer in self.layers for body in layer.bodies}
+        self.bodies = [built[body.name] for body in case.body]
         self.threads = set_threads(threads or self._worthwhile_threads())
+        refuse_overlaps(case, self.layers)
         rigid = [body.name for body in case.body if getattr(body, "rigid", False)]
-        self.environment = Environment(self.grid, self.bodies, case.motion, rigid, case.absorbing, case.pressure)
+        self.environment = Environment(self.layers, case.support, case.motion, rigid, case.absorbing, case.pressure)
         small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
-        self._motion = NodalMotion(self.grid.nodes, supports, case.gravity, small_mass, transfer.flip, self.environment.outside)
+        for layer, outside in zip(self.layers, self.environment.outsides, strict=True):
+            layer.act(outside, case.gravity, small_mass, transfer.flip)
+        self.encounters = Encounters(pairs_of(self.layers, case.contact), len(case.support) + 1)
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
-        self.ledger = Ledger(self.bodies, case.gravity, self.environment.works)
+        works = (*self.environment.works, "contact") if len(self.encounters) else self.environment.works
+        self.ledger = Ledger(self.bodies, case.gravity, works)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned = False
         self.timers: dict[str, float] = {}
@@ -81,13 +86,21 @@ class Simulation:
 
     # the verbs of a step that concern the nodes
 
+    def meet(self) -> None:
+        """Find where velocity fields touch."""
+        self.encounters.find()
+
     def advance(self, dt: float) -> None:
-        """Move the nodes and keep what they did."""
-        self.work = self._motion.advance(dt)
+        """Move the nodes, let those that touch push each other, and keep what they did."""
+        works = [layer.advance(dt) for layer in self.layers]
+        self.work = [work for work, layer in zip(works, self.layers, strict=True) if not layer.own_nodes]
+        self.contact = self.encounters.resolve()
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""
-        self._motion.project()
+        for layer in self.layers:
+            layer.project()
+        self.encounters.project()
 
     def sort(self) -> None:
         """Sort the bodies whose points strayed."""
@@ -96,7 +109,8 @@ class Simulation:
 
     def record(self, dt: float) -> None:
         """Book the step."""
-        self.ledger.record(self.bodies, self.work, self.environment.collect(), dt)
+        own = [body.own_work(len(self.case.support)) for layer in self.layers if layer.own_nodes for body in layer.bodies]
+        self.ledger.record(self.bodies, total_work([*self.work, *own]), self.environment.collect(), self.contact, dt)
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
@@ -169,6 +183,11 @@ class Simulation:
     # what others ask
 
     @property
+    def grid(self) -> Grid:
+        """The grid of the first layer, which in most cases is the only one."""
+        return self.layers[0].grid
+
+    @property
     def time(self) -> float:
         """Simulated time [s]."""
         return self.clock.time
@@ -204,6 +223,7 @@ class Simulation:
         arrays: dict[str, np.ndarray] = {}
         for body in self.bodies:
             arrays |= {f"{body.name}/{name}": array for name, array in body.arrays.items()}
+            arrays |= {f"{body.name}/elements/{name}": array for name, array in body.element_arrays.items()}
             for name in ("first", "layer", "strayed"):
                 arrays[f"{body.name}/slabs/{name}"] = getattr(body.slabs, name)
         return arrays
@@ -222,6 +242,8 @@ class Simulation:
         for body in self.bodies:
             for name in body.arrays:
                 body.arrays[name] = np.ascontiguousarray(arrays[f"{body.name}/{name}"])
+            for name in body.element_arrays:
+                body.element_arrays[name] = np.ascontiguousarray(arrays[f"{body.name}/elements/{name}"])
             body.bind()
             body.restore_slabs(*(arrays[f"{body.name}/slabs/{name}"] for name in ("first", "layer", "strayed")))
             body.sums = dict(numbers["bodies"][body.name])
@@ -230,11 +252,11 @@ class Simulation:
         self._warned = numbers["warned"]
 
     def _time_verbs(self) -> None:
-        parts = {"sort": "sort", "advance": "grid", "project": "grid", "record": "reductions"}
+        parts = {"sort": "sort", "meet": "contact", "advance": "grid", "project": "grid", "record": "reductions"}
         for verb, part in parts.items():
             setattr(self, verb, self._timed(part, getattr(self, verb)))
         for verb in ("clear_inertia", "clear_momentum", "clear_force"):
-            setattr(self.grid, verb, self._timed("grid", getattr(self.grid, verb)))
+            setattr(self.layers, verb, self._timed("grid", getattr(self.layers, verb)))
         body_parts = {"to_grid": "scatter", "accelerate": "velocities", "deform": "gradients and law", "move": "move"}
         for body in self.bodies:
             for verb, part in body_parts.items():

@@ -16,6 +16,7 @@ from pellucid.grid.spec import GridCase
 from pellucid.materials import MembraneMaterial
 from pellucid.model import Model, Vector, parameter
 
+FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
 SLACK = 1e-9  # of a length, for rounding
 
 
@@ -24,6 +25,7 @@ class MembraneElementsCase(Model):
 
     kind: Literal["membrane-elements"] = "membrane-elements"
     name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    field: str = parameter("", FIELD_MEANING, "common", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     surface: Surface = parameter("", "where the membrane is at the start")
     elements: Elements = parameter(
         "", "quadrilaterals where the surface has them, or triangles alone: each quadrilateral cut in two", "quads"

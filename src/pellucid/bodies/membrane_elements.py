@@ -39,6 +39,7 @@ class MembraneElements(PointBody):
     """
 
     energy_kind = "strain"
+    is_surface = True
     own_nodes = True
 
     def __init__(self, case: MembraneElementsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
@@ -134,6 +135,10 @@ class MembraneElements(PointBody):
         forces.pressure_forces(self._chunks, self._surface, self.points.position, self._corner_forces, pressure)
         forces.add_corners(self.n_slabs, self._about, self._corner_forces.reshape(-1, 3), self._external)
 
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the thickness."""
+        return 0.5 * self.thickness, 0.0, 0.0
+
     def vector_areas(self) -> np.ndarray:
         """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
         areas = np.zeros((self.n_points, 3))
@@ -208,6 +213,14 @@ class MembraneElements(PointBody):
             absorbed_impulse=np.zeros(3),
             load_impulse=np.zeros(3),
         )
+
+    def own_work(self, n_supports: int) -> StepWork:
+        """What the nodes did over the step without what the rows of motions did, which lie behind those of the supports."""
+        impulses = self.work.impulses
+        motions = slice(n_supports, len(impulses) - 1)
+        moved = float(np.sum(impulses[motions] * self.prescribed_velocity[motions]))
+        held = np.concatenate([impulses[:n_supports], impulses[-1:]])
+        return self.work._replace(support=self.work.support - moved, impulses=held)
 
     @property
     def reactions(self) -> np.ndarray:

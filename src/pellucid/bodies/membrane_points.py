@@ -14,6 +14,7 @@ from pellucid.bodies.spec import MembranePointsCase
 from pellucid.bundle import Bundle
 from pellucid.grid.grid import Grid
 from pellucid.grid.points import Slabs
+from pellucid.grid.pressing import press
 from pellucid.grid.spec import GridCase
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
@@ -23,6 +24,7 @@ class MembranePoints(PointBody):
     """Points of a triangulated surface, which carry its tangent frames and its triangles along."""
 
     energy_kind = "strain"
+    is_surface = True
 
     def __init__(self, case: MembranePointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
         self.material = case.material
@@ -79,6 +81,19 @@ class MembranePoints(PointBody):
             self.damage,
             self._record,
         )
+
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the thickness."""
+        return 0.5 * self.thickness, 0.0, 0.0
+
+    def vector_areas(self) -> np.ndarray:
+        """The share of the vector area of each point [m²], shape (n, 3), in the order in which they are stored at the moment."""
+        thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
+        return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
+
+    def press(self, outside_load: np.ndarray, pressure: float) -> None:
+        """Add the forces of a pressure [Pa] along the normals to those on the grid's nodes [N], shape (nodes, 3)."""
+        press(self.n_slabs, self.mapped, self.fans, outside_load, pressure)
 
     def deform(self, dt: float, move: bool) -> None:
         """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""

@@ -29,6 +29,7 @@ class PointBody(ABC):
     """
 
     energy_kind: str
+    is_surface = False  # whether the points are those of a membrane, which has two sides
     constraint: Any = None  # a prescribed motion or rigidity of its points, from `pellucid.conditions.prescribed`
     own_nodes = False  # whether its equation of motion is solved on its own points
     # elements of a surface, in the order of seeding, and what they carry; most bodies have none
@@ -50,6 +51,18 @@ class PointBody(ABC):
         self.bind()
         self.sort()
         self.measure()
+
+    def vector_areas(self) -> np.ndarray:
+        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3)."""
+        raise NotImplementedError
+
+    def half_width(self) -> tuple[float, float, float]:
+        """How far the body reaches beyond its points: this [m], or where negative half the edge of a point's cube.
+
+        The edge is (volume · the second number) to the power of the third.
+        """
+        thin = sum(self.grid.thin)
+        return -1.0, self.grid.lattice.cell**-thin, 1.0 / (3 - thin)
 
     @abstractmethod
     def deform(self, dt: float, move: bool) -> None:

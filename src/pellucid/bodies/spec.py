@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, PrivateAttr, Tag, field_validator
 
-from pellucid.bodies.elements_spec import MembraneElementsCase
+from pellucid.bodies.elements_spec import FIELD_MEANING, MembraneElementsCase
 from pellucid.bodies.seeding import points_along_axes
 from pellucid.geometry.shapes import Geometry, Inside, Shape
 from pellucid.geometry.surface_checks import faults
@@ -42,6 +42,7 @@ class MaterialPointsCase(Model):
 
     kind: Literal["material-points"] = "material-points"
     name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    field: str = parameter("", FIELD_MEANING, "common", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     shape: Shape = parameter("", "where the body is at the start")
     outside: tuple[str, ...] = parameter(
         "", "bodies whose place is left out of the shape: the shape of material points, the inside of a closed membrane", ()
@@ -134,6 +135,7 @@ class MembranePointsCase(Model):
 
     kind: Literal["membrane-points"] = "membrane-points"
     name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    field: str = parameter("", FIELD_MEANING, "common", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     surface: Surface = parameter("", "where the membrane is at the start")
     thickness: float = parameter("m", "initial thickness", gt=0)
     material: MembraneMaterial = parameter("", "what the membrane is made of")

@@ -31,8 +31,9 @@ def check_memory(case: "Case") -> None:
 
 
 def n_nodes(case: "Case") -> float:
-    """Number of nodes that the grid stores."""
-    return prod(float(n + PAD) for n, thin in zip(case.grid.counts(), case.grid.thin(), strict=True) if not thin)
+    """Number of nodes that are stored: those of the grid, once for each velocity field and each body with nodes of its own."""
+    sets = {(body.field, body.name if body.kind == "membrane-elements" else "") for body in case.body}
+    return len(sets) * prod(float(n + PAD) for n, thin in zip(case.grid.counts(), case.grid.thin(), strict=True) if not thin)
 
 
 def n_points(case: "Case") -> float:

@@ -18,6 +18,7 @@ from pellucid.case.schema import keys_at
 from pellucid.case.settings import find, parse_setting, put
 from pellucid.case.spec import Case, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.contact import Contact
 from pellucid.conditions.motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
@@ -143,7 +144,7 @@ def _between_sound_parts(data: dict[str, Any]) -> list[Finding]:
             bodies[index] = written["name"]
     grid, time = _sound([data.get("grid")], GridCase)[0], _sound([data.get("time")], TimeCase)[0]
     output = _sound([data.get("output", {})], OutputCase)[0]
-    kinds = {"support": Support, "motion": Motion, "absorbing": Absorbing, "pressure": Pressure}
+    kinds = {"support": Support, "motion": Motion, "absorbing": Absorbing, "pressure": Pressure, "contact": Contact}
     conditions = Conditions(*(_sound(data.get(name), kind) for name, kind in kinds.items()))
     return findings(grid, bodies, conditions, _sound(data.get("probe"), Probe), time, output)
 

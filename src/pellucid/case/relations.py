@@ -9,6 +9,7 @@ from pellucid.bodies.spec import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.contact import Contact
 from pellucid.conditions.motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import BoxRegion, Support
@@ -33,6 +34,7 @@ class Conditions(NamedTuple):
     motions: Sequence[Motion | None]
     absorbing: Sequence[Absorbing | None]
     pressures: Sequence[Pressure | None]
+    contacts: Sequence[Contact | None]
 
 
 class Disagreement(ValueError):
@@ -64,6 +66,8 @@ def findings(
         *_repeated_faces(conditions.absorbing),
         *(found for i, face in enumerate(conditions.absorbing) for found in _absorbing(i, face, bodies, conditions.supports)),
         *(found for i, pressure in enumerate(conditions.pressures) for found in _pressure(i, pressure, bodies)),
+        *(found for i, contact in enumerate(conditions.contacts) for found in _contact(i, contact, bodies)),
+        *_repeated_contacts(conditions.contacts, bodies),
         *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies, conditions)),
         *_instants(time, output),
     ]
@@ -241,6 +245,29 @@ def _pressure(index: int, pressure: Pressure | None, bodies: Sequence[Body | str
             yield Finding(("pressure", index, "body"), text, "name a body of kind membrane-points or membrane-elements")
 
 
+def _contact(index: int, contact: Contact | None, bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+    if contact is None:
+        return
+    found = [list(_named_body(("contact", index, "between"), name, bodies)) for name in contact.between]
+    yield from (item for items in found for item in items if isinstance(item, Finding))
+    fields = {item.field for items in found for item in items if not isinstance(item, Finding)}
+    if all(items and not isinstance(items[0], Finding) for items in found) and len(fields) == 1:
+        text = f"both bodies belong to the velocity field `{fields.pop()}` and move together: they never touch"
+        yield Finding(("contact", index, "between"), text, "give one of them another `field`")
+
+
+def _repeated_contacts(contacts: Sequence[Contact | None], bodies: Sequence[Body | str | None]) -> Iterator[Finding]:
+    fields = {body.name: body.field for body in bodies if body is not None and not isinstance(body, str)}
+    seen: dict[frozenset[str], int] = {}
+    for index, contact in enumerate(contacts):
+        if contact is None or not all(name in fields for name in contact.between):
+            continue
+        first = seen.setdefault(frozenset(fields[name] for name in contact.between), index)
+        if first != index:
+            text = f"contact number {first + 1} is between the same velocity fields"
+            yield Finding(("contact", index, "between"), text, "keep one of the two")
+
+
 def _condition_names(conditions: Conditions) -> list[str | None]:
     return [None if motion is None else motion.name for motion in conditions.motions]
 
@@ -250,9 +277,10 @@ def _probe(index: int, probe: Probe | None, bodies: Sequence[Body | str | None],
         return
     choices: Sequence[str]
     if probe.body is None:
-        names = [part.name for part in (*conditions.motions, *conditions.supports) if part is not None and part.name]
-        if probe.condition not in names and None not in (*conditions.motions, *conditions.supports):
-            text = f"no support and no motion has this name; there are {listed(names) or 'none with a name'}"
+        parts = (*conditions.motions, *conditions.supports, *conditions.contacts)
+        names = [part.name for part in parts if part is not None and part.name]
+        if probe.condition not in names and None not in parts:
+            text = f"no support, motion or contact has this name; there are {listed(names) or 'none with a name'}"
             yield Finding(("probe", index, "condition"), text, hint(probe.condition or "", names) or "give it a `name`")
         choices = COMPONENT_NAMES[3]
     else:

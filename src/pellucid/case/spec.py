@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from pellucid.bodies.spec import Body
 from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.contact import Contact
 from pellucid.conditions.motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
@@ -46,7 +47,7 @@ class Probe(Model):
     above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
     change: bool = parameter("", "whether the value at the start is subtracted", False)
     condition: str | None = parameter(
-        "", 'for quantity = "reaction": name of the support or motion; its mean force on the bodies since the row before', None
+        "", 'for quantity = "reaction": name of the support, motion or contact; its mean force since the row before', None
     )
 
     @model_validator(mode="after")
@@ -98,6 +99,7 @@ class Case(Model):
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that let waves out", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
+    contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
     output: OutputCase = parameter("", "how often results are written", OutputCase())
     energy: EnergyCase = parameter("", "limits of the energy ledger", EnergyCase())
@@ -108,7 +110,7 @@ class Case(Model):
     def _parts_fit_together(self) -> "Case":
         from pellucid.case.relations import Conditions, Disagreement, findings
 
-        conditions = Conditions(list(self.support), list(self.motion), list(self.absorbing), list(self.pressure))
+        conditions = Conditions(list(self.support), list(self.motion), list(self.absorbing), list(self.pressure), list(self.contact))
         found = findings(self.grid, list(self.body), conditions, list(self.probe), self.time, self.output)
         if found:
             raise Disagreement(found)

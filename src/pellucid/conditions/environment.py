@@ -7,11 +7,14 @@ import numpy as np
 
 from pellucid.conditions.absorbing import Absorbing, absorption_rates
 from pellucid.conditions.motion import Motion
+from pellucid.conditions.own_nodes import OwnDrive
 from pellucid.conditions.prescribed import ConstraintWork, Drive, Rigid
 from pellucid.conditions.pressure import Pressure
-from pellucid.grid.grid import Grid
-from pellucid.grid.motion import Outside
-from pellucid.grid.pressing import press
+from pellucid.conditions.support import Support
+from pellucid.grid.layer import Layer
+from pellucid.grid.motion import Outside, outside_with
+
+GRIPPING = ("driven_mass", "driven_momentum", "grip")
 
 
 class Environment:
@@ -19,26 +22,28 @@ class Environment:
 
     def __init__(
         self,
-        grid: Grid,
-        bodies: Sequence[Any],
+        layers: Sequence[Layer],
+        supports: Sequence[Support],
         motions: Sequence[Motion],
         rigid: Sequence[str],
         absorbing: Sequence[Absorbing],
         pressures: Sequence[Pressure],
     ) -> None:
-        named = {body.name: body for body in bodies}
-        rows = {"load": bool(pressures), "absorption": bool(absorbing)}
-        self.outside = Outside(*(np.zeros((grid.n_nodes if rows.get(f, bool(motions)) else 0, 3)) for f in Outside._fields))
+        named = {body.name: (body, number) for number, layer in enumerate(layers) for body in layer.bodies}
+        self.outsides = [self._outside(layer, motions, absorbing, pressures) for layer in layers]
         for condition in absorbing:
-            body = named[condition.body]
+            body, number = named[condition.body]
             speeds = body.material.wave_speeds()
-            self.outside.absorption[:] += absorption_rates(grid, body.functions, [(face, *speeds) for face in condition.where])
-        self._pressures = [(named[condition.body], condition) for condition in pressures]
-        self._constraints: list[Drive | Rigid] = [Rigid(named[name]) for name in rigid]
-        for body in bodies:
+            faces = [(face, *speeds) for face in condition.where]
+            self.outsides[number].absorption[:] += absorption_rates(body.grid, body.functions, faces)
+        self._pressures = [(*named[condition.body], condition) for condition in pressures]
+        self._constraints: list[Drive | Rigid] = [Rigid(named[name][0]) for name in rigid]
+        for body, number in named.values():
             own = [motion for motion in motions if motion.body == body.name]
-            if own:
-                self._constraints.append(Drive(body, own, self.outside))
+            if body.own_nodes:
+                self._constraints.append(OwnDrive(body, own, self.outsides[number], supports))
+            elif own:
+                self._constraints.append(Drive(body, own, self.outsides[number]))
         for constraint in self._constraints:
             constraint.body.constraint = constraint
             constraint.body.measure()  # what bounds the step of a body may change
@@ -46,14 +51,27 @@ class Environment:
         present = {"load": pressures, "absorbed": absorbing, "motion": motions, "impact_heat": self._constraints}
         self.works = tuple(name for name, conditions in present.items() if conditions)
 
+    @staticmethod
+    def _outside(
+        layer: Layer, motions: Sequence[Motion], absorbing: Sequence[Absorbing], pressures: Sequence[Pressure]
+    ) -> Outside:
+        names = {body.name for body in layer.bodies}
+        parts = GRIPPING if any(motion.body in names for motion in motions) else ()
+        if any(condition.body in names for condition in absorbing):
+            parts = (*parts, "absorption")
+        if any(condition.body in names for condition in pressures):
+            parts = (*parts, "load")
+        return outside_with(parts, layer.grid.n_nodes)
+
     def begin(self, time: float, dt: float) -> None:
         """What acts over the step that begins at `time` [s]."""
-        for array in (self.outside.load, self.outside.driven_mass, self.outside.driven_momentum):
-            array.fill(0.0)
+        for outside in self.outsides:
+            for array in (outside.load, outside.driven_mass, outside.driven_momentum):
+                array.fill(0.0)
         for constraint in self._constraints:
             constraint.begin(time, dt)
-        for body, condition in self._pressures:
-            press(body.n_slabs, body.mapped, body.fans, self.outside.load, condition.at(time))
+        for body, number, condition in self._pressures:
+            body.press(self.outsides[number].load, condition.at(time))
 
     def collect(self) -> ConstraintWork:
         """What the constraints did over the step."""

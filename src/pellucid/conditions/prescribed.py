@@ -32,7 +32,7 @@ class Drive:
         self.body = body
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
-        self.top_speed = max(motion.top_speed() for motion in motions)
+        self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
         self._outside = Bundle(outside)
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)

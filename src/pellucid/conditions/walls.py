@@ -17,7 +17,7 @@ def hold_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     index, position = grid.where()
     hold = grid.nodes.hold
     for number, support in enumerate(supports):
-        inside = _nodes_of(support, grid, position)
+        inside = nodes_of(support, grid, position)
         if not inside.any():
             raise CaseError(
                 Problem(
@@ -35,7 +35,8 @@ def hold_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))
 
 
-def _nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
+def nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
+    """Which nodes at positions [m], shape (n, 3), a support holds, shape (n,): those of the grid or a body's own."""
     if isinstance(support.where, BoxRegion):
         lower, upper = support.where.box.bounds()
         reach = REACH * grid.lattice.cell
@@ -46,5 +47,5 @@ def _nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
     axis, side = "xyz".index(support.where[0]), support.where[2:]
     if grid.thin[axis]:
         return np.ones(len(position), bool)
-    cells = np.rint((position[:, axis] - grid.lattice.lower[axis]) / grid.lattice.cell)
-    return np.asarray(cells == (0 if side == "lower" else grid.lattice.counts[axis]))
+    cells = (position[:, axis] - grid.lattice.lower[axis]) / grid.lattice.cell
+    return np.asarray(np.abs(cells - (0 if side == "lower" else grid.lattice.counts[axis])) <= REACH)

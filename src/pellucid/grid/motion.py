@@ -1,5 +1,6 @@
 """The nodes' equation of motion, with supports."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,12 @@ class Outside(NamedTuple):
 
 def nothing_outside() -> Outside:
     """Neither loads nor absorbing faces nor prescribed motions."""
-    return Outside(*(np.zeros((0, 3)) for _ in Outside._fields))
+    return outside_with((), 0)
+
+
+def outside_with(parts: Sequence[str], n_nodes: int) -> Outside:
+    """What acts from outside, all zero; only the parts that are named have rows."""
+    return Outside(*(np.zeros((n_nodes if name in parts else 0, 3)) for name in Outside._fields))
 
 
 class StepWork(NamedTuple):
@@ -58,6 +64,11 @@ class StepWork(NamedTuple):
     impulses: np.ndarray  # (supports, 3) impulses of the reactions [N s]
     absorbed_impulse: np.ndarray  # (3,) of absorbing faces [N s]
     load_impulse: np.ndarray  # (3,) of external forces [N s]
+
+
+def total_work(works: Sequence[StepWork]) -> StepWork:
+    """The sum of what several sets of nodes did."""
+    return StepWork(*(sum(parts[1:], start=parts[0]) for parts in zip(*works, strict=True)))
 
 
 @kernel()

@@ -1,0 +1,95 @@
+"""From a case to its velocity fields: which bodies share one, and how fields meet."""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.bodies.kinds import BODIES
+from pellucid.bodies.spec import MaterialPointsCase
+from pellucid.conditions.contact import Contact
+from pellucid.conditions.walls import hold_nodes
+from pellucid.errors import CaseError, Problem
+from pellucid.grid.contact import SLIP, STICK, TIE, Pair
+from pellucid.grid.grid import Grid
+from pellucid.grid.layer import Layer, Layers
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
+
+
+def build_layers(case: "Case", transfer: Any) -> Layers:
+    """The bodies of a case on the nodes that they share: one layer for each velocity field, and for each body of elements."""
+    groups: dict[tuple[str, str], list[Any]] = {}
+    for body in case.body:
+        own = BODIES[body.kind].own_nodes
+        groups.setdefault((body.field, body.name if own else ""), []).append(body)
+    layers = Layers()
+    for (field, own), members in groups.items():
+        grid = Grid(case.grid, own_nodes=bool(own))
+        supports = hold_nodes(grid, case.support)
+        bodies = [BODIES[body.kind](body.among(case.body), case.grid, grid, transfer) for body in members]
+        layers.append(Layer(field, grid, bodies, supports))
+    return layers
+
+
+def pairs_of(layers: Sequence[Layer], contacts: Sequence[Contact]) -> list[Pair]:
+    """Each two layers: tied in one field, else in the contact that is asked for, without friction where none is."""
+    fields = {body.name: layer.field for layer in layers for body in layer.bodies}
+    asked = {tuple(fields[name] for name in contact.between): contact for contact in contacts}
+    pairs = []
+    for one, other in combinations(layers, 2):
+        if one.field == other.field:
+            pairs.append(_pair(one, other, TIE))
+            continue
+        if (other.field, one.field) in asked:  # so that the first is the first named
+            one, other = other, one
+        contact = asked.get((one.field, other.field), None)
+        if contact is None:
+            pairs.append(_pair(one, other, SLIP))
+        else:
+            kind = STICK if contact.kind == "stick" else SLIP
+            pairs.append(_pair(one, other, kind, contact.friction or 0.0, contact.name))
+    return pairs
+
+
+def _pair(one: Layer, other: Layer, kind: int, friction: float = 0.0, name: str | None = None) -> Pair:
+    grids, outsides = (one.grid, other.grid), (one.outside, other.outside)
+    return Pair(grids, (one.bodies, other.bodies), outsides, kind, friction, name)
+
+
+def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
+    """Raise CaseError where a body starts inside one of another velocity field: nothing could tell which way out is."""
+    cases = {body.name: body for body in case.body}
+    active = tuple(not thin for thin in case.grid.thin())
+    steps = np.vstack([np.zeros(3), np.eye(3)[list(active)], -np.eye(3)[list(active)]]) * DEPTH * case.grid.cell
+    for body, other in _strangers(layers):
+        solid = cases[other.name]
+        if not isinstance(solid, MaterialPointsCase):
+            continue
+        position = body.arrays["position"]
+        inside = np.ones(len(position), bool)
+        for step in steps:
+            places = position[inside] + step
+            kept = solid.shape.geometry().contains(places, active)
+            for left_out in solid.among(case.body).left_out:
+                kept &= ~left_out.contains(places, active)
+            inside[inside] = kept
+        if inside.any():
+            place = ", ".join(f"{value:.4g}" for value in position[inside][0])
+            text = (
+                f"{int(inside.sum())} of its {len(position)} points start inside body {other.name}, which belongs to another "
+                f"velocity field, the first at ({place}) m: contact cannot tell which way out is"
+            )
+            remedy = f"move one of the two, name {other.name} in `outside`, or give both the same `field`"
+            raise CaseError(Problem(text, f"body.{body.name}.{cases[body.name].place}", remedy=remedy))
+
+
+def _strangers(layers: Sequence[Layer]) -> Iterator[tuple[Any, Any]]:
+    for one in layers:
+        for other in layers:
+            if one.field != other.field:
+                yield from ((body, stranger) for body in one.bodies for stranger in other.bodies)

@@ -1,0 +1,195 @@
+"""What fields do to each other where they meet: impulses at the nodes, equal and opposite.
+
+Bodies that touch and approach take an impulse that stops the approach; with friction it has a tangential part too, at most μ
+times the normal one. Source: Lian, Liu & Zhang 2014, eqs. 52-58, with the misprints put right: f = (m_a p_b - m_b p_a)/((m_a +
+m_b) dt) on a, friction only under compression. Nodes that are held or gripped are as heavy as need be.
+"""
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.bundle import Bundle
+from pellucid.grid.grid import Grid
+from pellucid.grid.meeting import Meeting
+from pellucid.grid.motion import FIRM, Outside
+from pellucid.jit import kernel, pointwise
+
+TIE, STICK, SLIP = 0, 1, 2
+"""Kinds of contact: together always, together while they press, sliding with friction (or none)."""
+SWEEPS = 4  # where several pairs meet, one disturbs the other
+IMPULSE, WORK, SUPPORTED, GRIPPED, BOOKS = 0, 3, 4, 5, 6  # columns of a pair's books
+
+
+class ContactWork(NamedTuple):
+    """What all pairs did over a step."""
+
+    work: float  # on the bodies together, never positive [J]
+    support: float  # work of supports that took impulses [J]
+    grip: float  # work of prescribed motions that took impulses [J]
+    impulses: dict[str, np.ndarray]  # on the first of a pair, by the name of the contact, shape (3,) [N s]
+    held: np.ndarray  # (supports, 3) impulses of the supports [N s]
+
+
+@pointwise
+def _mobility(nodes, outside, I, d):
+    """1/m of a node along axis d, 0 where it is held or firmly gripped."""
+    m = nodes.mass[I]
+    if nodes.hold[I, d] > 0 or (len(outside.driven_mass) > 0 and outside.driven_mass[I, d] >= FIRM * m):
+        return 0.0
+    return 1.0 / m
+
+
+@pointwise
+def _impulse(kind, friction, n, u, w):
+    """The impulse on the first side, from the normal, the relative velocity (first minus second) and the sum of mobilities."""
+    approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
+    if kind != TIE and not approach > 0.0:
+        return 0.0, 0.0, 0.0
+    jx = -u[0] / w[0] if w[0] > 0.0 else 0.0
+    jy = -u[1] / w[1] if w[1] > 0.0 else 0.0
+    jz = -u[2] / w[2] if w[2] > 0.0 else 0.0
+    if kind != SLIP:
+        return jx, jy, jz
+    give = w[0] * n[0] * n[0] + w[1] * n[1] * n[1] + w[2] * n[2] * n[2]
+    if not give > 0.0:
+        return 0.0, 0.0, 0.0
+    press = approach / give
+    along = jx * n[0] + jy * n[1] + jz * n[2]
+    tx, ty, tz = jx - along * n[0], jy - along * n[1], jz - along * n[2]
+    size = sqrt(tx * tx + ty * ty + tz * tz)
+    share = min(1.0, friction * press / size) if size > 0.0 else 0.0
+    return share * tx - press * n[0], share * ty - press * n[1], share * tz - press * n[2]
+
+
+@pointwise
+def _push(nodes, outside, own, I, d, j, held, books):
+    """Give a node the impulse j along axis d; supports and grips take it where they hold the node."""
+    if nodes.hold[I, d] > 0:
+        held[nodes.hold[I, d] - 1, d] -= j
+        books[SUPPORTED] -= j * nodes.velocity[I, d]
+        return
+    w = _mobility(nodes, outside, I, d)
+    if w == 0.0:
+        outside.grip[I, d] -= j / outside.driven_mass[I, d]
+        books[GRIPPED] -= j * nodes.velocity[I, d]
+        return
+    if nodes.deforming[I, d] == nodes.velocity[I, d]:  # else a light node, whose forces must not strain points
+        nodes.deforming[I, d] += w * j
+    nodes.velocity[I, d] += w * j
+    nodes.change[I, d] += w * j
+    if own:
+        nodes.contact[I, d] += w * j
+
+
+@kernel()
+def _resolve(pair, node, normal, held, books):
+    first, second, outside_one, outside_two, own, kind, friction = pair.content
+    for e in range(len(node)):
+        I = node[e]
+        n = (normal[e, 0], normal[e, 1], normal[e, 2])
+        u, w = _relative(first, second, outside_one, outside_two, I, first.velocity, second.velocity)
+        j = _impulse(kind, friction, n, u, w)
+        for d in range(3):
+            if j[d] != 0.0:
+                # the mean of the relative velocities before and after
+                books[WORK] += j[d] * (u[d] + 0.5 * w[d] * j[d])
+                books[IMPULSE + d] += j[d]
+                _push(first, outside_one, own[0], I, d, j[d], held, books)
+                _push(second, outside_two, own[1], I, d, -j[d], held, books)
+
+
+@pointwise
+def _relative(first, second, outside_one, outside_two, I, one, two):
+    u = (one[I, 0] - two[I, 0], one[I, 1] - two[I, 1], one[I, 2] - two[I, 2])
+    w = (
+        _mobility(first, outside_one, I, 0) + _mobility(second, outside_two, I, 0),
+        _mobility(first, outside_one, I, 1) + _mobility(second, outside_two, I, 1),
+        _mobility(first, outside_one, I, 2) + _mobility(second, outside_two, I, 2),
+    )
+    return u, w
+
+
+@kernel()
+def _project(pair, node, normal):
+    first, second, outside_one, outside_two, _, kind, friction = pair.content
+    for e in range(len(node)):
+        I = node[e]
+        n = (normal[e, 0], normal[e, 1], normal[e, 2])
+        u, w = _relative(first, second, outside_one, outside_two, I, first.deforming, second.deforming)
+        j = _impulse(kind, friction, n, u, w)
+        for d in range(3):
+            first.deforming[I, d] += _mobility(first, outside_one, I, d) * j[d]
+            second.deforming[I, d] -= _mobility(second, outside_two, I, d) * j[d]
+
+
+class Pair:
+    """Two fields and how they meet; `name`: what a probe calls the impulse on the first of them."""
+
+    def __init__(
+        self,
+        grids: tuple[Grid, Grid],
+        bodies: tuple[Sequence[Any], Sequence[Any]],
+        outsides: tuple[Outside, Outside],
+        kind: int,
+        friction: float = 0.0,
+        name: str | None = None,
+    ) -> None:
+        self.name, self.kind = name, kind
+        self.meeting = Meeting(grids, bodies, kind == TIE)
+        own = tuple(int(len(grid.nodes.contact) > 0) for grid in grids)
+        self._pair = Bundle(grids[0].nodes, grids[1].nodes, *outsides, own, kind, friction)
+        self._books = np.zeros(BOOKS)
+
+    def resolve(self, held: np.ndarray) -> None:
+        """Impulses on the nodes after they moved; what supports take of them is added to `held`, shape (supports, 3)."""
+        _resolve(self._pair, self.meeting.node, self.meeting.normal, held, self._books)
+
+    def project(self) -> None:
+        """The same for the velocities that strain the points, which books nothing."""
+        _project(self._pair, self.meeting.node, self.meeting.normal)
+
+    def collect(self) -> np.ndarray:
+        """The books since the last call, shape (BOOKS,)."""
+        books = self._books.copy()
+        self._books.fill(0.0)
+        return books
+
+
+class Encounters:
+    """All pairs of fields of a simulation. Contacts come before ties, which then hold exactly."""
+
+    def __init__(self, pairs: Sequence[Pair], n_supports: int) -> None:
+        self._pairs = sorted(pairs, key=lambda pair: pair.kind == TIE)
+        self._sweeps = 1 if len(pairs) == 1 else SWEEPS
+        self._n_supports = n_supports
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def find(self) -> None:
+        """Find where fields meet, after the bodies gave their mass to the nodes."""
+        for pair in self._pairs:
+            pair.meeting.find()
+
+    def resolve(self) -> ContactWork:
+        """Impulses on the nodes after they moved, and what these did."""
+        held = np.zeros((self._n_supports, 3))
+        for _ in range(self._sweeps):
+            for pair in self._pairs:
+                pair.resolve(held)
+        total, impulses = np.zeros(BOOKS), {}
+        for pair in self._pairs:
+            books = pair.collect()
+            total += books
+            if pair.name is not None:
+                impulses[pair.name] = books[IMPULSE : IMPULSE + 3]
+        return ContactWork(float(total[WORK]), float(total[SUPPORTED]), float(total[GRIPPED]), impulses, held)
+
+    def project(self) -> None:
+        """Let no field strain its points by an approach that contact does not allow."""
+        for _ in range(self._sweeps):
+            for pair in self._pairs:
+                pair.project()

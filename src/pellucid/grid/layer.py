@@ -1,0 +1,56 @@
+"""The grid as one set of bodies sees it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from pellucid.grid.grid import Grid
+from pellucid.grid.motion import NodalMotion, Outside, StepWork, Supports
+
+
+class Layer:
+    """Nodal arrays with what moves them: of the bodies that share a velocity field, or of one with nodes of its own.
+
+    The nodes of a layer move as if no other were there; `pellucid.grid.contact` then says what layers do to each other.
+    """
+
+    def __init__(self, field: str, grid: Grid, bodies: Sequence[Any], supports: Supports) -> None:
+        self.field, self.grid, self.bodies = field, grid, bodies
+        self.own_nodes = any(body.own_nodes for body in bodies)
+        self._supports = supports
+
+    def act(self, outside: Outside, gravity: tuple[float, float, float], small_mass: float, flip: float) -> None:
+        """Say what acts on the nodes: `outside` beside gravity [m/s²] and supports; see `NodalMotion` for the others."""
+        self.outside = outside
+        self._motion = NodalMotion(self.grid.nodes, self._supports, gravity, small_mass, flip, outside)
+
+    def advance(self, dt: float) -> StepWork:
+        """Move the nodes, but for contact, and say what they did. What the own nodes of a body do is in its own books."""
+        work = self._motion.advance(dt)
+        if self.own_nodes:
+            self.grid.nodes.contact.fill(0.0)
+            self.outside.grip.fill(0.0)  # what grips do to such nodes is in the body's books too, but for contact
+        return work
+
+    def project(self) -> None:
+        """Nodal velocities of the momentum mapped last."""
+        self._motion.project()
+
+
+
+class Layers(list[Layer]):
+    """All layers of a simulation."""
+
+    def clear_inertia(self) -> None:
+        """Forget mass and momentum."""
+        for layer in self:
+            layer.grid.clear_inertia()
+
+    def clear_momentum(self) -> None:
+        """Forget momentum alone, before it is mapped again."""
+        for layer in self:
+            layer.grid.clear_momentum()
+
+    def clear_force(self) -> None:
+        """Forget internal forces."""
+        for layer in self:
+            layer.grid.clear_force()

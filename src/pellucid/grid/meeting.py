@@ -1,0 +1,219 @@
+"""Where two velocity fields meet: the nodes that both reach, the normal there, and how far apart the surfaces are.
+
+A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
+Mech. Eng. 187, 529), and two volumes the difference of theirs, so that action is reaction. Which way the normal points is told
+by where the two bodies lie about the node: a membrane has two sides, and a layer thinner than a cell turns its gradient round.
+
+The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the distance
+along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with half of
+its point's width.
+"""
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numba import prange
+from numpy import uintp
+
+from pellucid.approximants.axis import axis_weights
+from pellucid.bundle import Bundle
+from pellucid.grid.grid import Grid
+from pellucid.grid.motion import CHUNK, NOTHING
+from pellucid.jit import kernel
+
+CLOSE = 0.1
+"""Distance in cells at which surfaces touch: less than a membrane may turn round in, and than a quarter of a cell."""
+NORMAL, CENTRE, VOLUME, COLUMNS = 0, 3, 6, 7  # columns of an outline
+
+
+@kernel()
+def _count_chunk(first, second, counts, chunk):
+    found = 0
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first))):
+        if first[I] > NOTHING and second[I] > NOTHING:
+            found += 1
+    counts[chunk] = found
+
+
+@kernel(parallel=True)
+def _count(chunks, first, second, counts):
+    for chunk in prange(chunks):
+        _count_chunk(first, second, counts, chunk)
+
+
+@kernel()
+def _list(chunks, first, second, counts, node):
+    n = 0
+    for chunk in range(chunks):
+        if counts[chunk] > 0:
+            for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first))):
+                if first[I] > NOTHING and second[I] > NOTHING:
+                    node[n] = I
+                    n += 1
+
+
+@kernel()
+def _mark(node, slot, near, reach, strides, on):
+    """Number the nodes in `slot`, and flag the first nodes of all stencils that hold one of them; or take both back."""
+    for e in range(len(node)):
+        I = node[e]
+        slot[I] = e if on else -1
+        for a in range(reach[0]):
+            for b in range(reach[1]):
+                for c in range(reach[2]):
+                    first = I - a * strides[0] - b * strides[1] - c * strides[2]
+                    if first >= 0:
+                        near[first] = 1 if on else 0
+
+
+@kernel()
+def _outline_slab(mapped, where, areas, outline, s):
+    """Sums about each numbered node: volume gradients (or, where there are `areas`, these), places and volumes."""
+    fn, _, lattice, _, points, slabs, _ = mapped.content
+    slot, near = where.content
+    x = points.position
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    surface = len(areas) > 0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        i, wx, gx = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
+        j, wy, gy = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
+        k, wz, gz = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+        start = i * stride[0] + j * stride[1] + k * stride[2]
+        if near[start] == 0:
+            continue
+        V = points.mass[p] if surface else points.volume[p]
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = slot[start + a * stride[0] + b * stride[1] + c * stride[2]]
+                    if e >= 0:
+                        w = wx[a] * wy[b] * wz[c]
+                        if surface:
+                            for d in range(3):
+                                outline[e, NORMAL + d] += w * areas[p, d]
+                        else:
+                            outline[e, NORMAL] += V * gx[a] * wy[b] * wz[c]
+                            outline[e, NORMAL + 1] += V * wx[a] * gy[b] * wz[c]
+                            outline[e, NORMAL + 2] += V * wx[a] * wy[b] * gz[c]
+                        for d in range(3):
+                            outline[e, CENTRE + d] += w * V * x[p, d]
+                        outline[e, VOLUME] += w * V
+
+
+@kernel(parallel=True)
+def _outline(n, mapped, where, areas, outline):
+    for colour in range(2):
+        for half in prange((n + 1 - colour) // 2):
+            _outline_slab(mapped, where, areas, outline, 2 * half + colour)
+
+
+@kernel()
+def _orient(node, one, other, surfaces, normal):
+    """Unit normals from one side to the other; zero where there is none."""
+    for e in range(len(node)):
+        for d in range(3):
+            A, B = one[e, NORMAL + d], other[e, NORMAL + d]
+            if surfaces[0] == surfaces[1] == 0:
+                normal[e, d] = A - B
+            elif surfaces[0] == 0:
+                normal[e, d] = B
+            elif surfaces[1] == 0:
+                normal[e, d] = A
+            else:
+                along = 0.0
+                for k in range(3):
+                    along += one[e, NORMAL + k] * other[e, NORMAL + k]
+                normal[e, d] = A + B if along > 0.0 else A - B
+        length = across = 0.0
+        for d in range(3):
+            length += normal[e, d] * normal[e, d]
+            apart = other[e, CENTRE + d] / other[e, VOLUME] - one[e, CENTRE + d] / one[e, VOLUME]
+            across += normal[e, d] * apart
+        scale = 0.0
+        if length > 0.0:
+            scale = 1.0 / sqrt(length) if across >= 0.0 else -1.0 / sqrt(length)
+        for d in range(3):
+            normal[e, d] *= scale
+
+
+@kernel()
+def _reach_slab(mapped, where, normal, radius, foremost, sign, s):
+    fn, _, lattice, _, points, slabs, _ = mapped.content
+    slot, near = where.content
+    half, scale, exponent = radius
+    x = points.position
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
+        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
+        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+        start = i * stride[0] + j * stride[1] + k * stride[2]
+        if near[start] == 0:
+            continue
+        r = half if half >= 0.0 else 0.5 * (points.volume[p] * scale) ** exponent
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = slot[start + a * stride[0] + b * stride[1] + c * stride[2]]
+                    if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
+                        along = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
+                        foremost[e] = max(foremost[e], sign * along + r)
+
+
+@kernel(parallel=True)
+def _reach(n, mapped, where, normal, radius, foremost, sign):
+    for colour in range(2):
+        for half in prange((n + 1 - colour) // 2):
+            _reach_slab(mapped, where, normal, radius, foremost, sign, 2 * half + colour)
+
+
+class Meeting:
+    """The nodes where two fields meet.
+
+    bodies: those of either field. `node` (n,), `normal` (n, 3) from the first field to the second, zero where they do not
+    touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
+    """
+
+    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]], tied: bool) -> None:
+        self._grids, self._bodies, self._tied = grids, bodies, tied
+        n = grids[0].n_nodes
+        self._chunks = (n + CHUNK - 1) // CHUNK
+        self._counts = np.zeros(self._chunks, np.int64)
+        self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
+        self._where = Bundle(self._slot, self._near)
+        functions = [body.functions for side in bodies for body in side]
+        self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
+        # a membrane beside a volume in one field counts as a volume too
+        self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
+        self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+
+    def find(self) -> None:
+        """Find where the fields meet now, after the bodies gave their mass to the nodes."""
+        one, other = (grid.nodes.mass for grid in self._grids)
+        _count(self._chunks, one, other, self._counts)
+        self.node = np.empty(self._counts.sum(), np.int64)
+        _list(self._chunks, one, other, self._counts, self.node)
+        n = len(self.node)
+        self.normal, self.gap = np.zeros((n, 3)), np.zeros(n)
+        if n and not self._tied:
+            strides = self._grids[0].lattice.strides
+            _mark(self.node, self._slot, self._near, self._reach, strides, True)
+            self._measure(n)
+            _mark(self.node, self._slot, self._near, self._reach, strides, False)
+
+    def _measure(self, n: int) -> None:
+        outlines, foremost = np.zeros((2, n, COLUMNS)), np.full((2, n), -np.inf)
+        for side, surface, outline in zip(self._bodies, self._surfaces, outlines, strict=True):
+            for body in side:
+                areas = body.vector_areas() if surface else np.zeros((0, 3))
+                _outline(body.n_slabs, body.mapped, self._where, areas, outline)
+        _orient(self.node, outlines[0], outlines[1], self._surfaces, self.normal)
+        for side, ends, sign in zip(self._bodies, foremost, (1.0, -1.0), strict=True):
+            for body in side:
+                _reach(body.n_slabs, body.mapped, self._where, self.normal, body.half_width(), ends, sign)
+        self.gap[:] = -foremost[0] - foremost[1]
+        self.normal[self.gap > CLOSE * self._grids[0].lattice.cell] = 0.0
