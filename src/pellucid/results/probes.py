@@ -40,8 +40,8 @@ class ProbeReader:
             if probe.change and probe.body is not None:
                 self._initial[probe.name] = self._value(probe, named[probe.body].field)
             if probe.carried:
-                place = float(scalar(np.array([probe.at]), probe.component)[0])
-                self._initial[probe.name] = self._value(probe, named[probe.body].field) - place
+                begun = float(scalar(np.array([probe.at]), probe.component)[0])
+                self._initial[probe.name] = self._value(probe, named[probe.body].field) - begun
 
     def read(self, bodies: Sequence[Any], impulses: Mapping[str, np.ndarray], time: float) -> list[float]:
         """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
