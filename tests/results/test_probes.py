@@ -79,6 +79,15 @@ def test_follows_the_point_that_was_nearest_at_the_start():
     assert again.read([body], {}, 1.0) == [0.5, 2.0]
 
 
+def test_carries_a_place_where_no_point_lies():
+    body = Body()
+    reader = ProbeReader([probe("position", "point", "x", at=(1.1, 0.2, 0.0), carried=True)])
+    reader.start([body])
+    assert reader.read([body], {}, 0.0) == pytest.approx([1.1], rel=1e-15)
+    body.fields["position"] = body.fields["position"] + np.where(body.fields["id"] == 0, -0.5, 0.25)[:, None]
+    assert reader.read([body], {}, 1.0) == pytest.approx([0.6], rel=1e-15)
+
+
 def test_a_reaction_is_the_mean_force_since_the_row_before():
     asked = [
         Probe(name="r", quantity="reaction", condition="tip", component="y"),
@@ -99,6 +108,8 @@ def test_a_reaction_is_the_mean_force_since_the_row_before():
         ({"quantity": "pressure"}, "needs the name of a `body`"),
         ({"quantity": "pressure", "body": "gas", "reduce": "point"}, "give both or neither"),
         ({"quantity": "pressure", "body": "gas", "condition": "tip"}, "`condition` belongs to"),
+        ({"quantity": "position", "body": "gas", "component": "z", "carried": True}, "`carried` belongs to"),
+        ({"quantity": "position", "body": "gas", "reduce": "point", "at": (0, 0, 0), "carried": True}, "needs a `component`"),
     ],
 )
 def test_probes_that_make_no_sense(table, words):

@@ -46,6 +46,9 @@ class Probe(Model):
     at: Vector | None = parameter("m", 'place for "nearest" and "point"', None)
     above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
     change: bool = parameter("", "whether the value at the start is subtracted", False)
+    carried: bool = parameter(
+        "", 'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it', False
+    )
     condition: str | None = parameter(
         "", 'for quantity = "reaction": name of the support, motion or contact; its mean force since the row before', None
     )
@@ -58,6 +61,12 @@ class Probe(Model):
             raise ValueError('`condition` belongs to `quantity = "reaction"`: give both or neither')
         if (self.body is None) != (self.condition is not None):
             raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
+        if self.carried and (self.quantity, self.reduce) != ("position", "point"):
+            raise ValueError('`carried` belongs to `quantity = "position"` with `reduce = "point"`')
+        if self.carried and (self.component is None or self.change):
+            raise ValueError(
+                "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
+            )
         return self
 
 

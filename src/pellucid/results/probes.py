@@ -26,7 +26,7 @@ class ProbeReader:
         self._probes = probes
         kept = data or {"followed": {}, "initial": {}, "impulses": {}, "time": 0.0}
         self._followed: dict[str, int] = dict(kept["followed"])  # number of the point, by the name of the probe
-        self._initial: dict[str, float] = dict(kept["initial"])
+        self._initial: dict[str, float] = dict(kept["initial"])  # what is subtracted
         self._impulses: dict[str, list[float]] = dict(kept["impulses"])  # at the row before [N s]
         self._time: float = kept["time"]  # of the row before [s]
 
@@ -39,6 +39,9 @@ class ProbeReader:
                 self._followed[probe.name] = int(named[probe.body].field("id")[place])
             if probe.change and probe.body is not None:
                 self._initial[probe.name] = self._value(probe, named[probe.body].field)
+            if probe.carried:
+                begun = float(scalar(np.array([probe.at]), probe.component)[0])
+                self._initial[probe.name] = self._value(probe, named[probe.body].field) - begun
 
     def read(self, bodies: Sequence[Any], impulses: Mapping[str, np.ndarray], time: float) -> list[float]:
         """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
