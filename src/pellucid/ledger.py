@@ -47,9 +47,9 @@ class Ledger:
         kinetic, stored = self._totals(bodies)
         done = {
             "gravity": work.gravity,
-            "support": work.support + contact.support,
+            "support": work.support,
             "load": work.load,
-            "motion": work.grip + constraints.work + contact.grip,
+            "motion": work.grip + constraints.work,
             "contact": contact.work,
             "absorbed": work.absorbed,
             "impact_heat": work.grip_loss + constraints.loss,
@@ -68,10 +68,9 @@ class Ledger:
         self.momentum_scale = max(self.momentum_scale, speed, float(np.abs(self.impulse).max()))
 
     def _record_impulses(self, work: Any, constraints: Any, contact: Any, dt: float) -> None:
-        supports = work.impulses + contact.held
-        self.impulse += supports.sum(axis=0) + dt * work.mass * self.gravity + work.absorbed_impulse + work.load_impulse
-        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(supports)
-        self.support_impulses = (np.array(so_far) + supports).tolist()
+        self.impulse += work.impulses.sum(axis=0) + dt * work.mass * self.gravity + work.absorbed_impulse + work.load_impulse
+        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(work.impulses)
+        self.support_impulses = (np.array(so_far) + work.impulses).tolist()
         for name, impulse in contact.impulses.items():
             self.contact_impulses[name] = (np.array(self.contact_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
         for name, impulse in constraints.impulses.items():

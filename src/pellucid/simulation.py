@@ -94,7 +94,8 @@ class Simulation:
         """Move the nodes, let those that touch push each other, and keep what they did."""
         works = [layer.advance(dt) for layer in self.layers]
         self.work = [work for work, layer in zip(works, self.layers, strict=True) if not layer.own_nodes]
-        self.contact = self.encounters.resolve()
+        self.contact = self.encounters.resolve(self.case.gravity, dt)
+        self.work.append(self.contact.nodes)
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""

@@ -119,7 +119,9 @@ class Case(Model):
     def _parts_fit_together(self) -> "Case":
         from pellucid.case.relations import Conditions, Disagreement, findings
 
-        conditions = Conditions(list(self.support), list(self.motion), list(self.absorbing), list(self.pressure), list(self.contact))
+        conditions = Conditions(
+            list(self.support), list(self.motion), list(self.absorbing), list(self.pressure), list(self.contact)
+        )
         found = findings(self.grid, list(self.body), conditions, list(self.probe), self.time, self.output)
         if found:
             raise Disagreement(found)

@@ -10,7 +10,9 @@ from pellucid.model import Model, parameter
 class Contact(Model):
     """How two bodies of different velocity fields touch. Fields that no contact names touch without friction."""
 
-    name: str | None = parameter("", "name for probes of its force on the first body", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str | None = parameter(
+        "", "name for probes of its force on the first body", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$"
+    )
     between: tuple[str, str] = parameter("", "names of two bodies; what is said holds for their whole velocity fields")
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(
         "", "how they slide: freely, not at all while they press, or with friction", "frictionless"

@@ -14,23 +14,21 @@ import numpy as np
 from pellucid.bundle import Bundle
 from pellucid.grid.grid import Grid
 from pellucid.grid.meeting import Meeting
-from pellucid.grid.motion import FIRM, Outside
+from pellucid.grid.motion import FIRM, Outside, StepWork, no_work
 from pellucid.jit import kernel, pointwise
 
 TIE, STICK, SLIP = 0, 1, 2
 """Kinds of contact: together always, together while they press, sliding with friction (or none)."""
 SWEEPS = 4  # where several pairs meet, one disturbs the other
-IMPULSE, WORK, SUPPORTED, GRIPPED, BOOKS = 0, 3, 4, 5, 6  # columns of a pair's books
+IMPULSE, WORK, INTERNAL, GRAVITY, LOAD, SUPPORT, GRIP, BOOKS = 0, 3, 4, 5, 6, 7, 8, 9  # columns of a pair's books
 
 
 class ContactWork(NamedTuple):
     """What all pairs did over a step."""
 
-    work: float  # on the bodies together, never positive [J]
-    support: float  # work of supports that took impulses [J]
-    grip: float  # work of prescribed motions that took impulses [J]
+    work: float  # on the bodies together [J]
     impulses: dict[str, np.ndarray]  # on the first of a pair, by the name of the contact, shape (3,) [N s]
-    held: np.ndarray  # (supports, 3) impulses of the supports [N s]
+    nodes: StepWork  # what the nodes' own books lack: other works for other velocities, supports and motions that took impulses
 
 
 @pointwise
@@ -65,40 +63,15 @@ def _impulse(kind, friction, n, u, w):
 
 
 @pointwise
-def _push(nodes, outside, own, I, d, j, held, books):
-    """Give a node the impulse j along axis d; supports and grips take it where they hold the node."""
-    if nodes.hold[I, d] > 0:
-        held[nodes.hold[I, d] - 1, d] -= j
-        books[SUPPORTED] -= j * nodes.velocity[I, d]
-        return
+def _push(nodes, outside, own, I, d, j):
+    """Give a node the impulse j along axis d; nodes that are held do not move."""
     w = _mobility(nodes, outside, I, d)
-    if w == 0.0:
-        outside.grip[I, d] -= j / outside.driven_mass[I, d]
-        books[GRIPPED] -= j * nodes.velocity[I, d]
-        return
     if nodes.deforming[I, d] == nodes.velocity[I, d]:  # else a light node, whose forces must not strain points
         nodes.deforming[I, d] += w * j
     nodes.velocity[I, d] += w * j
     nodes.change[I, d] += w * j
     if own:
         nodes.contact[I, d] += w * j
-
-
-@kernel()
-def _resolve(pair, node, normal, held, books):
-    first, second, outside_one, outside_two, own, kind, friction = pair.content
-    for e in range(len(node)):
-        I = node[e]
-        n = (normal[e, 0], normal[e, 1], normal[e, 2])
-        u, w = _relative(first, second, outside_one, outside_two, I, first.velocity, second.velocity)
-        j = _impulse(kind, friction, n, u, w)
-        for d in range(3):
-            if j[d] != 0.0:
-                # the mean of the relative velocities before and after
-                books[WORK] += j[d] * (u[d] + 0.5 * w[d] * j[d])
-                books[IMPULSE + d] += j[d]
-                _push(first, outside_one, own[0], I, d, j[d], held, books)
-                _push(second, outside_two, own[1], I, d, -j[d], held, books)
 
 
 @pointwise
@@ -110,6 +83,55 @@ def _relative(first, second, outside_one, outside_two, I, one, two):
         _mobility(first, outside_one, I, 2) + _mobility(second, outside_two, I, 2),
     )
     return u, w
+
+
+@kernel()
+def _resolve(pair, node, normal, impulse):
+    first, second, outside_one, outside_two, own, kind, friction = pair.content
+    for e in range(len(node)):
+        I = node[e]
+        n = (normal[e, 0], normal[e, 1], normal[e, 2])
+        u, w = _relative(first, second, outside_one, outside_two, I, first.velocity, second.velocity)
+        j = _impulse(kind, friction, n, u, w)
+        for d in range(3):
+            if j[d] != 0.0:
+                impulse[e, d] += j[d]
+                _push(first, outside_one, own[0], I, d, j[d])
+                _push(second, outside_two, own[1], I, d, -j[d])
+
+
+@pointwise
+def _book_side(nodes, outside, own, I, d, j, g, dt, held, books):
+    """Book the impulse j on a node by its mean velocity over the step; supports and grips give back what they take."""
+    w = _mobility(nodes, outside, I, d)
+    new = nodes.velocity[I, d]
+    if w > 0.0:
+        books[WORK] += j * (new - 0.5 * nodes.change[I, d])
+        if own == 0:  # the nodes' books were made for velocities without contact
+            books[INTERNAL] += 0.5 * dt * nodes.force[I, d] * w * j
+            books[GRAVITY] += 0.5 * dt * g * j
+            if len(outside.load) > 0:
+                books[LOAD] += 0.5 * dt * outside.load[I, d] * w * j
+        return
+    books[WORK] += j * new
+    if nodes.hold[I, d] > 0:
+        held[nodes.hold[I, d] - 1, d] -= j
+        books[SUPPORT] -= j * new
+    else:
+        outside.grip[I, d] -= j / outside.driven_mass[I, d]
+        books[GRIP] -= j * new
+
+
+@kernel()
+def _book(pair, node, impulse, gravity, dt, held, books):
+    first, second, outside_one, outside_two, own, _, _ = pair.content
+    for e in range(len(node)):
+        for d in range(3):
+            j = impulse[e, d]
+            if j != 0.0:
+                books[IMPULSE + d] += j
+                _book_side(first, outside_one, own[0], node[e], d, j, gravity[d], dt, held, books)
+                _book_side(second, outside_two, own[1], node[e], d, -j, gravity[d], dt, held, books)
 
 
 @kernel()
@@ -141,20 +163,25 @@ class Pair:
         self.meeting = Meeting(grids, bodies, kind == TIE)
         own = tuple(int(len(grid.nodes.contact) > 0) for grid in grids)
         self._pair = Bundle(grids[0].nodes, grids[1].nodes, *outsides, own, kind, friction)
-        self._books = np.zeros(BOOKS)
+        self._impulse = np.zeros((0, 3))
 
-    def resolve(self, held: np.ndarray) -> None:
-        """Impulses on the nodes after they moved; what supports take of them is added to `held`, shape (supports, 3)."""
-        _resolve(self._pair, self.meeting.node, self.meeting.normal, held, self._books)
+    def find(self) -> None:
+        """Find where the fields meet, after the bodies gave their mass to the nodes."""
+        self.meeting.find()
+        self._impulse = np.zeros((len(self.meeting.node), 3))
+
+    def resolve(self) -> None:
+        """Impulses on the nodes after they moved."""
+        _resolve(self._pair, self.meeting.node, self.meeting.normal, self._impulse)
 
     def project(self) -> None:
         """The same for the velocities that strain the points, which books nothing."""
         _project(self._pair, self.meeting.node, self.meeting.normal)
 
-    def collect(self) -> np.ndarray:
-        """The books since the last call, shape (BOOKS,)."""
-        books = self._books.copy()
-        self._books.fill(0.0)
+    def book(self, gravity: tuple[float, float, float], dt: float, held: np.ndarray) -> np.ndarray:
+        """What the impulses of this step did, shape (BOOKS,); those that supports took are added to `held`, (supports, 3)."""
+        books = np.zeros(BOOKS)
+        _book(self._pair, self.meeting.node, self._impulse, gravity, dt, held, books)
         return books
 
 
@@ -172,21 +199,31 @@ class Encounters:
     def find(self) -> None:
         """Find where fields meet, after the bodies gave their mass to the nodes."""
         for pair in self._pairs:
-            pair.meeting.find()
+            pair.find()
 
-    def resolve(self) -> ContactWork:
-        """Impulses on the nodes after they moved, and what these did."""
-        held = np.zeros((self._n_supports, 3))
+    def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
+        """Impulses on the nodes after they moved, and what these did.
+
+        Works are those of the mean velocities over the step: then what lasting contact takes from its forces is no loss.
+        """
         for _ in range(self._sweeps):
             for pair in self._pairs:
-                pair.resolve(held)
-        total, impulses = np.zeros(BOOKS), {}
+                pair.resolve()
+        held, total, impulses = np.zeros((self._n_supports, 3)), np.zeros(BOOKS), {}
         for pair in self._pairs:
-            books = pair.collect()
+            books = pair.book(gravity, dt, held)
             total += books
             if pair.name is not None:
                 impulses[pair.name] = books[IMPULSE : IMPULSE + 3]
-        return ContactWork(float(total[WORK]), float(total[SUPPORTED]), float(total[GRIPPED]), impulses, held)
+        nodes = no_work(self._n_supports)._replace(
+            internal=float(total[INTERNAL]),
+            gravity=float(total[GRAVITY]),
+            load=float(total[LOAD]),
+            support=float(total[SUPPORT]),
+            grip=float(total[GRIP]),
+            impulses=held,
+        )
+        return ContactWork(float(total[WORK]), impulses, nodes)
 
     def project(self) -> None:
         """Let no field strain its points by an approach that contact does not allow."""

@@ -36,7 +36,6 @@ class Layer:
         self._motion.project()
 
 
-
 class Layers(list[Layer]):
     """All layers of a simulation."""
 

@@ -66,6 +66,12 @@ class StepWork(NamedTuple):
     load_impulse: np.ndarray  # (3,) of external forces [N s]
 
 
+def no_work(n_supports: int) -> StepWork:
+    """Nothing done."""
+    numbers = [0.0] * (len(StepWork._fields) - 3)
+    return StepWork(*numbers, np.zeros((n_supports, 3)), np.zeros(3), np.zeros(3))
+
+
 def total_work(works: Sequence[StepWork]) -> StepWork:
     """The sum of what several sets of nodes did."""
     return StepWork(*(sum(parts[1:], start=parts[0]) for parts in zip(*works, strict=True)))
