@@ -100,16 +100,20 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     figure = new_figure(height=2.8 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, probe in zip(panels, run.case.probe, strict=False):
-        axes.plot(run.history["time"], run.history[probe.name], label=kinds(run))
+        axes.plot(run.history["time"], run.history[probe.name])
         if beside and beside.units.get(probe.name) == run.units[probe.name]:
-            axes.plot(beside.history["time"], beside.history[probe.name], LINES[1], label=f"beside: {kinds(beside)}")
-            axes.legend(fontsize=7)
+            axes.plot(beside.history["time"], beside.history[probe.name], LINES[1])
         label(axes, "time", probe.name, "s", run.units[probe.name])
     for axes in panels[number:]:
         axes.remove()
+    if beside:
+        lines = max((list(axes.lines) for axes in panels[:number]), key=len)
+        figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
 
 
-def kinds(run: "Run") -> str:
-    """A name for a run beside another: its bodies and their kinds."""
-    return ", ".join(f"{body.name} of {body.kind}" for body in run.case.body)
+def _told_apart(run: "Run", other: "Run") -> str:
+    """What a run is called beside another: by the kinds of bodies that differ, else by its folder."""
+    kinds = {body.name: body.kind for body in other.case.body}
+    differing = [f"{body.name}: {body.kind}" for body in run.case.body if kinds.get(body.name) != body.kind]
+    return ", ".join(differing) or run.out.name
