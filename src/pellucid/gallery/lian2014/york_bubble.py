@@ -1,0 +1,130 @@
+"""The bag of water: what it must keep, and what it costs to flatten it."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.references.thin_bag import least_energy
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+CLOSE = 0.25
+"""Cells within which contact closes a gap."""
+ROUND = 0.05  # of the half width
+SLACK = 0.02  # of the least energy, for the cones it was computed with
+INSTANTS = (0.0, 0.014, 0.024, 0.036, 0.046, 0.055)
+
+CAPTIONS = {
+    "curves": "Height and width of the bag; speed of the water and force of the floor; energies.",
+    "shapes": "Skin and water beside the plane y = 0.",
+}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Leaks, the space between skin and water, where the bag meets the floor, roundness, and the energy of the skin."""
+    history, cell = run.history, run.case.grid.cell
+    skin_case: Any = run.case.body[0]
+    law = skin_case.material
+    times = run.times("skin")
+    outside, space = zip(*(_fit(run, float(time)) for time in times), strict=True)
+    result = {}
+    leak = max(outside)
+    text = f"largest share of the water's points that lie more than {CLOSE:g} cells outside the skin"
+    result["leak"] = Metric(leak, 0.0, leak, 1e-6, "", text)
+    widest_space = max(map(abs, space))
+    text = "largest mean distance of skin and water, the bag's volume less the water's over its area, in cells"
+    result["space"] = Metric(widest_space, 0.0, widest_space, CLOSE, "", text)
+    first = int(np.argmax(np.abs(history["floor_force"]) > 0.0))
+    gap = (float(history["bottom_z"][first]) - 0.5 * skin_case.thickness) / cell
+    text = "distance of the bag from the floor when that first pushes, in cells; a row of the history late"
+    result["touch"] = Metric(gap, 0.0, abs(gap), CLOSE, "", text)
+    wide = float(times[np.argmax([_half_width(run, float(time)) for time in times])])
+    skin = run.fields("skin", wide)["position"]
+    directions = np.linspace(0.0, 0.5 * np.pi, 19)
+    widths = np.array([(skin[:, 0] * np.cos(a) + skin[:, 1] * np.sin(a)).max() for a in directions])
+    spread = float((widths.max() - widths.min()) / widths.mean())
+    result["roundness"] = Metric(spread, 0.0, spread, ROUND, "", "difference of the half widths at the widest, over their mean")
+    stored = float(np.interp(wide, history["time"], history["strain_energy"]))
+    least = least_energy(
+        skin_case.surface.sphere.radius, float(widths.mean()), skin_case.thickness, law.young_modulus, law.poisson_ratio
+    )
+    text = "energy of the skin at the widest; error: what it lacks of the least with which a bag of that volume is as wide"
+    result["skin_energy"] = Metric(stored, least, max(0.0, 1.0 - stored / least), SLACK, "J", text)
+    start = float(history["kinetic_energy"][0])
+    text = "energy of the skin at the widest over that of the fall; error: what it has in excess of it"
+    result["balance"] = Metric(stored / start, 1.0, max(0.0, stored / start - 1.0), SLACK, "", text)
+    return result
+
+
+def figures(run: "Run") -> "dict[str, Figure]":
+    """Curves of the history, and sections."""
+    return {"curves": _curves(run), "shapes": _shapes(run)}
+
+
+def _fit(run: "Run", time: float) -> tuple[float, float]:
+    """Share of the water's points that are outside, and the mean space between skin and water in cells."""
+    skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
+    corners = skin[triangles]
+    areas = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sizes = np.linalg.norm(areas, axis=1)
+    centres = corners.mean(axis=1)
+    near = cKDTree(centres).query(water["position"])[1]
+    height = np.sum((water["position"] - centres[near]) * areas[near], axis=1) / sizes[near]
+    cell = run.case.grid.cell
+    room = enclosed_volume(skin, triangles) - float(np.sum(water["mass"] / water["density"]))
+    return float(np.mean(height > CLOSE * cell)), room / float(sizes.sum()) / cell
+
+
+def _half_width(run: "Run", time: float) -> float:
+    x = run.fields("skin", time)["position"][:, :2]
+    return float(np.linalg.norm(x, axis=1).max())
+
+
+def _curves(run: "Run") -> "Figure":
+    figure = new_figure(height=6.5)
+    shape, motion, energy = figure.subplots(3, 1, sharex=True)
+    history = run.history
+    ms = 1e3 * history["time"]
+    for column, text in (("top_z", "top"), ("bottom_z", "bottom"), ("half_width", "half width")):
+        shape.plot(ms, 1e3 * history[column], label=text)
+    label(shape, "", "length", "", "mm")
+    motion.plot(ms, history["water_velocity"], color=COLOURS[0], label="mean speed of the water [m/s]")
+    motion.plot(ms, history["floor_force"] / 100.0, color=COLOURS[1], label="force of the floor [100 N]", linewidth=0.7)
+    motion.set_ylabel("speed, force")
+    for column in ("kinetic_energy", "strain_energy", "internal_energy"):
+        energy.plot(ms, history[column], label=column.replace("_", " "))
+    energy.plot(ms, -history["contact_work"], label="lost in contact")
+    label(energy, "time", "energy", "ms", "J")
+    for axes in (shape, motion, energy):
+        axes.legend(loc="upper right" if axes is shape else "center left")
+    figure.suptitle(run.case.title)
+    return figure
+
+
+def _shapes(run: "Run") -> "Figure":
+    frames = run.times("skin")
+    reached = [time for time in INSTANTS if time <= 1.01 * frames[-1]]
+    figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
+    subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
+    near = 0.3 * run.case.grid.cell
+    for axes, time in zip(subplots, reached, strict=False):
+        for name, size in (("water", 1.5), ("skin", 3.0)):
+            begun, now = (run.fields(name, instant)["position"] for instant in (0.0, time))
+            shown = np.abs(begun[:, 1]) < near
+            axes.plot(*(1e3 * now[shown][:, [0, 2]].T), ".", markersize=size, label=name)
+        axes.axhline(0.0, color="black", linewidth=0.8)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * time:.0f} ms")
+        label(axes, "x", "z", "mm", "mm")
+        axes.label_outer()
+    for unused in subplots[len(reached) :]:
+        unused.remove()
+    subplots[0].legend(markerscale=3, loc="upper left")
+    return figure
