@@ -1,8 +1,10 @@
 """Where two velocity fields meet: the nodes that both reach, the normal there, and how far apart the surfaces are.
 
 A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
-Mech. Eng. 187, 529), and two volumes the difference of theirs, so that action is reaction. Which way the normal points is told
-by where the two bodies lie about the node: a membrane has two sides, and a layer thinner than a cell turns its gradient round.
+Mech. Eng. 187, 529). Between two volumes the difference of their gradients and each of the two are tried, and the normal along which they lie
+furthest apart is the one that separates them: the gradient at an edge or a corner leans, and sliding over it would plough. Which
+way the normal points is told by where the two bodies lie about the node: a membrane has two sides, and a layer thinner than a
+cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the distance
 along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with half of
@@ -25,6 +27,8 @@ from pellucid.jit import kernel
 
 CLOSE = 0.1
 """Distance in cells at which surfaces touch: less than a membrane may turn round in, and than a quarter of a cell."""
+SHARES = ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0))
+"""Of the gradients of two volumes in the normals that are tried."""
 NORMAL, CENTRE, VOLUME, COLUMNS = 0, 3, 6, 7  # columns of an outline
 
 
@@ -111,13 +115,13 @@ def _outline(n, mapped, where, areas, outline):
 
 
 @kernel()
-def _orient(node, one, other, surfaces, normal):
+def _orient(node, one, other, surfaces, share, normal):
     """Unit normals from one side to the other; zero where there is none."""
     for e in range(len(node)):
         for d in range(3):
             A, B = one[e, NORMAL + d], other[e, NORMAL + d]
             if surfaces[0] == surfaces[1] == 0:
-                normal[e, d] = A - B
+                normal[e, d] = share[0] * A - share[1] * B
             elif surfaces[0] == 0:
                 normal[e, d] = B
             elif surfaces[1] == 0:
@@ -206,14 +210,23 @@ class Meeting:
             _mark(self.node, self._slot, self._near, self._reach, strides, False)
 
     def _measure(self, n: int) -> None:
-        outlines, foremost = np.zeros((2, n, COLUMNS)), np.full((2, n), -np.inf)
+        outlines = np.zeros((2, n, COLUMNS))
         for side, surface, outline in zip(self._bodies, self._surfaces, outlines, strict=True):
             for body in side:
                 areas = body.vector_areas() if surface else np.zeros((0, 3))
                 _outline(body.n_slabs, body.mapped, self._where, areas, outline)
-        _orient(self.node, outlines[0], outlines[1], self._surfaces, self.normal)
+        self.gap.fill(-np.inf)
+        for share in SHARES if self._surfaces == (0, 0) else SHARES[:1]:
+            normal = np.zeros((n, 3))
+            _orient(self.node, outlines[0], outlines[1], self._surfaces, share, normal)
+            gap = self._distance(normal)
+            better = (gap > self.gap) & normal.any(axis=1)
+            self.normal[better], self.gap[better] = normal[better], gap[better]
+        self.normal[self.gap > CLOSE * self._grids[0].lattice.cell] = 0.0
+
+    def _distance(self, normal: np.ndarray) -> np.ndarray:
+        foremost = np.full((2, len(normal)), -np.inf)
         for side, ends, sign in zip(self._bodies, foremost, (1.0, -1.0), strict=True):
             for body in side:
-                _reach(body.n_slabs, body.mapped, self._where, self.normal, body.half_width(), ends, sign)
-        self.gap[:] = -foremost[0] - foremost[1]
-        self.normal[self.gap > CLOSE * self._grids[0].lattice.cell] = 0.0
+                _reach(body.n_slabs, body.mapped, self._where, normal, body.half_width(), ends, sign)
+        return -foremost[0] - foremost[1]
