@@ -8,6 +8,7 @@ from pellucid.simulation import Simulation
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 RATE_SOLID = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 GAS = {"kind": "fluid", "density": 1.0, "pressure": 1.0, "eos": {"kind": "ideal-gas", "gamma": 1.4}}
+TABLES = ("gravity", "energy", "motion", "pressure", "contact")
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 
 
@@ -18,8 +19,8 @@ def box(lower, upper, material=SOLID, per_cell=(2, 2, 2), name="block", **more):
 
 
 def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="trilinear", support=(), **more):
-    """A case on a grid of `counts` cells; `more` are keys of the table `time`, or `gravity` and `energy`."""
-    table = {name: more.pop(name) for name in ("gravity", "energy") if name in more}
+    """A case on a grid of `counts` cells; `more` are keys of the table `time`, or those of TABLES."""
+    table = {name: more.pop(name) for name in TABLES if name in more}
     upper = [a + n * cell for a, n in zip(lower, counts, strict=True)]
     grid = {"lower": lower, "upper": upper, "cell": cell, "functions": functions}
     time = {"end": 1.0} | more

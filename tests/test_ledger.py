@@ -8,7 +8,8 @@ import pytest
 from scenes import GAS, SLIP, SOLID, advance, box, simulation
 
 from pellucid.conditions.prescribed import ConstraintWork
-from pellucid.grid.motion import StepWork
+from pellucid.grid.contact import ContactWork
+from pellucid.grid.motion import StepWork, no_work
 from pellucid.ledger import Ledger
 
 
@@ -29,12 +30,15 @@ def work(internal=0.0, gravity=0.0, support=0.0, mass=2.0, impulses=((0.0, 0.0, 
 
 
 FREE = ConstraintWork(0.0, 0.0, {})
+APART = ContactWork(0.0, {}, no_work(1))
 
 
 def test_what_comes_from_outside_is_no_error():
     ledger = Ledger([body(1.0, 0.0, (2.0, 0, 0))], (0.0, 0.0, -10.0))
     # over 0.1 s gravity gives 2 J and -2 N s; a wall 0.5 J and 0.3 N s; internal forces turn 0.7 J into strain
-    ledger.record([body(1.0 + 2.0 + 0.5 - 0.7, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(0.3, 0, 0)]), FREE, 0.1)
+    ledger.record(
+        [body(1.0 + 2.0 + 0.5 - 0.7, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(0.3, 0, 0)]), FREE, APART, 0.1
+    )
     conservation = ledger.conservation([body(2.8, 0.7, (2.3, 0, -2.0))])
     assert conservation["energy"] == pytest.approx(0.0, abs=1e-15)
     assert conservation["momentum"] == pytest.approx(0.0, abs=1e-15)
@@ -44,27 +48,33 @@ def test_what_comes_from_outside_is_no_error():
 
 
 def test_every_condition_has_its_book():
-    """2 J of a pressure, 3 J of a motion of which 0.4 + 0.1 J are lost in impact, 0.5 J absorbed: 4 J of motion are left."""
-    ledger = Ledger([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), ("load", "absorbed", "motion", "impact_heat"))
+    """2 J of a pressure, 3 J of a motion of which 0.4 + 0.1 J are lost in impact, 0.5 J absorbed, 0.3 J lost in contact: 3.7 J
+    of motion are left."""
+    ledger = Ledger([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), ("load", "absorbed", "motion", "impact_heat", "contact"))
     impulses = {"absorbed_impulse": np.array([0.1, 0, 0]), "load_impulse": np.array([0, 0.2, 0])}
     nodes = work(load=2.0, absorbed=0.5, grip=1.0, grip_loss=0.4, impulses=[(0, 0, 0.5), (0, 0, 0)], **impulses)
+    driven = ConstraintWork(2.0, 0.1, {"tip": np.array([0, 1.0, 0])})
+    # within the bodies: one takes from another, so that no momentum comes in
+    touching = ContactWork(-0.3, {"rub": np.array([0, 0, 0.7])}, no_work(2))
     for _ in range(2):
-        ledger.record(
-            [body(1.0 + 4.0, 0.0, (0.1, 1.2, 0.5))], nodes, ConstraintWork(2.0, 0.1, {"tip": np.array([0, 1.0, 0])}), 0.1
-        )
-    energies = ledger.energies([body(5.0, 0.0, (0, 0, 0))])
-    booked = {name: energies[name] for name in ("load_work", "absorbed_energy", "motion_work", "impact_heat")}
-    assert booked == pytest.approx({"load_work": 4.0, "absorbed_energy": 1.0, "motion_work": 6.0, "impact_heat": 1.0})
-    assert ledger.sums["transfer"] == pytest.approx(-4.0), "the second step brought 4 J that the points do not show"
+        ledger.record([body(1.0 + 3.7, 0.0, (0.1, 1.2, 0.5))], nodes, driven, touching, 0.1)
+    energies = ledger.energies([body(4.7, 0.0, (0, 0, 0))])
+    expected = {"load_work": 4.0, "absorbed_energy": 1.0, "motion_work": 6.0, "impact_heat": 1.0, "contact_work": -0.6}
+    assert {name: energies[name] for name in expected} == pytest.approx(expected)
+    assert ledger.sums["transfer"] == pytest.approx(-3.7), "the second step brought 3.7 J that the points do not show"
     assert ledger.conservation([body(9.0, 0.0, (0.2, 2.4, 1.0))])["momentum"] == pytest.approx(0.0, abs=1e-15)
     reactions = ledger.reactions(["floor", None])
-    assert {name: impulse.tolist() for name, impulse in reactions.items()} == {"tip": [0, 2.0, 0], "floor": [0, 0, 1.0]}
+    assert {name: impulse.tolist() for name, impulse in reactions.items()} == {
+        "tip": [0, 2.0, 0],
+        "rub": [0, 0, 1.4],
+        "floor": [0, 0, 1.0],
+    }
     assert ledger.reactions(["floor", "floor"])["floor"].tolist() == [0, 0, 1.0], "supports of one name add up"
 
 
 def test_the_two_errors_are_kept_apart():
     ledger = Ledger([body(10.0, 0.0, (0, 0, 0))], (0, 0, 0))
-    ledger.record([body(8.5, 1.2, (0, 0, 0))], work(internal=-1.0), FREE, 0.1)
+    ledger.record([body(8.5, 1.2, (0, 0, 0))], work(internal=-1.0), FREE, APART, 0.1)
     assert ledger.sums["transfer"] == pytest.approx(-0.5)  # the points lost 1.5 J, the grid 1.0
     assert ledger.sums["time_integration"] == pytest.approx(0.2)  # the points store 1.2 J of these 1.0
     assert ledger.energy_error() == pytest.approx((-0.5 + 0.2) / 10.0)
@@ -84,11 +94,11 @@ def test_nothing_moved_is_no_error():
 
 def test_the_ledger_survives_json():
     one = Ledger([body(1.0, 0.5, (2.0, 0, 0))], (0.0, 0.0, -10.0))
-    one.record([body(0.9, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(1 / 3, 0, 0)]), FREE, 0.1)
+    one.record([body(0.9, 0.7, (2.3, 0, -2.0))], work(-0.7, 2.0, 0.5, impulses=[(1 / 3, 0, 0)]), FREE, APART, 0.1)
     other = Ledger([body(7.0, 7.0, (7, 7, 7))], (0.0, 0.0, -10.0))
     other.restore(json.loads(json.dumps(one.state_numbers())))
     for ledger in (one, other):
-        ledger.record([body(0.8, 0.8, (2.3, 0, -3.0))], work(-0.1, 0.2), FREE, 0.1)
+        ledger.record([body(0.8, 0.8, (2.3, 0, -3.0))], work(-0.1, 0.2), FREE, APART, 0.1)
     assert json.dumps(one.state_numbers()) == json.dumps(other.state_numbers())
 
 

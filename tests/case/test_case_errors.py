@@ -236,6 +236,17 @@ def line_of(marker: str, written: str) -> int:
     return written[: written.rindex(marker)].count("\n") + 1
 
 
+MISTAKES |= {
+    f"a contact {what}": ("[quick]", f"[[contact]]\nbetween = {between}\n{more}\n[quick]", marker or "between = ", words)
+    for what, between, more, marker, words in [
+        ("of an unknown body", '["drop", "blok"]', "", "", ["contact.0.between", "did you mean `block`?"]),
+        ("within one field", '["drop", "block"]', "", "", ["contact.0.between", "move together", "another `field`"]),
+        ("with itself", '["drop", "drop"]', "", "[[contact]]", ["contact.0", "with itself is not supported"]),
+        ("with friction of no kind", '["drop", "block"]', "friction = 0.3", "[[contact]]", ["friction", "coulomb"]),
+    ]
+}
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named_with_file_line_key_limit_and_remedy(mistake: str, text: str, tmp_path: Path) -> None:
     before, after, marker, words = MISTAKES[mistake]

@@ -55,10 +55,12 @@ def _impulse(kind, friction, n, u, w):
     if not give > 0.0:
         return 0.0, 0.0, 0.0
     press = approach / give
-    along = jx * n[0] + jy * n[1] + jz * n[2]
-    tx, ty, tz = jx - along * n[0], jy - along * n[1], jz - along * n[2]
-    size = sqrt(tx * tx + ty * ty + tz * tz)
-    share = min(1.0, friction * press / size) if size > 0.0 else 0.0
+    # what is left of the impulse that would stop all slip: it does not act on the approach, also where some axes are held
+    tx, ty, tz = jx + press * n[0], jy + press * n[1], jz + press * n[2]
+    along = tx * n[0] + ty * n[1] + tz * n[2]
+    size = sqrt((tx - along * n[0]) ** 2 + (ty - along * n[1]) ** 2 + (tz - along * n[2]) ** 2)
+    most = size + friction * along  # share * size <= friction * (press - share * along)
+    share = min(1.0, friction * press / most) if most > 0.0 else 1.0
     return share * tx - press * n[0], share * ty - press * n[1], share * tz - press * n[2]
 
 

@@ -1,15 +1,17 @@
 """Where two velocity fields meet: the nodes that both reach, the normal there, and how far apart the surfaces are.
 
 A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
-Mech. Eng. 187, 529), and two volumes the difference of theirs, so that action is reaction. Which way the normal points is told
-by where the two bodies lie about the node: a membrane has two sides, and a layer thinner than a cell turns its gradient round.
+Mech. Eng. 187, 529). Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
+one along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and sliding over it would
+plough. Which way the normal points is told by where the two bodies lie about the node: a membrane has two sides, and a layer
+thinner than a cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
 distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
 half of its point's width.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import sqrt
 from typing import Any
 
@@ -25,6 +27,8 @@ from pellucid.jit import kernel
 
 CLOSE = 0.1
 """Distance in cells at which surfaces touch: less than a membrane may turn round in, and than a quarter of a cell."""
+SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
+"""Of the gradients of two volumes in the normals that are tried."""
 NORMAL, CENTRE, VOLUME, COLUMNS = 0, 3, 6, 7  # columns of an outline
 
 
@@ -111,22 +115,9 @@ def _outline(n, mapped, where, areas, outline):
 
 
 @kernel()
-def _orient(node, one, other, surfaces, normal):
-    """Unit normals from one side to the other; zero where there is none."""
-    for e in range(len(node)):
-        for d in range(3):
-            A, B = one[e, NORMAL + d], other[e, NORMAL + d]
-            if surfaces[0] == surfaces[1] == 0:
-                normal[e, d] = A - B
-            elif surfaces[0] == 0:
-                normal[e, d] = B
-            elif surfaces[1] == 0:
-                normal[e, d] = A
-            else:
-                along = 0.0
-                for k in range(3):
-                    along += one[e, NORMAL + k] * other[e, NORMAL + k]
-                normal[e, d] = A + B if along > 0.0 else A - B
+def _orient(one, other, normal):
+    """Make of directions unit normals from one side to the other; zero where there is none."""
+    for e in range(len(normal)):
         length = across = 0.0
         for d in range(3):
             length += normal[e, d] * normal[e, d]
@@ -206,14 +197,36 @@ class Meeting:
             _mark(self.node, self._slot, self._near, self._reach, strides, False)
 
     def _measure(self, n: int) -> None:
-        outlines, foremost = np.zeros((2, n, COLUMNS)), np.full((2, n), -np.inf)
+        outlines = np.zeros((2, n, COLUMNS))
         for side, surface, outline in zip(self._bodies, self._surfaces, outlines, strict=True):
             for body in side:
                 areas = body.vector_areas() if surface else np.zeros((0, 3))
                 _outline(body.n_slabs, body.mapped, self._where, areas, outline)
-        _orient(self.node, outlines[0], outlines[1], self._surfaces, self.normal)
+        self.gap.fill(-np.inf)
+        for normal in self._directions(*outlines):
+            _orient(outlines[0], outlines[1], normal)
+            gap = self._distance(normal)
+            better = (gap > self.gap) & normal.any(axis=1)
+            self.normal[better], self.gap[better] = normal[better], gap[better]
+        self.normal[self.gap > CLOSE * self._grids[0].lattice.cell] = 0.0
+
+    def _directions(self, one: np.ndarray, other: np.ndarray) -> Iterator[np.ndarray]:
+        """Directions that may be normals, of any length and either way, each of shape (n, 3)."""
+        A, B = one[:, NORMAL:CENTRE], other[:, NORMAL:CENTRE]
+        if self._surfaces == (1, 1):
+            along = np.sum(A * B, axis=1, keepdims=True)
+            yield A + np.where(along > 0.0, B, -B)
+        elif self._surfaces != (0, 0):
+            yield (A if self._surfaces[0] else B).copy()
+        else:
+            for a, b in SHARES:
+                yield a * A + b * B
+            for axis in np.flatnonzero(~np.array(self._grids[0].thin)):
+                yield np.tile(np.eye(3)[axis], (len(A), 1))
+
+    def _distance(self, normal: np.ndarray) -> np.ndarray:
+        foremost = np.full((2, len(normal)), -np.inf)
         for side, ends, sign in zip(self._bodies, foremost, (1.0, -1.0), strict=True):
             for body in side:
-                _reach(body.n_slabs, body.mapped, self._where, self.normal, body.half_width(), ends, sign)
-        self.gap[:] = -foremost[0] - foremost[1]
-        self.normal[self.gap > CLOSE * self._grids[0].lattice.cell] = 0.0
+                _reach(body.n_slabs, body.mapped, self._where, normal, body.half_width(), ends, sign)
+        return -foremost[0] - foremost[1]

@@ -1,0 +1,155 @@
+"""Bodies of different velocity fields that meet."""
+
+import numpy as np
+import pytest
+from membranes import sheet
+from scenes import SOLID, advance, box, case, simulation
+
+from pellucid.encounter import build_layers, refuse_overlaps
+from pellucid.errors import CaseError
+from pellucid.grid.velocity_transfer import Flip
+
+STIFF = SOLID | {"young_modulus": 1e6}
+G, CELL = 10.0, 0.1
+
+
+def collision(kind="coulomb", scheme="musl", functions="trilinear", threads=1):
+    """Two blocks that meet askew."""
+    one = box((2, 2, 1), (4, 4, 3), name="one", field="a", velocity=(0.05, 0, 0.4))
+    two = box((2.5, 1.5, 3.1), (4.5, 3.5, 5.1), name="two", velocity=(-0.1, 0.1, -0.4))
+    touch = {"name": "touch", "between": ["one", "two"], "kind": kind} | ({"friction": 0.3} if kind == "coulomb" else {})
+    grid = {"counts": (7, 7, 7), "functions": functions}
+    return simulation(one, two, **grid, scheme=scheme, contact=[touch], end=100.0, step=0.02, threads=threads)
+
+
+@pytest.mark.parametrize(
+    ("kind", "scheme", "functions"),
+    [
+        ("coulomb", "musl", "trilinear"),
+        ("frictionless", "usl", "trilinear"),
+        ("stick", "usf", "trilinear"),
+        ("coulomb", "musl", "quadratic-bspline"),
+    ],
+)
+def test_momentum_goes_over_and_contact_takes_energy(kind, scheme, functions):
+    scene = collision(kind, scheme, functions)
+    start, before = scene.ledger.kinetic, scene.bodies[0].momentum()
+    works = []
+    for _ in range(60):
+        scene.step()
+        works.append(scene.contact.work)
+    assert scene.conservation()["momentum"] < 1e-12
+    impulse = scene.reactions()["touch"]
+    assert scene.bodies[0].momentum() - before == pytest.approx(impulse, abs=1e-12 * np.abs(impulse).max())
+    assert impulse[2] < -0.5 * np.abs(before[2])
+    # a step in which forces turn what was parting can give back half of what they did in it: some 1e-4 of the energy
+    assert max(works) < 1e-3 * start
+    assert np.cumsum(works).max() <= 0.0
+    assert -0.5 * start < sum(works) < -0.05 * start
+
+
+def test_the_same_bits_on_two_threads_and_after_a_restart():
+    one, two, late = collision(), collision(threads=2), collision()
+    for scene in (one, two):
+        advance(scene, 20)
+    late.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
+    for scene in (one, two, late):
+        advance(scene, 10)
+    assert one.reactions()["touch"][2] < 0.0
+    for other in (two, late):
+        assert other.reactions()["touch"].tobytes() == one.reactions()["touch"].tobytes()
+        for name, array in one.state_arrays().items():
+            assert other.state_arrays()[name].tobytes() == array.tobytes(), name
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2, 0.5, 0.7])
+def test_a_block_on_an_incline_slides_and_rests_as_coulomb_says(friction):
+    """Tilted by 30°, whose tangent is 0.577. Quadratic B-splines; with trilinear functions cell crossings shake the block."""
+    down, into = G * 0.5, G * np.sqrt(0.75)
+    slab = box((0, 0, 0), (24 * CELL, CELL, 2 * CELL), STIFF, (2, 1, 2), name="slab", field="ground")
+    block = box((3 * CELL, 0, 2 * CELL), (8 * CELL, CELL, 5 * CELL), STIFF, (2, 1, 2))
+    rub = {"name": "rub", "between": ["block", "slab"], "kind": "coulomb", "friction": friction}
+    scene = simulation(
+        slab,
+        block,
+        counts=(24, 1, 8),
+        cell=CELL,
+        functions="quadratic-bspline",
+        gravity=(down, 0, -into),
+        contact=[rub],
+        motion=[{"name": "fix", "body": "slab", "hold": ["x", "y", "z"]}],
+        energy={"warn": 1e3, "stop": 1e4},  # of a block that rests, there is no energy to compare with
+        end=1.0,
+    )
+    body = scene.bodies[1]
+    mass, times, speeds = body.points.mass.sum(), [], []
+    while scene.time < 0.25:
+        scene.step()
+        times.append(scene.time)
+        speeds.append(body.momentum()[0] / mass)
+    settled = np.array(times) > 0.05
+    acceleration = np.polyfit(np.array(times)[settled], np.array(speeds)[settled], 1)[0]
+    expected = down - friction * into
+    if expected > 0.0:
+        assert acceleration == pytest.approx(expected, rel=0.02)
+        pull, _, push = scene.reactions()["rub"]
+        # of the whole run: until slip begins the block holds with less
+        assert -pull / push == pytest.approx(friction, rel=0.02, abs=1e-3)
+    else:
+        assert abs(acceleration) < 0.02 * down
+        assert np.abs(speeds[-1]) < 0.01 * down * scene.time
+    assert scene.conservation()["momentum"] < 1e-12
+    weight = scene.bodies[0].points.mass.sum() * scene.time * scene.ledger.gravity
+    carried = scene.reactions()["rub"] - weight
+    assert scene.reactions()["fix"] == pytest.approx(carried, rel=1e-9), "the motion carries the slab and the block"
+
+
+def gap_at_first_push(first, half, tilt, shift, side, functions):
+    """Distance of the surfaces [cells] when contact first acts between a sheet or slab and a block or ball that flies at it."""
+    n, across = np.array([np.sin(tilt), 0, np.cos(tilt)]), np.array([np.cos(tilt), 0, -np.sin(tilt)])
+    centre = 5.0 + shift * n
+    if first == "material-points":
+        extent = np.array([1.5, 1.5, half])
+        still = box((centre - extent).tolist(), (centre + extent).tolist(), name="sheet", field="own")
+    else:
+        still = sheet(edges=((3 * across).tolist(), (0, 3, 0)), points=(10, 10), kind=first, field="own")
+        still["surface"]["rectangle"]["corner"] = (centre - 1.5 * across - (0, 1.5, 0)).tolist()
+        still["material"]["young_modulus"] = 1e4
+    away = centre + side * (half + 2.6) * n
+    if tilt:
+        flying = box((0, 0, 0), (1, 1, 1), per_cell=(3, 3, 3)) | {"shape": {"sphere": {"centre": away.tolist(), "radius": 1.0}}}
+    else:
+        flying = box((away - 1.0).tolist(), (away + 1.0).tolist())
+    flying["velocity"] = (-side * n).tolist()
+    touch = {"name": "touch", "between": ["sheet", "block"]}
+    scene = simulation(still, flying, counts=(10, 10, 10), functions=functions, contact=[touch], step=0.02, end=10.0)
+    while not scene.reactions().get("touch", np.zeros(3)).any():
+        scene.step()
+        assert scene.time < 3.0, "it passed through"
+    body, other = scene.bodies[1].points, scene.bodies[0].points
+    width = 0.25 if first == "material-points" else half
+    return (side * body.position @ n).min() - 0.5 * np.cbrt(body.volume.max()) - (side * other.position @ n).max() - width
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("shift", [0.13, 0.5])
+@pytest.mark.parametrize(
+    ("first", "half", "tilt", "functions"),
+    [
+        ("membrane-elements", 0.005, 0.0, "quadratic-bspline"),
+        ("membrane-elements", 0.005, 0.3, "trilinear"),
+        ("membrane-points", 0.005, 0.7, "trilinear"),
+        ("material-points", 0.5, 0.0, "quadratic-bspline"),
+    ],
+)
+def test_contact_begins_within_a_quarter_of_a_cell(first, half, tilt, functions, shift, side):
+    assert abs(gap_at_first_push(first, half, tilt, shift, side, functions)) < 0.25
+
+
+def test_bodies_that_overlap_at_the_start_are_refused():
+    whole = case(box((0, 0, 0), (2, 2, 2), name="one", field="a"), box((1, 1, 1), (3, 3, 3), name="two"))
+    with pytest.raises(CaseError) as error:
+        refuse_overlaps(whole, build_layers(whole, Flip()))
+    text = str(error.value)
+    for words in ("body.one.shape", "inside body two", "which way out"):
+        assert words in text
