@@ -47,7 +47,7 @@ def pairs_of(layers: Sequence[Layer], contacts: Sequence[Contact]) -> list[Pair]
             continue
         if (other.field, one.field) in asked:  # so that the first is the first named
             one, other = other, one
-        contact = asked.get((one.field, other.field), None)
+        contact = asked.get((one.field, other.field))
         if contact is None:
             pairs.append(_pair(one, other, SLIP))
         else:
@@ -64,8 +64,9 @@ def _pair(one: Layer, other: Layer, kind: int, friction: float = 0.0, name: str 
 def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
     """Raise CaseError where a body starts inside one of another velocity field: nothing could tell which way out is."""
     cases = {body.name: body for body in case.body}
-    active = tuple(not thin for thin in case.grid.thin())
-    steps = np.vstack([np.zeros(3), np.eye(3)[list(active)], -np.eye(3)[list(active)]]) * DEPTH * case.grid.cell
+    x, y, z = active = tuple(not thin for thin in case.grid.thin())
+    away = np.eye(3)[list(active)]
+    steps = np.vstack([np.zeros(3), away, -away]) * DEPTH * case.grid.cell
     for body, other in _strangers(layers):
         solid = cases[other.name]
         if not isinstance(solid, MaterialPointsCase):
@@ -74,9 +75,9 @@ def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
         inside = np.ones(len(position), bool)
         for step in steps:
             places = position[inside] + step
-            kept = solid.shape.geometry().contains(places, active)
+            kept = solid.shape.geometry().contains(places, (x, y, z))
             for left_out in solid.among(case.body).left_out:
-                kept &= ~left_out.contains(places, active)
+                kept &= ~left_out.contains(places, (x, y, z))
             inside[inside] = kept
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])

@@ -78,8 +78,10 @@ class Ledger:
             self.motion_impulses[name] = (np.array(self.motion_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
-        """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name; those of supports of
-        one name add up."""
+        """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name.
+
+        Those of supports of one name add up.
+        """
         known = {**self.motion_impulses, **self.contact_impulses}
         result = {name: np.array(impulse) for name, impulse in known.items()}
         for name, impulse in zip(support_names, self.support_impulses, strict=False):

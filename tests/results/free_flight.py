@@ -49,6 +49,7 @@ def free_flight(**settings: object) -> Case:
 
 class FakeBody:
     triangles = np.zeros((0, 3), np.int64)
+    quads = np.zeros((0, 4), np.int64)
 
     def __init__(self, name: str, fluid: bool, lower: tuple[float, float], points: int, speed: float) -> None:
         generator = np.random.default_rng(len(name))

@@ -16,7 +16,7 @@ from pellucid.bundle import Bundle
 from pellucid.grid import transfer
 from pellucid.grid.driving import spread_momentum
 from pellucid.grid.grid import Grid
-from pellucid.grid.motion import StepWork
+from pellucid.grid.motion import StepWork, no_work
 from pellucid.grid.points import RATE as NODE_RATE
 from pellucid.grid.points import PointArrays, Slabs
 from pellucid.grid.sorting import MOST_SLABS
@@ -206,13 +206,7 @@ class MembraneElements(PointBody):
         )
 
     def _no_work(self) -> StepWork:
-        return StepWork(
-            **dict.fromkeys(("internal", "gravity", "support", "load", "absorbed", "grip", "grip_loss"), 0.0),
-            mass=self._total_mass,
-            impulses=np.zeros((len(self.prescribed_velocity), 3)),
-            absorbed_impulse=np.zeros(3),
-            load_impulse=np.zeros(3),
-        )
+        return no_work(len(self.prescribed_velocity))._replace(mass=self._total_mass)
 
     def own_work(self, n_supports: int) -> StepWork:
         """What the nodes did over the step without what the rows of motions did, which lie behind those of the supports."""

@@ -87,7 +87,7 @@ class MembranePoints(PointBody):
         return 0.5 * self.thickness, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
-        """The share of the vector area of each point [m²], shape (n, 3), in the order in which they are stored at the moment."""
+        """The share of the vector area of each point [m²], shape (n, 3), in the order in which they are stored."""
         thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 

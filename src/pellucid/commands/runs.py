@@ -74,13 +74,20 @@ def resume(dir_: Folder, until: Until = None, threads: Threads = None) -> None:
     conclude(finished, dir_)
 
 
-def report(dir_: Folder) -> None:
+def report(
+    dir_: Folder,
+    beside: Annotated[
+        Path | None, typer.Option("--beside", metavar="DIR", help="Another run, drawn into the figure of the probes.")
+    ] = None,
+) -> None:
     """Draw the figures of a run again and write its report.html."""
     from pellucid.results.report import write_report
+    from pellucid.results.run import Run
     from pellucid.results.store import RunFolder
 
-    RunFolder(dir_).read_case()  # says where there is no run
-    write_report(dir_)
+    for folder in (dir_, *([beside] if beside else ())):
+        RunFolder(folder).read_case()  # says where there is no run
+    write_report(dir_, Run(beside) if beside else None)
     typer.echo(f"the report is {dir_ / 'report.html'}")
 
 

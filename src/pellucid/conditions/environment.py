@@ -1,7 +1,6 @@
 """Everything that acts on the bodies from outside, at work together."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 

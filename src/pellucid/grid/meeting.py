@@ -4,9 +4,9 @@ A surface gives its own normal, a volume the gradient of its volume (Bardenhagen
 Mech. Eng. 187, 529), and two volumes the difference of theirs, so that action is reaction. Which way the normal points is told
 by where the two bodies lie about the node: a membrane has two sides, and a layer thinner than a cell turns its gradient round.
 
-The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the distance
-along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with half of
-its point's width.
+The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
+distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
+half of its point's width.
 """
 
 from collections.abc import Sequence

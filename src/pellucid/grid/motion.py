@@ -68,8 +68,19 @@ class StepWork(NamedTuple):
 
 def no_work(n_supports: int) -> StepWork:
     """Nothing done."""
-    numbers = [0.0] * (len(StepWork._fields) - 3)
-    return StepWork(*numbers, np.zeros((n_supports, 3)), np.zeros(3), np.zeros(3))
+    return StepWork(
+        internal=0.0,
+        gravity=0.0,
+        support=0.0,
+        load=0.0,
+        absorbed=0.0,
+        grip=0.0,
+        grip_loss=0.0,
+        mass=0.0,
+        impulses=np.zeros((n_supports, 3)),
+        absorbed_impulse=np.zeros(3),
+        load_impulse=np.zeros(3),
+    )
 
 
 def total_work(works: Sequence[StepWork]) -> StepWork:

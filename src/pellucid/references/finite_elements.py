@@ -32,11 +32,15 @@ def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Arra
 
 
 def same_problem(case: "Case", other: "Case") -> bool:
-    """Whether two cases ask the same of the same bodies; grid, points, step, length and output may differ."""
+    """Whether two cases ask the same of the same bodies.
+
+    Grid, points, step, length and output may differ, and so may the kind of a membrane: of points or of elements.
+    """
     if len(case.body) != len(other.body) or case.gravity != other.gravity:
         return False
     return all(
-        one.kind == two.kind
+        one.kind.partition("-")[0] == two.kind.partition("-")[0]
+        and one.field == two.field
         and one.material == two.material
         and one.velocity == two.velocity
         and getattr(one, "thickness", None) == getattr(two, "thickness", None)

@@ -16,15 +16,18 @@ if TYPE_CHECKING:
     from pellucid.results.run import Run
 
 
-def write_figures(run: "Run") -> dict[Path, str]:
-    """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles."""
+def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
+    """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles.
+
+    The probes are drawn together with those of the same name of the run `beside`.
+    """
     folder = run.folder.figures
     titles = {}
     with house_style():
         figures = from_gallery(run, "figures")
         figures |= clouds.pictures(run) | {"energies": energies(run), "momentum": momentum(run)}
         if run.case.probe:
-            figures["probes"] = probes(run)
+            figures["probes"] = probes(run, beside)
         with explained(run.out):
             folder.mkdir(exist_ok=True)
             for name, figure in figures.items():
@@ -89,8 +92,8 @@ def momentum(run: "Run") -> "Figure":
     return figure
 
 
-def probes(run: "Run") -> "Figure":
-    """Every probe against time."""
+def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
+    """Every probe against time, with the one of the same name of another run where it has one."""
     number = len(run.case.probe)
     across = 2 if number == 4 else min(3, number)
     down = -(-number // across)
@@ -98,7 +101,19 @@ def probes(run: "Run") -> "Figure":
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, probe in zip(panels, run.case.probe, strict=False):
         axes.plot(run.history["time"], run.history[probe.name])
+        if beside and beside.units.get(probe.name) == run.units[probe.name]:
+            axes.plot(beside.history["time"], beside.history[probe.name], LINES[1])
         label(axes, "time", probe.name, "s", run.units[probe.name])
     for axes in panels[number:]:
         axes.remove()
+    if beside:
+        lines = max((list(axes.lines) for axes in panels[:number]), key=len)
+        figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
+
+
+def _told_apart(run: "Run", other: "Run") -> str:
+    """What a run is called beside another: by the kinds of bodies that differ, else by its folder."""
+    kinds = {body.name: body.kind for body in other.case.body}
+    differing = [f"{body.name}: {body.kind}" for body in run.case.body if kinds.get(body.name) != body.kind]
+    return ", ".join(differing) or run.out.name

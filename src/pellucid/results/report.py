@@ -38,8 +38,10 @@ CAPTIONS = {
 }
 
 
-def write_report(out: Run | Path | str) -> Path:
+def write_report(out: Run | Path | str, beside: Run | None = None) -> Path:
     """Draw the figures and films of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
+
+    A run `beside` is drawn into the figure of the probes, and its metrics stand beside those of the run.
 
     Raises `UsageError` where there is no run that has ended.
     """
@@ -47,12 +49,13 @@ def write_report(out: Run | Path | str) -> Path:
     summary = run.summary
     module = gallery.module(run.case.id)
     captions = CAPTIONS | getattr(module, "CAPTIONS", {})
-    titles = dict.fromkeys(write_films(run), "") | figures.write_figures(run)
+    titles = dict.fromkeys(write_films(run), "") | figures.write_figures(run, beside)
     pictures = [_figure(path, captions.get(path.stem, title)) for path, title in titles.items()]
     sections = [
         _header(run, summary),
         _facts(run, summary),
         _section("Checks", _metrics(run.metrics)) if run.metrics else "",
+        _section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
         _section("Figures", "".join(pictures)),
         _section("Energy ledger", _ledger(run)),
         _section("Conservation", _conservation(run, summary)),
