@@ -59,7 +59,8 @@ def points_below(run: "Run", time: float) -> float:
 def broken(run: "Run", time: float) -> float:
     """Share of the drop's points that are not in its largest piece in the frame nearest to a time [s]."""
     start = np.asarray(run.fields("drop", 0.0)["position"])
-    spacing = float(np.median(cKDTree(start).query(start, 2)[0][:, 1]))
+    distances = np.asarray(cKDTree(start).query(start, 2)[0])
+    spacing = float(np.median(distances[:, 1]))
     now = cKDTree(np.asarray(run.fields("drop", time)["position"]))
     _, piece = connected_components(now.sparse_distance_matrix(now, REACH * spacing), directed=False)
     return float(1.0 - np.bincount(piece).max() / len(piece))
