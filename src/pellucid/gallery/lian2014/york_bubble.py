@@ -90,6 +90,8 @@ def _half_width(run: "Run", time: float) -> float:
 def _curves(run: "Run") -> "Figure":
     figure = new_figure(height=6.5)
     shape, motion, energy = figure.subplots(3, 1, sharex=True)
+    for axes, title in zip((shape, motion, energy), ("shape", "motion", "energy"), strict=True):
+        axes.set_title(title)
     history = run.history
     ms = 1e3 * history["time"]
     for column, text in (("top_z", "top"), ("bottom_z", "bottom"), ("half_width", "half width")):
