@@ -64,8 +64,8 @@ def _pair(one: Layer, other: Layer, kind: int, friction: float = 0.0, name: str 
 def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
     """Raise CaseError where a body starts inside one of another velocity field: nothing could tell which way out is."""
     cases = {body.name: body for body in case.body}
-    x, y, z = active = tuple(not thin for thin in case.grid.thin())
-    away = np.eye(3)[list(active)]
+    x, y, z = (not thin for thin in case.grid.thin())
+    away = np.eye(3)[[x, y, z]]
     steps = np.vstack([np.zeros(3), away, -away]) * DEPTH * case.grid.cell
     for body, other in _strangers(layers):
         solid = cases[other.name]

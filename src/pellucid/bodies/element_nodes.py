@@ -12,7 +12,7 @@ from numba import prange
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_weights
-from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, OK, RATE, SPEED
+from pellucid.grid.points import OK, RATE
 from pellucid.grid.transfer import placed
 from pellucid.jit import kernel
 
@@ -36,7 +36,6 @@ def _accelerate_slab(mapped, acting, gravity, dt, s):
     internal, external, prescribed, velocity, work = acting.content[0]
     x, v, contact = points.position, points.velocity, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    kinetic = px = py = pz = speed = 0.0
     row_of_rows = WORKS + 3 * EXTRA_ROWS
     for column in range(work.shape[1]):
         work[s, column] = 0.0
@@ -57,7 +56,6 @@ def _accelerate_slab(mapped, acting, gravity, dt, s):
                     cz += w * contact[I, 2]
         touch = (cx, cy, cz)
         m = points.mass[p]
-        vv = 0.0
         for d in range(3):
             old = v[p, d]
             new = old + dt * ((internal[p, d] + external[p, d]) / m + gravity[d]) + touch[d]
@@ -71,23 +69,12 @@ def _accelerate_slab(mapped, acting, gravity, dt, s):
                 work[s, SUPPORT] += reaction * mean
                 work[s, row_of_rows + 3 * (held - 1) + d] += reaction
             v[p, d] = new
-            vv += new * new
             work[s, INTERNAL] += dt * internal[p, d] * mean
             work[s, GRAVITY] += dt * m * gravity[d] * mean
             work[s, LOAD] += dt * external[p, d] * mean
             work[s, CONTACT] += m * touch[d] * mean
             work[s, WORKS + 3 * CONTACTING + d] += m * touch[d]
             work[s, WORKS + 3 * LOADING + d] += dt * external[p, d]
-        kinetic += 0.5 * m * vv
-        px += m * v[p, 0]
-        py += m * v[p, 1]
-        pz += m * v[p, 2]
-        speed += m * sqrt(vv)
-    slabs.sums[s, KINETIC] = kinetic
-    slabs.sums[s, MOMENTUM_X] = px
-    slabs.sums[s, MOMENTUM_Y] = py
-    slabs.sums[s, MOMENTUM_Z] = pz
-    slabs.sums[s, SPEED] = speed
 
 
 @kernel(parallel=True)

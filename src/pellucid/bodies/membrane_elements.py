@@ -14,7 +14,7 @@ from pellucid.bodies.elements_spec import MembraneElementsCase
 from pellucid.bodies.point_body import PointBody
 from pellucid.bundle import Bundle
 from pellucid.grid import transfer
-from pellucid.grid.driving import spread_momentum
+from pellucid.grid.driving import spread_momentum, sum_motion
 from pellucid.grid.grid import Grid
 from pellucid.grid.motion import StepWork, no_work
 from pellucid.grid.points import RATE as NODE_RATE
@@ -156,6 +156,7 @@ class MembraneElements(PointBody):
     def accelerate(self, remap: bool) -> None:
         """New velocities of the nodes; where `remap`, their momentum on the grid anew."""
         element_nodes.accelerate(self.n_slabs, self.mapped, self._acting, self.gravity, self._dt)
+        sum_motion(self.n_slabs, self.mapped)
         if remap:
             spread_momentum(self.n_slabs, self.mapped)
         self._collect_motion_sums()

@@ -53,8 +53,8 @@ class PointBody(ABC):
         self.measure()
 
     def vector_areas(self) -> np.ndarray:
-        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3)."""
-        raise NotImplementedError
+        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
+        return np.zeros((0, 3))
 
     def half_width(self) -> tuple[float, float, float]:
         """How far the body reaches beyond its points: this [m], or where negative half the edge of a point's cube.

@@ -65,16 +65,25 @@ def _stretched_midway(law, shape, D, dt):
 
 
 @pointwise
-def _thickness_squared(law, area):
-    """c = (thickness stretch)² from μ (c - 1) + λ ln(area √c) = 0, by Newton's method in ln c, which is monotone."""
+def _free_stretch_squared(law, held, share):
+    """c = (stretch of the directions that bear no stress)² from μ (c - 1) + λ (ln held + share ln c) = 0.
+
+    held: the part of the volume ratio that is given, J = held c^share. Newton's method in ln c, which is monotone.
+    """
     y = 0.0
     for _ in range(MOST_ITERATIONS):
         c = exp(y)
-        change = (law.mu * (c - 1.0) + law.lam * (log(area) + 0.5 * y)) / (law.mu * c + 0.5 * law.lam)
+        change = (law.mu * (c - 1.0) + law.lam * (log(held) + share * y)) / (law.mu * c + share * law.lam)
         y -= change
         if abs(change) < TOLERANCE:
             break
     return exp(y)
+
+
+@pointwise
+def _thickness_squared(law, area):
+    """(thickness stretch)² of a membrane at a ratio of area."""
+    return _free_stretch_squared(law, area, 0.5)
 
 
 @point_function(plane_response, NeoHookeanMembrane)
@@ -115,15 +124,8 @@ def _plane_wave_speed(law, shape, density):
 
 @pointwise
 def _natural_width_squared(law, stretch):
-    """c = (width stretch)² = (thickness stretch)² of a strip pulled to a stretch: μ (c - 1) + λ ln(stretch c) = 0, as above."""
-    y = 0.0
-    for _ in range(MOST_ITERATIONS):
-        c = exp(y)
-        change = (law.mu * (c - 1.0) + law.lam * (log(stretch) + y)) / (law.mu * c + law.lam)
-        y -= change
-        if abs(change) < TOLERANCE:
-            break
-    return exp(y)
+    """(width stretch)² = (thickness stretch)² of a strip pulled to a stretch."""
+    return _free_stretch_squared(law, stretch, 1.0)
 
 
 @point_function(unwrinkled, NeoHookeanMembrane)

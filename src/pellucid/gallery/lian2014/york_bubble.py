@@ -104,8 +104,10 @@ def _curves(run: "Run") -> "Figure":
         energy.plot(ms, history[column], label=column.replace("_", " "))
     energy.plot(ms, -history["contact_work"], label="lost in contact")
     label(energy, "time", "energy", "ms", "J")
-    for axes in (shape, motion, energy):
-        axes.legend(loc="upper right" if axes is shape else "center left")
+    shape.set_ylim(top=1.3e3 * float(history["top_z"].max()))
+    shape.legend(loc="upper right", ncols=3)
+    motion.legend(loc="center left")
+    energy.legend(loc="center left")
     figure.suptitle(run.case.title)
     return figure
 
@@ -126,7 +128,8 @@ def _shapes(run: "Run") -> "Figure":
         axes.set_title(f"t = {1e3 * time:.0f} ms")
         label(axes, "x", "z", "mm", "mm")
         axes.label_outer()
+        axes.tick_params(labelbottom=True)
     for unused in subplots[len(reached) :]:
         unused.remove()
-    subplots[0].legend(markerscale=3, loc="upper left")
+    figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
     return figure
