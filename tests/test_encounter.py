@@ -124,10 +124,10 @@ def test_three_fields_that_meet_in_one_place():
     push = scene.reactions()
     assert push["left-right"][0] < -100.0
     assert max(push["floor-left"][2], push["floor-right"][2]) < -100.0
-    for body, change in zip(scene.bodies[1:], (push["left-right"] - push["floor-left"], None), strict=True):
-        if change is not None:
-            start = body.points.mass.sum() * np.array((0.4, 0.0, -0.2))
-            assert body.momentum() - start == pytest.approx(change, abs=1e-9 * np.abs(start).max())
+    gains = push["left-right"] - push["floor-left"], -push["left-right"] - push["floor-right"]
+    for body, way, gain in zip(scene.bodies[1:], (1.0, -1.0), gains, strict=True):
+        start = body.points.mass.sum() * np.array((0.4 * way, 0.0, -0.2))
+        assert body.momentum() - start == pytest.approx(gain, abs=1e-11 * np.abs(start).max())
 
 
 def sheet_and_block(speed, **more):
@@ -147,7 +147,7 @@ RIM = {"box": {"lower": [3.0, 3.0, 4.5], "upper": [4.0, 7.0, 5.5]}}  # holds two
 @pytest.mark.parametrize("gravity", [0.0, 0.5])
 @pytest.mark.parametrize(
     ("part", "displacement"),
-    [(None, None), (RIM, None), (None, {"kind": "ramp", "rate": 0.5}), (RIM, {"kind": "ramp", "rate": 0.5})],
+    [(None, None), (RIM, None), (None, {"kind": "steady", "velocity": 0.5}), (RIM, {"kind": "steady", "velocity": 0.5})],
 )
 def test_contact_with_nodes_of_elements_that_are_held_or_driven(part, displacement, gravity):
     motion = {"name": "hand", "body": "sheet"} | ({"part": part} if part else {})
@@ -187,9 +187,14 @@ def test_a_ball_falls_on_a_clamped_membrane_and_is_thrown_back(kind):
     sphere = {"sphere": {"centre": [4, 4, 4 + 0.5 * thickness + radius], "radius": radius}}
     material = SOLID | {"kind": kind, "young_modulus": 1e5}
     ball = box((0, 0, 0), (1, 1, 1), material, per_cell=(3, 3, 3), name="ball") | {"shape": sphere}
-    rows = {"a": ((1.9, 1.9), (2.1, 6.1)), "b": ((5.9, 1.9), (6.1, 6.1)), "c": ((2.4, 1.9), (5.6, 2.1)), "d": ((2.4, 5.9), (5.6, 6.1))}
+    rows = {
+        "a": ((1.9, 1.9), (2.1, 6.1)),
+        "b": ((5.9, 1.9), (6.1, 6.1)),
+        "c": ((2.4, 1.9), (5.6, 2.1)),
+        "d": ((2.4, 5.9), (5.6, 6.1)),
+    }
     motion = [
-        {"name": name, "body": "sheet", "hold": "xyz", "part": {"box": {"lower": [*low, 3.9], "upper": [*high, 4.1]}}}
+        {"name": name, "body": "sheet", "hold": ["x", "y", "z"], "part": {"box": {"lower": [*low, 3.9], "upper": [*high, 4.1]}}}
         for name, (low, high) in rows.items()
     ]
     touch = {"name": "touch", "between": ["sheet", "ball"]}
@@ -202,9 +207,14 @@ def test_a_ball_falls_on_a_clamped_membrane_and_is_thrown_back(kind):
         nearest = np.argmin(np.sum(over * over, axis=2), axis=1)
         least = min(least, (points[:, 2] - skin[nearest, 2]).min())
         deepest = min(deepest, scene.bodies[1].momentum()[2] / mass)
-        if scene.n_steps % 20 == 0: print(scene.time, least, scene.bodies[1].momentum()[2]/mass, scene.conservation(), skin[:,2].min())
-    print(scene.n_steps)
-    assert 0
+    velocity, push = scene.bodies[1].momentum()[2], scene.reactions()["touch"][2]
+    assert deepest < -0.4 < 0.2 < velocity / mass, "it fell, and goes up again"
+    assert velocity == pytest.approx(-push - mass * G * scene.time, rel=1e-9)
+    # points lie half their distance within the ball, and the membrane, which has half its thickness, is looked at in its nodes
+    assert least > 0.5 / 3 - 0.05
+    assert scene.conservation()["momentum"] < 1e-12
+    # 1.8 % on this grid, of which trilinear functions lose most where points of the ball cross cells
+    assert abs(scene.conservation()["energy"]) < 0.025
 
 
 def gap_at_first_push(first, half, tilt, shift, side, functions):
