@@ -90,6 +90,8 @@ class MembraneElements(ElementBody):
     def accelerate(self, remap: bool) -> None:
         """New velocities of the nodes; where `remap`, their momentum on the grid anew."""
         element_nodes.accelerate(self.n_slabs, self.mapped, self._acting, self.gravity, self._dt)
+        if self.constraint is not None:
+            self.constraint.steer()
         sum_motion(self.n_slabs, self.mapped)
         if remap:
             spread_momentum(self.n_slabs, self.mapped)
