@@ -43,8 +43,8 @@ def test_momentum_goes_over_and_contact_takes_energy(kind, scheme, functions):
     impulse = scene.reactions()["touch"]
     assert scene.bodies[0].momentum() - before == pytest.approx(impulse, abs=1e-12 * np.abs(impulse).max())
     assert impulse[2] < -0.5 * np.abs(before[2])
-    # a step in which forces turn what was parting can give back half of what they did in it: some 1e-4 of the energy
-    assert max(works) < 1e-3 * start
+    # a step in which forces turn what was parting back does work on it by its velocity before: some 1e-3 of the energy
+    assert max(works) < 2e-3 * start
     assert np.cumsum(works).max() <= 0.0
     assert -0.5 * start < sum(works) < -0.05 * start
 

@@ -48,9 +48,9 @@ def test_the_kind_of_body_is_chosen_by_who_shares_the_field():
     assert alone.own_nodes
 
 
-@pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
-def test_a_gas_blows_up_its_skin_at_the_cost_of_its_energy(scheme):
-    """The two errors of the method are of the order of the step; contact between fields would take some 3 % at any step."""
+@pytest.mark.parametrize(("scheme", "most"), [("musl", 0.001), ("usl", 0.02), ("usf", 0.02)])
+def test_a_gas_blows_up_its_skin_at_the_cost_of_its_energy(scheme, most):
+    """Energy is lost to the order of the step, by MUSL forty times less; contact between fields would take some 3 % at any."""
     errors = []
     for courant in (0.4, 0.1):
         scene = balloon(scheme=scheme, courant=courant)
@@ -59,7 +59,7 @@ def test_a_gas_blows_up_its_skin_at_the_cost_of_its_energy(scheme):
         assert scene.conservation()["momentum"] < 1e-12
         skin, gas = (np.linalg.norm(body.points.position[:, :2] - 1.5, axis=1) for body in scene.bodies)
         assert gas.max() < skin.max()
-    assert errors[0] < 0.01
+    assert errors[0] < most
     assert errors[1] < 0.4 * errors[0]
 
 

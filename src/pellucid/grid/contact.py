@@ -19,8 +19,8 @@ from pellucid.grid.motion import FIRM, Outside, StepWork, no_work
 from pellucid.jit import kernel, pointwise
 from pellucid.reductions import ordered_sum
 
-TIE, STICK, SLIP = 0, 1, 2
-"""Kinds of contact: together always, together while they press, sliding with friction (or none)."""
+STICK, SLIP = 0, 1
+"""Kinds of contact while bodies press: together, or sliding with friction (or none)."""
 SWEEPS = 4  # where several pairs meet, one disturbs the other
 WORK, INTERNAL, GRAVITY, LOAD, SUPPORT, GRIP, BOOKS = range(7)  # columns of a pair's books
 SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
@@ -50,7 +50,7 @@ def _measure_mobility(node, mass, hold, driven_mass, mobility):
 def _impulse(kind, friction, n, u, w):
     """The impulse on the first side, from the normal, the relative velocity (first minus second) and the sum of mobilities."""
     approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
-    if kind != TIE and not approach > 0.0:
+    if not approach > 0.0:
         return 0.0, 0.0, 0.0
     jx = -u[0] / w[0] if w[0] > 0.0 else 0.0
     jy = -u[1] / w[1] if w[1] > 0.0 else 0.0
@@ -110,7 +110,7 @@ def _push(node, mobility, impulse, sign, velocity, change, deforming, contact):
 @kernel()
 def _book_chunk(side, node, mobility, impulse, sign, gravity, dt, books, chunk):
     nodes, outside = side.content
-    velocity, change, force, hold, own = nodes.velocity, nodes.change, nodes.force, nodes.hold, len(nodes.contact) > 0
+    velocity, force, hold, own = nodes.velocity, nodes.force, nodes.hold, len(nodes.contact) > 0
     load, driven_mass, grip = outside.load, outside.driven_mass, outside.grip
     loaded = len(load) > 0
     work = internal = fall = lifted = support = gripped = 0.0
@@ -119,7 +119,6 @@ def _book_chunk(side, node, mobility, impulse, sign, gravity, dt, books, chunk):
         for d in range(3):
             j, w, new = sign * impulse[e, d], mobility[e, d], velocity[I, d]
             if w > 0.0:
-                work += j * (new - 0.5 * change[I, d])
                 if not own:  # the nodes' books were made for velocities without contact
                     internal += 0.5 * dt * force[I, d] * w * j
                     fall += 0.5 * dt * gravity[d] * j
@@ -142,9 +141,25 @@ def _book_chunk(side, node, mobility, impulse, sign, gravity, dt, books, chunk):
 
 @kernel(parallel=True)
 def _book(chunks, side, node, mobility, impulse, sign, gravity, dt, books):
-    """Book impulses by the nodes' mean velocities over the step; supports and grips give back what they take."""
+    """Book what impulses change in the works of other forces; supports and grips give back what they take."""
     for chunk in prange(chunks):
         _book_chunk(side, node, mobility, impulse, sign, gravity, dt, books, chunk)
+
+
+@kernel()
+def _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, change, work, chunk):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            if mobility[e, d] > 0.0:
+                work[chunk, 0] += 0.5 * sign * impulse[e, d] * (velocity[I, d] - change[I, d] + momentum[I, d] / mass[I])
+
+
+@kernel(parallel=True)
+def _work(chunks, node, mobility, impulse, sign, mass, momentum, velocity, change, work):
+    """Work of impulses on the points that they reach, from the momentum that these have before and after the step."""
+    for chunk in prange(chunks):
+        _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, change, work, chunk)
 
 
 class Pair:
@@ -159,8 +174,8 @@ class Pair:
         friction: float = 0.0,
         name: str | None = None,
     ) -> None:
-        self.name, self.kind = name, kind
-        self.meeting = Meeting(grids, bodies, kind == TIE)
+        self.name, self._kind = name, kind
+        self.meeting = Meeting(grids, bodies)
         self._nodes = grids[0].nodes, grids[1].nodes
         self._outsides = outsides
         self._sides = [Bundle(*side) for side in zip(self._nodes, outsides, strict=True)]
@@ -178,7 +193,7 @@ class Pair:
     def _react(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         impulse = np.empty_like(self._impulse)
         where, normal = self.meeting.node, self.meeting.normal
-        _react(self.kind, self._friction, where, normal, one, other, *self._mobility, impulse)
+        _react(self._kind, self._friction, where, normal, one, other, *self._mobility, impulse)
         return impulse
 
     def resolve(self) -> None:
@@ -209,12 +224,22 @@ class Pair:
             _book(chunks, side, self.meeting.node, mobility, self._impulse, sign, gravity, dt, books)
         return ordered_sum(books)
 
+    def work(self) -> float:
+        """Work of the impulses of this step on the points of both sides [J], when their momentum is on the nodes anew."""
+        chunks = len(self._impulse) // CHUNK + 1
+        work = np.zeros((chunks, 1))
+        for nodes, mobility, sign in zip(self._nodes, self._mobility, SIGNS, strict=True):
+            if not len(nodes.contact):
+                moved = nodes.mass, nodes.momentum, nodes.velocity, nodes.change
+                _work(chunks, self.meeting.node, mobility, self._impulse, sign, *moved, work)
+        return float(ordered_sum(work)[0])
+
 
 class Encounters:
-    """All pairs of fields of a simulation. Contacts come before ties, which then hold exactly."""
+    """All pairs of fields of a simulation."""
 
     def __init__(self, pairs: Sequence[Pair], n_supports: int) -> None:
-        self._pairs = sorted(pairs, key=lambda pair: pair.kind == TIE)
+        self._pairs = pairs
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._n_supports = n_supports
 
@@ -227,10 +252,7 @@ class Encounters:
             pair.find()
 
     def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
-        """Impulses on the nodes after they moved, and what these did.
-
-        Works are those of the mean velocities over the step: then what lasting contact takes from its forces is no loss.
-        """
+        """Impulses on the nodes after they moved, and what these did; of their work only that on nodes that are held."""
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.resolve()
@@ -247,6 +269,14 @@ class Encounters:
         )
         impulses = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(float(total[WORK]), impulses, nodes)
+
+    def work(self) -> float:
+        """Work of the impulses of this step on points [J], when their momentum is on the nodes anew.
+
+        It is that on the points themselves, not on the nodes: what a point takes of an impulse at a node and does not give back
+        to it is lost, and this is where.
+        """
+        return sum(pair.work() for pair in self._pairs)
 
     def project(self) -> None:
         """Let no field strain its points by an approach that contact does not allow."""

@@ -181,8 +181,8 @@ class Meeting:
     touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
     """
 
-    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]], tied: bool) -> None:
-        self._grids, self._bodies, self._tied = grids, bodies, tied
+    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]]) -> None:
+        self._grids, self._bodies = grids, bodies
         n = grids[0].n_nodes
         self._chunks = (n + CHUNK - 1) // CHUNK
         self._counts = np.zeros(self._chunks, np.int64)
@@ -204,7 +204,7 @@ class Meeting:
         _list(self._chunks, one, other, start, self.node)
         n = len(self.node)
         self.normal, self.gap = np.zeros((n, 3)), np.zeros(n)
-        if n and not self._tied:
+        if n:
             strides = self._grids[0].lattice.strides
             _mark(self.node, self._slot, self._near, self._reach, strides, True)
             self._measure(n)
