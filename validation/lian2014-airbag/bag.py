@@ -11,11 +11,21 @@ compression: the energy of a triangle is that of the principal Green strains e1 
 per area, with K = E t. The sheet has no stress at the start, which is flat or domed to a height. With small p/K the bag is as good as
 inextensible: the paper bag problem.
 
-    python bag.py                    volumes for flat and domed sheets, finer and finer
+    python bag.py            the paper bag's volume: a flat bag, finer and finer, at lower and lower pressure
+    python bag.py --write    src/pellucid/references/inflated_bag.csv: the domed bag of the gallery, height 0.1
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
+
+POISSON_RATIO = 0.3
+HEIGHT, CELLS = 0.1, 32
+PRESSURES = (0.1, 0.06, 0.04, 0.03, 0.02, 0.01)
+REFERENCE = Path(__file__).parents[2] / "src" / "pellucid" / "references" / "inflated_bag.csv"
 
 
 def mesh(n: int, height: float) -> tuple[np.ndarray, np.ndarray]:
@@ -46,6 +56,9 @@ class Bag:
         for column, edge in enumerate((first, c - a)):
             edges[:, 0, column], edges[:, 1, column] = (edge * e1).sum(axis=1), (edge * e2).sum(axis=1)
         self.area, self.inverse = 0.5 * np.linalg.det(edges), np.linalg.inv(edges)
+        m = len(self.triangles)
+        corner = (np.ones(3 * m), (self.triangles.T.ravel(), np.arange(3 * m)))
+        self.gather = csr_matrix(corner, shape=(len(self.x0), 3 * m))  # from corners of triangles to vertices
         # planes of symmetry x = 0, y = 0; the rim stays in z = 0
         x = self.x0
         rim = (x[:, 0] > 0.5 - 1e-9) | (x[:, 1] > 0.5 - 1e-9)
@@ -54,71 +67,81 @@ class Bag:
     def volume(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Under the sheet, an eighth of the bag's, and its gradient."""
         a, b, c = (x[k] for k in self.triangles.T)
-        gradient = np.zeros_like(x)
         # mean height times the area on the plane z = 0
         d1, d2, z = b - a, c - a, (a + b + c)[:, 2] / 3.0
         plan = 0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0])
-        for k, (p, q) in enumerate(((b, c), (c, a), (a, b))):
-            part = np.column_stack([0.5 * z * (p - q)[:, 1], 0.5 * z * (q - p)[:, 0], plan / 3.0])
-            np.add.at(gradient, self.triangles[:, k], part)
-        return float((z * plan).sum()), gradient
+        parts = [
+            np.column_stack([0.5 * z * (p - q)[:, 1], 0.5 * z * (q - p)[:, 0], plan / 3.0]) for p, q in ((b, c), (c, a), (a, b))
+        ]
+        return float((z * plan).sum()), self.gather @ np.concatenate(parts)
 
     def energy(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Elastic energy over K and its gradient."""
         a, b, c = (x[k] for k in self.triangles.T)
         F = np.stack([b - a, c - a], axis=2) @ self.inverse
-        E = 0.5 * (np.swapaxes(F, 1, 2) @ F - np.eye(2))
-        e, axes = np.linalg.eigh(E)
-        low, high = e.T
-        nu = self.nu
+        first, second = F[:, :, 0], F[:, :, 1]
+        e11, e22 = 0.5 * ((first**2).sum(axis=1) - 1.0), 0.5 * ((second**2).sum(axis=1) - 1.0)
+        e12 = 0.5 * (first * second).sum(axis=1)
+        mean, half = 0.5 * (e11 + e22), 0.5 * (e11 - e22)
+        radius = np.hypot(half, e12)
+        low, high, nu = mean - radius, mean + radius, self.nu
         taut, wrinkled = low + nu * high > 0.0, high > 0.0
-        S = np.zeros_like(e)
-        S[:, 1] = np.where(taut, (high + nu * low) / (1.0 - nu**2), np.where(wrinkled, high, 0.0))
-        S[:, 0] = np.where(taut, (low + nu * high) / (1.0 - nu**2), 0.0)
-        W = 0.5 * (S * e).sum(axis=1)
-        stress = np.einsum("tik,tk,tjk->tij", axes, S, axes)
+        major = np.where(taut, (high + nu * low) / (1.0 - nu**2), np.where(wrinkled, high, 0.0))
+        minor = np.where(taut, (low + nu * high) / (1.0 - nu**2), 0.0)
+        W = 0.5 * (major * high + minor * low)
+        turn = 0.5 * (major - minor) / np.maximum(radius, 1e-300)  # stress and strain have the same principal axes
+        s11, s22, s12 = 0.5 * (major + minor) + turn * half, 0.5 * (major + minor) - turn * half, turn * e12
+        stress = np.stack([np.stack([s11, s12], axis=1), np.stack([s12, s22], axis=1)], axis=1)
         # dW/dx of the corners b and c
         pull = (self.area[:, None, None] * (F @ stress)) @ np.swapaxes(self.inverse, 1, 2)
-        gradient = np.zeros_like(x)
-        np.add.at(gradient, self.triangles[:, 1], pull[:, :, 0])
-        np.add.at(gradient, self.triangles[:, 2], pull[:, :, 1])
-        np.add.at(gradient, self.triangles[:, 0], -pull.sum(axis=2))
-        return float((self.area * W).sum()), gradient
+        corners = np.concatenate([-pull.sum(axis=2), pull[:, :, 0], pull[:, :, 1]])
+        return float((self.area * W).sum()), self.gather @ corners
 
-    def inflate(self, pressures: list[float], start: np.ndarray | None = None) -> np.ndarray:
-        """Places at rest under the last of some falling p/K, each from the one before."""
-        x = self.x0.copy() if start is None else start.copy()
+    def inflate(self, p: float, start: np.ndarray | None = None) -> np.ndarray:
+        """Places at rest under p/K [1/m], sought from a start."""
+        begin = self.x0.copy() if start is None else start
         if start is None:
-            x[:, 2] = np.where(self.free[:, 2], 0.2 * np.prod(1.0 - (2.0 * self.x0[:, :2]) ** 2, axis=1), 0.0)
-        for p in pressures:
+            begin[:, 2] = np.where(self.free[:, 2], 0.2 * np.prod(1.0 - (2.0 * self.x0[:, :2]) ** 2, axis=1), 0.0)
 
-            def total(q: np.ndarray, p: float = p) -> tuple[float, np.ndarray]:
-                y = self.x0.copy()
-                y[self.free] = q
-                y[:, :2][~self.free[:, :2]] = 0.0
-                W, dW = self.energy(y)
-                V, dV = self.volume(y)
-                return (W - p * V) / p**2, (dW - p * dV)[self.free] / p**2
+        def placed(q: np.ndarray) -> np.ndarray:
+            x = self.x0.copy()
+            x[self.free] = q
+            return x
 
-            found = minimize(
-                total, x[self.free], jac=True, method="L-BFGS-B", options={"maxiter": 20000, "maxfun": 30000, "maxcor": 50, "ftol": 1e-12, "gtol": 1e-8}
-            )
-            x[self.free] = found.x
-        return x
+        def total(q: np.ndarray) -> tuple[float, np.ndarray]:
+            x = placed(q)
+            (W, dW), (V, dV) = self.energy(x), self.volume(x)
+            return (W - p * V) / p**2, (dW - p * dV)[self.free] / p**2
+
+        options = {"maxiter": 20000, "maxfun": 30000, "maxcor": 50, "ftol": 1e-12, "gtol": 1e-8}
+        return placed(minimize(total, begin[self.free], jac=True, method="L-BFGS-B", options=options).x)
 
 
-def main() -> None:
-    print("height  cells      p/K   volume  half_height  half_width_mid  half_width_corner  steps")
-    for height in (0.0, 0.1):
-        for n in (8, 16, 32):
-            bag = Bag(n, height, 0.3)
-            x = None
-            for p in (0.1, 0.03, 0.01, 0.003, 0.001):
-                x = bag.inflate([p], x)
-                V = 8.0 * bag.volume(x)[0]
-                corner = x[(n + 1) ** 2 - 1]
-                print(f"{height:6.2f} {n:6d} {p:8.4f} {V:8.5f} {x[0,2]:9.4f} {x[n,1]:9.4f} {corner[0]:9.4f}", flush=True)
+def row(bag: Bag, n: int, p: float, x: np.ndarray) -> tuple[float, ...]:
+    """p/K, volume of the whole bag, half its height, half widths in the middle of an edge and at a corner."""
+    return p, 8.0 * bag.volume(x)[0], x[0, 2], x[n, 1], x[(n + 1) ** 2 - 1, 0]
+
+
+def paper_bag() -> None:
+    """Print the flat bag's volumes."""
+    print("cells     p/K   volume  half height  half width  corner")
+    for n in (8, 16, 32):
+        bag, x = Bag(n, 0.0, POISSON_RATIO), None
+        for p in (0.1, 0.03, 0.01, 0.003, 0.001):
+            x = bag.inflate(p, x)
+            print(n, *(f"{value:10.5f}" for value in row(bag, n, p, x)), flush=True)
+
+
+def write() -> None:
+    """Write the reference of the gallery case."""
+    bag, x, rows = Bag(CELLS, HEIGHT, POISSON_RATIO), None, []
+    for p in PRESSURES:
+        x = bag.inflate(p, x)
+        rows.append(row(bag, CELLS, p, x))
+        print(*(f"{value:10.5f}" for value in rows[-1]), flush=True)
+    lines = [",".join(f"{value:.6g}" for value in values) for values in rows[::-1]]
+    REFERENCE.write_text("pressure,volume,height,half_width,corner\n" + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    write() if "--write" in sys.argv else paper_bag()
