@@ -1,6 +1,6 @@
 """The inflated bag at rest by energy minimisation: independent of pellucid, numpy and scipy alone.
 
-An eighth of a bag of two square sheets of side 1, joined at their edges: one quarter of one sheet, of constant-strain triangles,
+An eighth of a bag of two square sheets of side 1, joined at their edges: a quarter of one sheet, of constant-strain triangles,
 between three planes of symmetry. Sought is the least of the elastic energy less pressure times volume. The sheet bears no
 compression: the energy of a triangle is that of the principal Green strains e1 >= e2 (Pipkin 1986, IMA J. Appl. Math. 36, 85)
 
@@ -8,8 +8,8 @@ compression: the energy of a triangle is that of the principal Green strains e1 
     wrinkled, e1 > 0:           K/2 e1²
     slack:                      0
 
-per area, with K = E t. The sheet has no stress at the start, which is flat or domed to a height. With small p/K the bag is as good as
-inextensible: the paper bag problem.
+per area, with K = E t. The sheet has no stress at the start, where it is flat or domed to a height. With small p/K the bag is
+as good as inextensible: the paper bag problem.
 
     python bag.py            the paper bag's volume: a flat bag, finer and finer, at lower and lower pressure
     python bag.py --write    src/pellucid/references/inflated_bag.csv: the domed bag of the gallery, height 0.1
@@ -140,7 +140,9 @@ def write() -> None:
         rows.append(row(bag, CELLS, p, x))
         print(*(f"{value:10.5f}" for value in rows[-1]), flush=True)
     lines = [",".join(f"{value:.6g}" for value in values) for values in rows[::-1]]
-    REFERENCE.write_text("pressure,volume,height,half_width,corner\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    head = "# The bag of lian2014/airbag at rest by least energy: validation/lian2014-airbag/bag.py. p/(E t) in 1/m, m³, m"
+    names = "pressure,volume,height,half_width,corner"
+    REFERENCE.write_text("\n".join([head, names, *lines]) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

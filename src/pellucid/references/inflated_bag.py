@@ -1,8 +1,8 @@
 """Bags of two square sheets of side 1 m at rest under pressure.
 
-The table is for the domed bag of `lian2014/airbag`, an elastic sheet without compression of Poisson's ratio 0.3, by minimising its
-energy: `validation/lian2014-airbag/bag.py`. For the flat bag that does not stretch, the "paper bag problem", Andrew Kepert has
-a construction of the volume below (https://en.wikipedia.org/wiki/Paper_bag_problem); the most it can be is not known exactly.
+The table is for the domed bag of `lian2014/airbag`, an elastic sheet without compression of Poisson's ratio 0.3, by minimising
+its energy: `validation/lian2014-airbag/bag.py`. For the flat bag that does not stretch, the "paper bag problem", Andrew Kepert
+has a construction of the volume below (https://en.wikipedia.org/wiki/Paper_bag_problem); the greatest is not known exactly.
 """
 
 import numpy as np

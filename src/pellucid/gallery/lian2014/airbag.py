@@ -23,10 +23,10 @@ PARTS = 8  # of the bag, of which one is computed
 INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 
 CAPTIONS = {
-    "curves": "Volume, height and half widths of the bag beside those of the bag of least energy (dashed) at the pressure of the end; "
+    "curves": "Volume, height and half widths beside those of the bag of least energy (dashed) at the pressure of the end; "
     "mean pressure of the gas; energies of the eighth.",
     "shapes": "Sheet (line), charge and air beside the plane y = 0.",
-    "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one. Where it is 0, the sheet is wrinkled.",
+    "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }
 
 
@@ -204,15 +204,9 @@ def _wrinkles(run: "Run") -> "Figure":
         plane = np.array([np.delete(values, skip) for values, skip in zip(principal, across, strict=True)])
         largest = np.abs(plane).max(axis=1)
         share = np.divide(plane[:, 0], largest, out=np.zeros_like(largest), where=largest > 0.0)
-        drawn = axes.tripcolor(
-            position[:, 0],
-            position[:, 1],
-            share[triangles].mean(axis=1),
-            triangles=triangles,
-            cmap="RdBu_r",
-            vmin=-1.0,
-            vmax=1.0,
-        )
+        x, y, _ = position.T
+        colours = share[triangles].mean(axis=1)
+        drawn = axes.tripcolor(x, y, colours, triangles=triangles, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         axes.set_aspect("equal")
         axes.set_title(f"t = {1e3 * time:g} ms")
         label(axes, "x", "y", "m", "m")
