@@ -7,17 +7,17 @@ import pytest
 from scenes import box, case
 
 from pellucid.approximants import grid_functions
-from pellucid.grid.contact import SLIP, STICK, TIE, Encounters, Pair
+from pellucid.grid.contact import CHUNK, SLIP, STICK, TIE, Encounters, Pair
 from pellucid.grid.grid import Grid
 from pellucid.grid.motion import nothing_outside
 
-N = 50
+N = CHUNK + 50  # so that books are sums of two chunks
 
 
 def two_fields(kind, friction=0.0, held=()):
     """N nodes of random masses, velocities and normals; those of the second field are held along the axes `held`."""
     generator = np.random.default_rng(3)
-    whole = case(box((0, 0, 0), (1, 1, 1)))
+    whole = case(box((0, 0, 0), (1, 1, 1)), counts=(9, 9, 9))
     grids = (Grid(whole.grid), Grid(whole.grid))
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
     bodies = [[SimpleNamespace(functions=functions, is_surface=False)]] * 2
