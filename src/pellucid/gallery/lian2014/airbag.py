@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 GAS = ("charge", "air")
 CLOSE = 0.25  # cells outside the bag at which a point has leaked
 REST = 0.75  # share of the run after which the bag is taken to be at rest
-VOLUME, SHAPE, PAPER, PRESSURE = 0.02, 0.03, 0.05, 0.05
+VOLUME, SHAPE, PAPER, PRESSURE, ENERGY = 0.02, 0.03, 0.05, 0.05, 0.01
 COMPRESSION = 1e-6  # of the largest tension, for rounding
 PARTS = 8  # of the bag, of which one is computed
 INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
@@ -44,9 +44,10 @@ def metrics(run: "Run") -> dict[str, Metric]:
     result["volume"] = Metric(volume, least["volume"], abs(volume / least["volume"] - 1.0), VOLUME, "m³", text)
     text = "the same; reference: the flat bag of paper, which neither has a dome nor stretches"
     result["paper_bag"] = Metric(volume, PAPER_BAG, abs(volume / PAPER_BAG - 1.0), PAPER, "m³", text)
-    late = run.history["time"] >= REST * run.history["time"][-1]
+    history = run.history
+    late = history["time"] >= REST * history["time"][-1]
     for name, what in (("height", "half the height"), ("half_width", "half width in the middle of an edge")):
-        value = float(np.mean(run.history[name][late]))
+        value = float(np.mean(history[name][late]))
         text = f"mean {what} over the last quarter; error over half the side"
         result[name] = Metric(value, least[name], abs(value - least[name]) / (0.5 * SIDE), SHAPE, "m", text)
     leak = max(_outside(run, float(time)) for time in times)
@@ -55,6 +56,10 @@ def metrics(run: "Run") -> dict[str, Metric]:
     expected = _pressure_of_energy(run, rest)
     text = "mean pressure of the gas; reference: (γ-1)/V times the energy of the start that sheet and motion do not have"
     result["pressure"] = Metric(pressure, expected, abs(pressure / expected - 1.0), PRESSURE, "Pa", text)
+    total = sum(history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass"))
+    lost = float(np.abs(total - total[0]).max())
+    text = "largest change of the energy of gas and bag; error over that of the start"
+    result["energy"] = Metric(lost, 0.0, lost / float(total[0]), ENERGY, "J", text)
     if skin.material.wrinkling:
         lowest, highest = zip(*(_extreme_stresses(run, float(time)) for time in times), strict=True)
         squeezed = max(0.0, -min(lowest)) / max(highest)
@@ -169,7 +174,7 @@ def _curves(run: "Run") -> "Figure":
 
 def _shapes(run: "Run") -> "Figure":
     reached = _reached(run)
-    figure = new_figure(height=2.2 * -(-len(reached) // 3) + 0.4)
+    figure = new_figure(height=1.9 * -(-len(reached) // 3) + 0.4)
     subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
     sheet, shown = run.fields("bag", 0.0)["position"], {}
     row = np.flatnonzero(sheet[:, 1] < 1e-9)
