@@ -24,7 +24,7 @@ INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 
 CAPTIONS = {
     "curves": "Volume, height and half widths beside those of the bag of least energy (dashed) at the pressure of the end; "
-    "mean pressure of the gas; energies of the eighth.",
+    "mean pressure of the gas, of its parts over their points; energies of the eighth.",
     "shapes": "Sheet (line), charge and air beside the plane y = 0.",
     "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }
@@ -174,7 +174,7 @@ def _curves(run: "Run") -> "Figure":
 
 def _shapes(run: "Run") -> "Figure":
     reached = _reached(run)
-    figure = new_figure(height=1.9 * -(-len(reached) // 3) + 0.4)
+    figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
     subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
     sheet, shown = run.fields("bag", 0.0)["position"], {}
     row = np.flatnonzero(sheet[:, 1] < 1e-9)
