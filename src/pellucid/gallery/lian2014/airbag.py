@@ -56,7 +56,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     expected = _pressure_of_energy(run, rest)
     text = "mean pressure of the gas; reference: (γ-1)/V times the energy of the start that sheet and motion do not have"
     result["pressure"] = Metric(pressure, expected, abs(pressure / expected - 1.0), PRESSURE, "Pa", text)
-    total = sum(history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass"))
+    total = np.sum([history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass")], axis=0)
     lost = float(np.abs(total - total[0]).max())
     text = "largest change of the energy of gas and bag; error over that of the start"
     result["energy"] = Metric(lost, 0.0, lost / float(total[0]), ENERGY, "J", text)
