@@ -21,23 +21,7 @@ SHEET: Colour = (0.36, 0.76, 0.77)
 SPHERE: Colour = (0.80, 0.62, 0.40)
 IMAGES = ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1))
 """Signs of x, y, z."""
-COLUMNS, FILM_COLUMNS, FILM_PICTURES = 900, 600, 26
-
-
-def panels(run: "Run", view: View, times: Iterable[float]) -> "Figure":
-    """Sheet and sphere at the frames nearest to some instants [s], two beside each other."""
-    chosen = nearest(run, times)
-    camera = camera_for(view, _places(run, chosen), COLUMNS)
-    down = -(-len(chosen) // 2)
-    rows, columns = camera.shape
-    width = WIDTH / 2.2  # of a panel [inch]
-    figure = new_figure(WIDTH, down * (width * rows / columns + 0.1), layout="compressed")
-    axes = figure.subplots(down, 2, squeeze=False).ravel()
-    for panel, time in zip(axes, chosen, strict=False):
-        draw(panel, run, float(time), camera)
-    for unused in axes[len(chosen) :]:
-        unused.remove()
-    return figure
+FILM_COLUMNS, FILM_PICTURES = 600, 26
 
 
 def sections(run: "Run", times: Iterable[float], half_width: float) -> "Figure":
