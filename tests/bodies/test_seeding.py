@@ -52,6 +52,17 @@ def test_points_stand_in_the_middle_of_what_they_stand_for(centre):
     assert second == pytest.approx(np.full(3, 2.0**2 / 5.0), rel=3e-3)
 
 
+def test_a_symmetric_shape_has_symmetric_points():
+    """Slivers that are as near to two points are shared."""
+    points, volumes = seed(Cylinder(centre=(3.0, 3.0, 0.5), radius=1.6), grid((6, 6, 1)), (4, 4, 1))
+    x = points[:, :2] - 3.0
+    order = np.lexsort(x.round(9).T)
+    for image in (x[:, ::-1], -x, x * (-1.0, 1.0)):
+        same = np.lexsort(image.round(9).T)
+        assert image[same] == pytest.approx(x[order], abs=1e-13)
+        assert volumes[same] == pytest.approx(volumes[order], rel=1e-12)
+
+
 def test_a_point_whose_middle_lies_outside_stays_on_the_lattice():
     shell = Shell(centre=(3.0, 3.0, 3.0), outer_radius=2.5, inner_radius=2.35)
     points, volumes = seed(shell, grid((6, 6, 6)), (3, 3, 3))

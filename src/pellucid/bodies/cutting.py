@@ -2,11 +2,11 @@
 
 The lattice cells at the border are cut. Each is sampled by sub-points, which tell the part of it that is left. A lattice point
 that lies in the region has the part of its own cell that is left; the slivers of cells whose own point lies elsewhere go to the
-nearest point that is there, so that mass is missing nowhere and doubled nowhere. Then all volumes are scaled to the exact
-measure: that of the shape less those of the parts left out, as far as these are known (those that lie inside a box), else as
-sampled; so is what a plane of symmetry leaves of a shape. A ball of ten cells' radius is sampled to 1e-4 of its volume, a flat
-face to a sixteenth of a cell, so that the scale hardly differs from one. A part left out that is much thinner than a cell is
-taken off in sum, but not just where it is.
+nearest point that is there (those as near share), so that mass is missing nowhere and doubled nowhere. Then all volumes are
+scaled to the exact measure: that of the shape less those of the parts left out, as far as these are known (those that lie
+inside a box), else as sampled; so is what a plane of symmetry leaves of a shape. A ball of ten cells' radius is sampled to 1e-4
+of its volume, a flat face to a sixteenth of a cell, so that the scale hardly differs from one. A part left out that is much
+thinner than a cell is taken off in sum, but not just where it is.
 
 Where nothing is left out, a point stands in the middle of all that it stands for, if that lies in the region: then the border
 is smooth, where the points of the lattice make steps. Steps have treads: a ball would meet a plane with a foot as wide as
@@ -24,6 +24,8 @@ FEWEST_SAMPLES = 64  # fewer of each where there are many cells, which then are 
 SAMPLES_IN_ALL = 8_000_000  # so that seeding takes seconds
 SAMPLES_AT_ONCE = 2_000_000  # bounds the memory
 REACH = 1.5  # diagonals of a lattice cell: a sliver farther from every point has nowhere to go
+NEIGHBOURS = 8  # points that may be as near to a sliver as each other: those about the middle of a cell
+AS_NEAR = 1e-6  # relative difference of distances that rounding may make
 LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
@@ -52,17 +54,14 @@ def shares_of_cells(
         exact -= other.measure(active) if known else sampled * cell
     if _sticks_out(shape, centres, spacing, active):
         exact = float(share.sum()) * cell
-    sliver = ~kept & (share > 0.0)
     moments = middle * share[:, None]
-    nearest = np.flatnonzero(kept)
-    if kept.any() and sliver.any():
-        from scipy.spatial import cKDTree
-
-        distance, found = cKDTree(centres[kept]).query(middle[sliver])
-        near = distance <= REACH * np.linalg.norm(spacing[np.array(active)])
-        taken_by, parts = nearest[np.asarray(found)[near]], np.flatnonzero(sliver)[near]
-        np.add.at(moments, taken_by, moments[parts])
-        np.add.at(share, taken_by, share[parts])
+    if kept.any():
+        given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), np.flatnonzero(~kept & (share > 0.0)))
+        far = REACH * np.linalg.norm(spacing[np.array(active)])
+        near = np.linalg.norm(middle[given] - centres[taken_by], axis=1) <= far
+        given, taken_by, parts = given[near], taken_by[near], parts[near]
+        np.add.at(moments, taken_by, parts[:, None] * moments[given])
+        np.add.at(share, taken_by, parts * share[given])
     total = share[kept].sum() * cell
     if left_out and abs(exact - total) > LARGEST_SCALE * exact:
         raise ValueError(
@@ -75,6 +74,19 @@ def shares_of_cells(
         inside = shape.contains(middles, active)
         places[inside] = middles[inside]
     return places, share[kept] * cell * (exact / total if total else 1.0)
+
+
+def _slivers(
+    centres: np.ndarray, middle: np.ndarray, kept: np.ndarray, slivers: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which slivers go to which points, and what part of each; those as near share, so that symmetric shapes stay so."""
+    from scipy.spatial import cKDTree
+
+    count = min(NEIGHBOURS, len(kept))
+    distance, found = cKDTree(centres[kept]).query(middle[slivers], k=range(1, count + 1))
+    as_near = distance <= distance[:, :1] * (1.0 + AS_NEAR)
+    row, column = np.nonzero(as_near)
+    return slivers[row], kept[np.asarray(found)[row, column]], 1.0 / as_near.sum(axis=1)[row]
 
 
 def _cut(
