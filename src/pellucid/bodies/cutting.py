@@ -84,7 +84,8 @@ def _slivers(
 
     count = min(NEIGHBOURS, len(kept))
     distance, found = cKDTree(centres[kept]).query(middle[slivers], k=range(1, count + 1))
-    as_near = distance <= distance[:, :1] * (1.0 + AS_NEAR)
+    distances = np.asarray(distance)
+    as_near = distances <= distances[:, :1] * (1.0 + AS_NEAR)
     row, column = np.nonzero(as_near)
     return slivers[row], kept[np.asarray(found)[row, column]], 1.0 / as_near.sum(axis=1)[row]
 
