@@ -99,6 +99,30 @@ MISTAKES = {
             "outside the grid: 0 to 1 m",
         ],
     ),
+    "cut at a face that nothing holds": (
+        "radius = 0.1 } }",
+        'radius = 0.1 } }\ncut_at = ["y-lower"]',
+        "cut_at",
+        ["body.drop.cut_at.0", "no support at rest holds the face y-lower", 'fix = "normal"'],
+    ),
+    "cut at a face, outside the grid at another": (
+        "[0.25, 0.25, 0], radius = 0.1 } }",
+        '[0, 0.05, 0], radius = 0.1 } }\ncut_at = ["x-lower"]',
+        "shape = { cylinder",
+        ["body.drop.shape", "along y", "outside the grid"],
+    ),
+    "cut away": (
+        "[0.25, 0.25, 0], radius = 0.1 } }",
+        '[-0.2, 0.25, 0], radius = 0.1 } }\ncut_at = ["x-lower"]',
+        "shape = { cylinder",
+        ["body.drop.shape", "along x", "leaves nothing of it"],
+    ),
+    "box cut at a face": (
+        "points_per_cell = 4\n",
+        'points_per_cell = 4\ncut_at = ["x-lower"]\n',
+        "cut_at",
+        ["body.block.cut_at", "let the box end at the face"],
+    ),
     "body without extent": (
         "upper = [0.8, 0.4, 0]",
         "upper = [0.8, 0.1, 0]",

@@ -1,8 +1,9 @@
 """Contact without friction between the nodes of a sheet and the surface of a ball.
 
-The surface is the sphere, moved along its normal by the displacement that the ball's surface nodes have there (bilinear in the
-angles of a facet). Without a penalty, projected Gauss-Seidel finds the impulses, none pulling, after which no node is inside at
-the end of the step: an impact that does not rebound. With one, a spring pushes each node that is inside: an impact that does.
+They touch where a node, which lies midway between the faces of the sheet, is half the thickness away. The ball's surface is the
+sphere, moved along its normal by the displacement that its nodes have there (bilinear in the angles of a facet). Without a
+penalty, projected Gauss-Seidel finds the impulses, none pulling, after which no node is inside at the end of the step: an
+impact that does not rebound. With one, a spring pushes each node that is inside: an impact that does.
 """
 
 import numpy as np
@@ -21,7 +22,8 @@ def meet(sheet, ball, dt, penalty):
     shift = np.average(moved[:, 2], weights=ball.mass)
     moved[:, 2] -= shift
     middle = ball.X[ball.top, 2] - ball.radius + shift
-    near = _near(sheet.x, sheet.v, sheet.free, lead, ball.radius, middle, moved, ball.facets, ball.n, 1e-3 * sheet.h)
+    half = 0.5 * sheet.thickness
+    near = _near(sheet.x, sheet.v, sheet.free, lead, ball.radius, half, middle, moved, ball.facets, ball.n, 1e-3 * sheet.h)
     if near[0].size == 0:
         return 0.0
     inverse_mass = ball.inverse_mass
@@ -34,7 +36,7 @@ def meet(sheet, ball, dt, penalty):
 
 
 @njit(cache=True)
-def _near(x, v, free, lead, radius, middle, moved, facets, n, margin):
+def _near(x, v, free, lead, radius, half, middle, moved, facets, n, margin):
     """Nodes at the surface or inside: index, outward normals, facets' nodes and weights, gaps [m]."""
     index = np.empty(len(x), np.int64)
     normals = np.empty((len(x), 3))
@@ -49,7 +51,7 @@ def _near(x, v, free, lead, radius, middle, moved, facets, n, margin):
         b = x[k, 1] + lead * v[k, 1]
         c = x[k, 2] + lead * v[k, 2] - middle
         distance = np.sqrt(a * a + b * b + c * c)
-        if distance > radius + margin:
+        if distance > radius + half + margin:
             continue
         normal = (a / distance, b / distance, c / distance)
         if normal[0] >= max(normal[1], abs(normal[2])):
@@ -67,7 +69,7 @@ def _near(x, v, free, lead, radius, middle, moved, facets, n, margin):
         s, t = s - i, t - j
         facet = (facets[face, i, j], facets[face, i + 1, j], facets[face, i + 1, j + 1], facets[face, i, j + 1])
         weight = ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)
-        gap = distance - radius
+        gap = distance - radius - half
         for o in range(4):
             for d in range(3):
                 gap -= weight[o] * normal[d] * moved[facet[o], d]

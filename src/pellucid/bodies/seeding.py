@@ -35,9 +35,10 @@ def seed(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of points that fill a shape but for what is left out.
 
-    A box is filled by a lattice of its own, and so is a shape that has one; other shapes by the points of the grid's lattice
-    that lie inside. Volumes are equal and sum to that of the shape exactly. Where something is left out, a point has the
-    part of its lattice cell that is left (see `pellucid.bodies.cutting`).
+    A box is filled by a lattice of its own, and so is a shape that has one: volumes are equal. Other shapes are filled by the
+    points of the grid's lattice that lie inside, each with the part of its lattice cell that belongs to the shape, and in the
+    middle of that part; so is a box where something is left out, but there the points stay on the lattice (see
+    `pellucid.bodies.cutting`). Volumes sum to that of the shape exactly.
 
     Raises ValueError where parts that are left are too thin for the distance between points.
     """
@@ -48,7 +49,7 @@ def seed(
     active = (x, y, z)
     centres, spacing = _lattice(shape, grid, per_cell)
     thickness = grid.cell ** int(thin.sum())
-    if left_out:
+    if left_out or not isinstance(shape, Box):
         points, shares = shares_of_cells(shape, left_out, centres, spacing, active)
         return points, shares * thickness
     points = centres[shape.contains(centres, active)]
@@ -68,7 +69,8 @@ def _lattice(shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) ->
         spacing = (upper - lower) / counts
         axes = [a + (np.arange(n) + 0.5) * s for a, n, s in zip(lower, counts, spacing, strict=True)]
     else:
-        first = np.floor((lower - grid.lower) / spacing)
-        last = np.ceil((upper - grid.lower) / spacing)
+        # at the faces where a case lets a shape reach over, it ends
+        first = np.floor((np.maximum(lower, grid.lower) - grid.lower) / spacing)
+        last = np.ceil((np.minimum(upper, grid.extent_upper()) - grid.lower) / spacing)
         axes = [g + (np.arange(a, b) + 0.5) * s for g, a, b, s in zip(grid.lower, first, last, spacing, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3), spacing

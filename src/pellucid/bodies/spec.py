@@ -9,7 +9,8 @@ from pydantic import Discriminator, PrivateAttr, Tag, field_validator
 
 from pellucid.bodies.elements_spec import FIELD_MEANING, MembraneElementsCase
 from pellucid.bodies.seeding import points_along_axes
-from pellucid.geometry.shapes import Geometry, Inside, Shape
+from pellucid.geometry.box_surface import Face
+from pellucid.geometry.shapes import Box, Geometry, Inside, Shape
 from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.spec import GridCase
@@ -47,6 +48,9 @@ class MaterialPointsCase(Model):
     shape: Shape = parameter("", "where the body is at the start")
     outside: tuple[str, ...] = parameter(
         "", "bodies whose place is left out of the shape: the shape of material points, the inside of a closed membrane", ()
+    )
+    cut_at: tuple[Face, ...] = parameter(
+        "", "faces of the grid at which the shape ends: planes of symmetry, beyond which lies its mirror image", ()
     )
     points_per_cell: int | tuple[int, int, int] | None = parameter(
         "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
@@ -108,6 +112,10 @@ class MaterialPointsCase(Model):
         if geometry.n_own_points() is not None and self.outside:
             text = "a shape with a lattice of its own is filled wholly: no other body's place can be left out of it"
             yield "outside", text, "leave out `points` of the shape, or `outside`"
+        if self.cut_at and isinstance(geometry, Box):
+            yield "cut_at", "a box fills its own lattice, which no face cuts", "let the box end at the face"
+        elif self.cut_at and geometry.n_own_points() is not None:
+            yield "cut_at", "a shape with a lattice of its own is filled wholly", "leave out `points` of the shape, or `cut_at`"
 
     def size(self, grid: GridCase) -> float:
         """Number of points, from the measure of the shape: good to a layer of points.

@@ -58,6 +58,7 @@ def findings(
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
+        *(found for i, body in enumerate(bodies) for found in _cuts(i, body, conditions.supports)),
         *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies, grid)),
         *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time, conditions.motions)),
         *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
@@ -102,9 +103,25 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
         reach = f"along {axis} the body reaches from {low:g} to {high:g} m"
         if high <= low and body.place == "shape":
             yield Finding(path, f"{reach}: it has no extent there", "let the upper end lie above the lower one")
-        elif low < grid_low - slack or high > grid_high + slack:
+            continue
+        cut = body.cut_at if isinstance(body, MaterialPointsCase) else ()
+        low_free, high_free = f"{axis}-lower" not in cut, f"{axis}-upper" not in cut
+        if (low_free and low < grid_low - slack) or (high_free and high > grid_high + slack):
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
+        elif low >= grid_high or high <= grid_low:
+            yield Finding(path, f"{reach}: `cut_at` leaves nothing of it", "move the body, or the grid")
+
+
+def _cuts(index: int, body: Body | str | None, supports: Sequence[Support | None]) -> Iterator[Finding]:
+    """Planes of symmetry that nothing holds."""
+    if not isinstance(body, MaterialPointsCase) or None in supports:
+        return
+    for item, face in enumerate(body.cut_at):
+        walls = [s for s in supports if s is not None and s.where == face and s.axes()["xyz".index(face[0])]]
+        if not walls or any(walls[-1].velocity):
+            text = f"no support at rest holds the face {face} along its normal: it is no plane of symmetry"
+            yield Finding(("body", index, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
 
 
 def _outside(

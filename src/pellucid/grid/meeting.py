@@ -8,7 +8,7 @@ thinner than a cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
 distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
-half of its point's width.
+half of its point's width, or of the membrane's thickness.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +26,10 @@ from pellucid.grid.motion import CHUNK, NOTHING
 from pellucid.jit import kernel
 
 CLOSE = 0.1
-"""Distance in cells at which surfaces touch: less than a membrane may turn round in, and than a quarter of a cell."""
+"""Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.
+
+It leaves each a side of the other: sheets as thin as these do not tell by themselves from which side they met.
+"""
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 """Of the gradients of two volumes in the normals that are tried."""
 NORMAL, CENTRE, VOLUME, COLUMNS = 0, 3, 6, 7  # columns of an outline
@@ -193,6 +196,7 @@ class Meeting:
         # a membrane beside a volume in one field counts as a volume too
         self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
         self._beside: list[list[np.ndarray]] = []  # of the points of either field's bodies, those that reach the nodes
+        self._close = CLOSE if self._surfaces == (1, 1) else 0.0
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
@@ -223,7 +227,7 @@ class Meeting:
             gap = self._distance(normal)
             better = (gap > self.gap) & normal.any(axis=1)
             self.normal[better], self.gap[better] = normal[better], gap[better]
-        self.normal[self.gap > CLOSE * self._grids[0].lattice.cell] = 0.0
+        self.normal[self.gap > self._close * self._grids[0].lattice.cell] = 0.0
 
     def _directions(self, one: np.ndarray, other: np.ndarray) -> Iterator[np.ndarray]:
         """Directions that may be normals, of any length and either way, each of shape (n, 3)."""

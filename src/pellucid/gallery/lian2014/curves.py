@@ -1,0 +1,78 @@
+"""Two curves of a run beside finite elements of our own."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pellucid.references import finite_elements
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+Array = np.ndarray
+
+CELL = 0.001
+"""That of the paper [m]."""
+
+TOLERANCE, LEAST_TOLERANCE = 0.10, 0.05
+"""Shares of the largest excursion: at the paper's cell, and at half of it and below."""
+
+
+HOURGLASS = 0.01
+"""Of the energy."""
+
+
+class Curve(NamedTuple):
+    """A column of the history beside its reference: `known` and `other` [m] over `times` [s]; `remark` says what that is."""
+
+    column: str
+    what: str
+    times: Array
+    known: Array
+    other: Array
+    remark: str
+
+
+def tolerance_of(run: "Run") -> float:
+    """In proportion to the cell."""
+    return max(LEAST_TOLERANCE, TOLERANCE * run.case.grid.cell / CELL)
+
+
+def deviations(run: "Run", curves: tuple[Curve, ...]) -> dict[str, Metric]:
+    """Largest deviation of each curve, as a share of the largest excursion of its reference, and the hourglass energy."""
+    found = {}
+    for curve in curves:
+        error = finite_elements.largest_deviation(run.history["time"], run.history[curve.column], curve.times, curve.known)
+        text = f"largest deviation of {curve.what} from finite elements over their largest excursion"
+        found[f"{curve.column[:-2]}_deviation"] = Metric(error, 0.0, error, tolerance_of(run), "", text)
+    share = float(run.history["hourglass_energy"].max() / run.history["kinetic_energy"][0])
+    found["hourglass"] = Metric(
+        share, 0.0, share, HOURGLASS, "", "largest energy of hourglass modes over that of the motion at first"
+    )
+    return found
+
+
+def figure_of(run: "Run", curves: tuple[Curve, ...]) -> "Figure":
+    """The curves above, how far they are from the reference below."""
+    figure = new_figure(height=5.6)
+    panels = figure.subplots(2, len(curves), sharex=True, height_ratios=(3, 1))
+    now = run.history["time"]
+    for (above, below), curve, colour in zip(panels.T, curves, COLOURS, strict=False):
+        ms, reached = 1e3 * curve.times, curve.times <= now[-1] * (1.0 + 1e-9)
+        above.plot(ms, 1e3 * curve.known, color="black", linewidth=1, label="finite elements")
+        above.plot(ms, 1e3 * curve.other, color="black", linewidth=1, linestyle=":", label=f"finite elements, {curve.remark}")
+        above.plot(1e3 * now, 1e3 * run.history[curve.column], color=colour, label=f"cell {1e3 * run.case.grid.cell:g} mm")
+        above.set_title(curve.what)
+        above.legend()
+        apart = np.interp(curve.times, now, run.history[curve.column]) - curve.known
+        scale = np.abs(curve.known - curve.known[0]).max()
+        below.plot(ms[reached], 100.0 * apart[reached] / scale, color=colour)
+        below.set_xlabel("time [ms]")
+    panels[0, 0].set_ylabel("z [mm]")
+    panels[1, 0].set_ylabel("deviation [%]")
+    figure.suptitle(run.case.title)
+    return figure

@@ -1,0 +1,94 @@
+"""Pictures of a sheet and a sphere in space, of which a quarter, x and y above zero, is computed."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.films import Film, evenly
+from pellucid.results.scenes.render import render
+from pellucid.results.scenes.scene import View, ball_radii, camera_for, corner_words, scale_bar, show
+from pellucid.results.scenes.things import Balls, Camera, Colour, Mesh, Thing
+from pellucid.results.style import COLOURS, WIDTH, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+SHEET: Colour = (0.36, 0.76, 0.77)
+SPHERE: Colour = (0.80, 0.62, 0.40)
+IMAGES = ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1))
+"""Signs of x, y, z."""
+FILM_COLUMNS, FILM_PICTURES = 600, 26
+
+
+def sections(run: "Run", times: Iterable[float], half_width: float) -> "Figure":
+    """What lies beside the plane y = 0, for |x| up to the half width [m], at the frames nearest to some instants [s]."""
+    chosen = nearest(run, times)
+    figure = new_figure(height=1.9 * -(-len(chosen) // 2) + 0.4)
+    subplots = figure.subplots(-(-len(chosen) // 2), 2, sharex=True, sharey=True, squeeze=False)
+    near = 0.26 * run.case.grid.cell  # where the points of the sphere nearest to the plane lie
+    for axes, time in zip(subplots.flat, chosen, strict=False):
+        for name, colour, size in (("sphere", COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
+            begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, float(time)))
+            shown = (begun[:, 1] < 1e3 * near) & (begun[:, 0] < 1e3 * half_width)
+            x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
+            axes.plot(x, z, ".", markersize=size, color=colour, label=name)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * float(time):.2f} ms")
+        label(axes, "x", "z", "mm", "mm")
+        axes.label_outer()
+    subplots[0, 0].legend(markerscale=5, loc="upper right")
+    return figure
+
+
+def film(run: "Run", view: View) -> Film:
+    """Sheet and sphere from the start to the end."""
+    times = evenly(run.times("sheet"), FILM_PICTURES)
+    camera = camera_for(view, _places(run, times), FILM_COLUMNS)
+
+    def picture(time: float) -> "Figure":
+        rows, columns = camera.shape
+        figure = new_figure(WIDTH / 2, WIDTH / 2 * rows / columns)
+        draw(figure.subplots(), run, time, camera)
+        return figure
+
+    return Film(picture, times)
+
+
+def draw(axes: "Axes", run: "Run", time: float, camera: Camera) -> None:
+    """Draw the frame nearest to a time [s]."""
+    quarter, sphere = run.fields("sheet", time)["position"], run.fields("sphere", time)
+    sheet, triangles = _mirrored(quarter), run.triangles("sheet")
+    triangles = np.concatenate([triangles + image * len(quarter) for image in range(len(IMAGES))])
+    # one ball of the volume of all points: it deforms by micrometres, and the points' own balls would stick through the sheet
+    mass = len(IMAGES) * sphere["mass"].sum()
+    radius = ball_radii(mass, sphere["density"][0])
+    middle = np.array([[0.0, 0.0, np.average(sphere["position"][:, 2], weights=sphere["mass"])]])
+    things: list[Thing] = [
+        Mesh(sheet, triangles, np.tile(SHEET, (len(sheet), 1)), np.zeros(len(sheet), bool)),
+        Balls(middle, np.array([float(radius)]), np.array([SPHERE])),
+    ]
+    show(axes, render(things, camera, None), camera)
+    scale_bar(axes, camera)
+    times = run.times("sheet")
+    corner_words(axes, f"{1e3 * float(times[np.argmin(np.abs(times - time))]):.2f} ms", "")
+
+
+def nearest(run: "Run", times: Iterable[float]) -> np.ndarray:
+    """The instants of the frames nearest to these times [s], each once, those that the run did not reach left out."""
+    frames = run.times("sheet")
+    reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
+    return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])
+
+
+def _places(run: "Run", times: Iterable[float]) -> np.ndarray:
+    quarter = [run.fields(name, float(time))["position"] for time in times for name in ("sheet", "sphere")]
+    return _mirrored(np.concatenate(quarter))
+
+
+def _mirrored(quarter: np.ndarray) -> np.ndarray:
+    """Places [m], shape (n, 3), and their images in the planes of symmetry, shape (4 n, 3)."""
+    return np.concatenate([quarter * image for image in IMAGES])

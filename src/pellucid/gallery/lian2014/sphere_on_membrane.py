@@ -1,0 +1,68 @@
+"""The sphere on the clamped sheet against finite elements of our own."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.case import load
+from pellucid.gallery.lian2014 import shapes
+from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
+from pellucid.references import finite_elements
+from pellucid.results.films import Film
+from pellucid.results.metrics import Metric
+from pellucid.results.scenes.scene import View
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
+VIEW = View(-60.0, 12.0)
+INSTANTS = (1e-4, 2e-4, 3.2e-4, 6e-4)
+SHOWN = 0.015  # to each side of the middle [m]
+
+CAPTIONS = {
+    "curves": "Middle of the sheet and top of the sphere beside finite elements with sides of 0.25 mm and, dotted, of 1 mm.",
+    "shapes": "Sheet and sphere beside the plane y = 0: at the impact, on the way down, lowest, and after the rebound.",
+}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Largest deviations over the run, the lowest point of the sheet and the speed of the rebound."""
+    if not finite_elements.same_problem(run.case, load("lian2014/sphere-on-membrane")):
+        raise ValueError("the finite elements are for the paper's sheet and sphere")
+    curves = _curves()
+    result = deviations(run, curves)
+    tolerance = tolerance_of(run)
+    times, found, known = run.history["time"], run.history, curves[0].known
+    low, lowest = float(found["membrane_z"].min()), float(known.min())
+    result["lowest"] = Metric(low, lowest, abs(low / lowest - 1.0), tolerance, "m", "lowest point of the sheet's middle")
+    speed = _last_speed(times, found["sphere_top_z"])
+    wanted = _last_speed(curves[1].times, curves[1].known)
+    text = "mean speed of the sphere's top over the last 0.05 ms"
+    result["rebound"] = Metric(speed, wanted, abs(speed / wanted - 1.0), tolerance, "m/s", text)
+    return result
+
+
+def figures(run: "Run") -> "dict[str, Figure]":
+    """Curves beside the finite elements, and pictures."""
+    return {"curves": figure_of(run, _curves()), "shapes": shapes.sections(run, INSTANTS, SHOWN)}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """Impact and rebound."""
+    return {"impact": shapes.film(run, VIEW)}
+
+
+def _last_speed(times: np.ndarray, z: np.ndarray) -> float:
+    return float((z[-1] - np.interp(times[-1] - LEAVING, times, z)) / LEAVING)
+
+
+def _curves() -> tuple[Curve, ...]:
+    table = finite_elements.read("sphere_on_membrane")
+    names = {"membrane_z": "the sheet's middle", "sphere_top_z": "the sphere's top"}
+    return tuple(
+        Curve(column, what, table["time"], table[column], table[f"coarse_{column}"], "sides of 1 mm")
+        for column, what in names.items()
+    )
