@@ -5,6 +5,7 @@ import pytest
 from membranes import sheet
 from scenes import SOLID, advance, box, case, simulation
 
+import pellucid
 from pellucid.encounter import build_layers, refuse_overlaps
 from pellucid.errors import CaseError
 from pellucid.grid.velocity_transfer import Flip
@@ -42,8 +43,8 @@ def test_momentum_goes_over_and_contact_takes_energy(kind, scheme, functions):
     impulse = scene.reactions()["touch"]
     assert scene.bodies[0].momentum() - before == pytest.approx(impulse, abs=1e-12 * np.abs(impulse).max())
     assert impulse[2] < -0.5 * np.abs(before[2])
-    # a step in which forces turn what was parting can give back half of what they did in it: some 1e-4 of the energy
-    assert max(works) < 1e-3 * start
+    # a step in which forces turn what was parting back does work on it by its velocity before: some 1e-3 of the energy
+    assert max(works) < 2e-3 * start
     assert np.cumsum(works).max() <= 0.0
     assert -0.5 * start < sum(works) < -0.05 * start
 
@@ -60,6 +61,25 @@ def test_the_same_bits_on_two_threads_and_after_a_restart():
         assert other.reactions()["touch"].tobytes() == one.reactions()["touch"].tobytes()
         for name, array in one.state_arrays().items():
             assert other.state_arrays()[name].tobytes() == array.tobytes(), name
+
+
+def test_the_force_of_a_contact_in_a_history_adds_up_to_the_change_of_momentum(tmp_path):
+    one = box((2, 2, 1), (4, 4, 3), name="one", field="a", velocity=(0.05, 0, 0.4))
+    two = box((2.5, 1.5, 3.1), (4.5, 3.5, 5.1), name="two", velocity=(-0.1, 0.1, -0.4))
+    touch = {"name": "touch", "between": ["one", "two"], "kind": "coulomb", "friction": 0.3}
+    axes = {axis: {"component": axis} for axis in "xyz"}
+    probe = [{"name": f"force_{axis}", "quantity": "reaction", "condition": "touch"} | more for axis, more in axes.items()]
+    probe += [
+        {"name": f"v_{axis}", "body": "one", "quantity": "velocity", "reduce": "mean"} | more for axis, more in axes.items()
+    ]
+    whole = case(one, two, counts=(7, 7, 7), end=1.0, step=0.02, contact=[touch], probe=probe, output={"history": 0.05})
+    run = pellucid.run(whole, out=tmp_path / "run", report=False)
+    seen, mass = run.history, 8.0 * SOLID["density"]
+    assert len(seen["time"]) > 10
+    assert np.abs(seen["force_z"]).max() > 1000.0
+    for axis in "xyz":  # a row holds the mean force since the row before; all points have the same mass
+        impulse = np.sum(seen[f"force_{axis}"][1:] * np.diff(seen["time"]))
+        assert mass * (seen[f"v_{axis}"][-1] - seen[f"v_{axis}"][0]) == pytest.approx(impulse, abs=1e-9 * mass)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.5, 0.7])
@@ -102,6 +122,32 @@ def test_a_block_on_an_incline_slides_and_rests_as_coulomb_says(friction):
     weight = scene.bodies[0].points.mass.sum() * scene.time * scene.ledger.gravity
     carried = scene.reactions()["rub"] - weight
     assert scene.reactions()["fix"] == pytest.approx(carried, rel=1e-9), "the motion carries the slab and the block"
+
+
+def test_three_fields_that_meet_in_one_place():
+    """Two blocks that glide down on a floor towards each other: at the nodes between them all three meet."""
+    floor = box((1, 1, 1), (7, 3, 2), name="floor", field="a")
+    left = box((1.5, 1, 2), (3.5, 3, 4), name="left", field="b", velocity=(0.4, 0, -0.2))
+    right = box((4.1, 1, 2), (6.1, 3, 4), name="right", velocity=(-0.4, 0, -0.2))
+    pairs = [("floor", "left"), ("floor", "right"), ("left", "right")]
+    contact = [{"name": "-".join(pair), "between": pair, "kind": "coulomb", "friction": 0.3} for pair in pairs]
+    # impact of soft blocks on a coarse grid costs energy, which is not what is looked at
+    scene = simulation(
+        floor, left, right, counts=(8, 4, 6), contact=contact, step=0.01, end=10.0, energy={"warn": 1e3, "stop": 1e4}
+    )
+    advance(scene, 100)
+    assert scene.conservation()["momentum"] < 1e-12
+    low, one, two = (body.points.position for body in scene.bodies)
+    # beyond half the distance of points, by no more than the distance at which surfaces touch
+    assert two[:, 0].min() - one[:, 0].max() - 0.5 > -0.1
+    assert min(one[:, 2].min(), two[:, 2].min()) - low[:, 2].max() - 0.5 > -0.1
+    push = scene.reactions()
+    assert push["left-right"][0] < -100.0
+    assert max(push["floor-left"][2], push["floor-right"][2]) < -100.0
+    gains = push["left-right"] - push["floor-left"], -push["left-right"] - push["floor-right"]
+    for body, way, gain in zip(scene.bodies[1:], (1.0, -1.0), gains, strict=True):
+        start = body.points.mass.sum() * np.array((0.4 * way, 0.0, -0.2))
+        assert body.momentum() - start == pytest.approx(gain, abs=1e-11 * np.abs(start).max())
 
 
 def gap_at_first_push(first, half, tilt, shift, side, functions):

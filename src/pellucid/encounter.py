@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.kinds import BODIES
+from pellucid.bodies.kinds import ALONE, BODIES
 from pellucid.bodies.spec import MaterialPointsCase
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.walls import hold_nodes
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.contact import SLIP, STICK, TIE, Pair
+from pellucid.grid.contact import SLIP, STICK, Pair
 from pellucid.grid.grid import Grid
 from pellucid.grid.layer import Layer, Layers
 
@@ -22,29 +22,26 @@ DEPTH = 0.25  # of a cell, by which a point may lie inside another body and stil
 
 
 def build_layers(case: "Case", transfer: Any) -> Layers:
-    """The bodies of a case on the nodes that they share: one layer for each velocity field, and for each body of elements."""
-    groups: dict[tuple[str, str], list[Any]] = {}
+    """The bodies of a case on the nodes that they share: one layer for each velocity field."""
+    fields: dict[str, list[Any]] = {}
     for body in case.body:
-        own = BODIES[body.kind].own_nodes
-        groups.setdefault((body.field, body.name if own else ""), []).append(body)
+        fields.setdefault(body.field, []).append(body)
     layers = Layers()
-    for (field, own), members in groups.items():
-        grid = Grid(case.grid, own_nodes=bool(own))
+    for field, members in fields.items():
+        kinds = [(ALONE if len(members) == 1 else BODIES)[body.kind] for body in members]
+        grid = Grid(case.grid, own_nodes=any(kind.own_nodes for kind in kinds))
         supports = hold_nodes(grid, case.support)
-        bodies = [BODIES[body.kind](body.among(case.body), case.grid, grid, transfer) for body in members]
+        bodies = [kind(body.among(case.body), case.grid, grid, transfer) for kind, body in zip(kinds, members, strict=True)]
         layers.append(Layer(field, grid, bodies, supports))
     return layers
 
 
 def pairs_of(layers: Sequence[Layer], contacts: Sequence[Contact]) -> list[Pair]:
-    """Each two layers: tied in one field, else in the contact that is asked for, without friction where none is."""
+    """Each two layers in the contact that is asked for, without friction where none is."""
     fields = {body.name: layer.field for layer in layers for body in layer.bodies}
     asked = {tuple(fields[name] for name in contact.between): contact for contact in contacts}
     pairs = []
     for one, other in combinations(layers, 2):
-        if one.field == other.field:
-            pairs.append(_pair(one, other, TIE))
-            continue
         if (other.field, one.field) in asked:  # so that the first is the first named
             one, other = other, one
         contact = asked.get((one.field, other.field))

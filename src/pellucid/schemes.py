@@ -35,8 +35,9 @@ def usl(scene: Any, dt: float) -> None:
         body.to_grid(inertia=True, force=True)
     scene.meet()
     scene.advance(dt)
+    layers.clear_momentum()
     for body in scene.bodies:
-        body.accelerate(remap=False)
+        body.accelerate(remap=scene.touching)  # p anew for the books of contact
     for body in scene.bodies:
         body.deform(dt, move=True)
 
@@ -55,8 +56,9 @@ def usf(scene: Any, dt: float) -> None:
     for body in scene.bodies:
         body.to_grid(inertia=False, force=True)
     scene.advance(dt)
+    layers.clear_momentum()
     for body in scene.bodies:
-        body.accelerate(remap=False)
+        body.accelerate(remap=scene.touching)
     for body in scene.bodies:
         body.move(dt)
 

@@ -67,10 +67,11 @@ class Simulation:
         for layer, outside in zip(self.layers, self.environment.outsides, strict=True):
             layer.act(outside, case.gravity, small_mass, transfer.flip)
         self.encounters = Encounters(pairs_of(self.layers, case.contact), len(case.support) + 1)
+        self.touching = len(self.encounters) > 0
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
-        works = (*self.environment.works, "contact") if len(self.encounters) else self.environment.works
+        works = (*self.environment.works, "contact") if self.touching else self.environment.works
         self.ledger = Ledger(self.bodies, case.gravity, works)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned = False
@@ -110,8 +111,11 @@ class Simulation:
 
     def record(self, dt: float) -> None:
         """Book the step."""
-        own = [body.own_work(len(self.case.support)) for layer in self.layers if layer.own_nodes for body in layer.bodies]
-        self.ledger.record(self.bodies, total_work([*self.work, *own]), self.environment.collect(), self.contact, dt)
+        own = [body for layer in self.layers if layer.own_nodes for body in layer.bodies]
+        on_bodies = self.encounters.work() + sum(body.contact_work for body in own)
+        self.contact = self.contact._replace(work=self.contact.work + on_bodies)
+        work = total_work([*self.work, *(body.own_work(len(self.case.support)) for body in own)])
+        self.ledger.record(self.bodies, work, self.environment.collect(), self.contact, dt)
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""

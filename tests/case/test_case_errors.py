@@ -288,6 +288,43 @@ def test_a_mistake_is_named_with_file_line_key_limit_and_remedy(mistake: str, te
         assert internal not in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("blocks", "marker", "words"),
+    [
+        (
+            '[[contact]]\nbetween = ["drop", "block"]\n[[contact]]\nbetween = ["block", "drop"]\n',
+            'between = ["block", "drop"]',
+            ["contact.1.between", "contact number 1 is between the same velocity fields", "keep one of the two"],
+        ),
+        (
+            '[[motion]]\nname = "hand"\nbody = "block"\nhold = ["x"]\n'
+            '[[contact]]\nname = "hand" # taken\nbetween = ["drop", "block"]\n',
+            'name = "hand" # taken',
+            ["contact.hand.name", "motion number 1 has this name already", "give each its own name"],
+        ),
+        (
+            '[[support]]\nname = "wall"\nwhere = "y-lower"\nfix = "normal"\n'
+            '[[contact]]\nname = "wall" # taken\nbetween = ["drop", "block"]\n',
+            'name = "wall" # taken',
+            ["contact.wall.name", "support number 3 has this name already"],
+        ),
+    ],
+)
+def test_contacts_that_are_there_twice_by_fields_or_by_name(
+    blocks: str, marker: str, words: list[str], text: str, tmp_path: Path
+) -> None:
+    written = text.replace("points_per_cell = 4", 'points_per_cell = 4\nfield = "solid"', 1).replace(
+        "[quick]", f"{blocks}[quick]"
+    )
+    file = tmp_path / "my.toml"
+    file.write_text(written, encoding="utf-8")
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 2
+    assert f"{file}:{line_of(marker, written)}: " in result.stderr
+    for word in words:
+        assert word in result.stderr
+
+
 def test_all_mistakes_of_a_file_are_reported_together(text: str, tmp_path: Path) -> None:
     for before, after in [
         ("cell = 0.05", "cell = -1"),

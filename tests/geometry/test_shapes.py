@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.shapes import Box, Cylinder, Inside, Pipe, Shape, Shell, Sphere
+from pellucid.geometry.shapes import Box, Cushion, Cylinder, Inside, Pipe, Shape, Shell, Sphere
 
 SHAPES = {
     "box": Box(lower=(-0.2, 0.1, -0.5), upper=(0.6, 0.4, 0.7)),
@@ -12,6 +12,8 @@ SHAPES = {
     "cylinder-z": Cylinder(centre=(0.1, 0.0, -0.2), radius=0.4, axis="z", height=0.9),
     "shell": Shell(centre=(0.1, 0.0, -0.2), outer_radius=0.6, inner_radius=0.3),
     "pipe-y": Pipe(centre=(0.1, 0.0, -0.2), outer_radius=0.4, inner_radius=0.2, axis="y", height=0.9),
+    "cushion": Cushion(centre=(0.1, 0.0, -0.2), sides=(0.9, 1.2), height=0.4),
+    "eighth of a cushion": Cushion(centre=(0.1, 0.0, -0.2), sides=(0.9, 1.2), height=0.4, halved=("x", "y", "z")),
     "inside": Inside(surface={"icosphere": {"centre": (0.1, 0.0, -0.2), "radius": 0.6, "refinements": 2}}),
 }
 HOLLOW = (Shell, Pipe)

@@ -5,8 +5,10 @@ import pytest
 
 from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
 from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import (
     BoxSurface,
+    CushionSurface,
     CylinderSurface,
     Disc,
     Icosphere,
@@ -228,3 +230,29 @@ def test_a_reversed_mesh_is_cut_alike():
 
     assert named(turned) == named(mesh.triangulated().triangles)
     assert volume_inside(mesh.vertices, turned) == pytest.approx(-volume_inside(*mesh.triangulated()))
+
+
+def test_a_cushion_is_two_domed_sheets_with_common_edges():
+    cushion = CushionSurface(centre=(1, 2, 3), sides=(2.0, 1.0), height=0.3, points=(41, 21))
+    vertices, triangles = cushion.triangulate()
+    assert len(vertices) == 2 * 41 * 21 - 2 * (41 + 21) + 4, "the points of the edges once"
+    assert vertices.min(axis=0) == pytest.approx((0.0, 1.5, 2.85))
+    assert vertices.max(axis=0) == pytest.approx((2.0, 2.5, 3.15))
+    # the mean of (1 - ξ²)(1 - η²) is 4/9; the trapezoidal rule is 1/n² of it short along each axis with n squares to a half
+    exact = 4.0 / 9.0 * 2.0 * 1.0 * 0.3
+    assert enclosed_volume(vertices, triangles) == pytest.approx(exact, rel=0.01)
+    assert volume_inside(vertices, triangles) > 0.0
+    assert not list(mesh_faults(cushion.mesh(), closed=cushion.closed))
+
+
+@pytest.mark.parametrize(("halved", "share"), [(("x",), 0.5), (("y", "z"), 0.25), (("x", "y", "z"), 0.125)])
+def test_a_halved_cushion_is_the_upper_part_of_the_whole(halved, share):
+    settings = {"centre": (0, 0, 0), "sides": (1.0, 1.0), "height": 0.2}
+    whole = CushionSurface(**settings, points=(9, 9))
+    part = CushionSurface(**settings, points=tuple(5 if axis in halved else 9 for axis in "xy"), halved=halved)
+    assert whole.closed
+    assert not part.closed
+    assert not list(mesh_faults(part.mesh(), closed=False))
+    assert {tuple(x) for x in np.round(part.mesh().vertices, 12)} <= {tuple(x) for x in np.round(whole.mesh().vertices, 12)}
+    area, all_of_it = (area_shares(*cushion.triangulate()).sum() for cushion in (part, whole))
+    assert area == pytest.approx(share * all_of_it, rel=1e-3)  # quadrilaterals are cut along other diagonals

@@ -117,10 +117,9 @@ def move(n, mapped, dt):
 
 
 @kernel()
-def _spread_slab(mapped, acting, s):
-    fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    internal, external, _, _, _ = acting.content[0]
-    x, force = points.position, nodes.force
+def _spread_slab(mapped, values, target, s):
+    fn, _, lattice, _, points, slabs, _ = mapped.content
+    x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
@@ -134,12 +133,12 @@ def _spread_slab(mapped, acting, s):
                     I = uintp(row + c * stride[2])
                     w = wx[a] * wy[b] * wz[c]
                     for d in range(3):
-                        force[I, d] += w * (internal[p, d] + external[p, d])
+                        target[I, d] += w * values[p, d]
 
 
 @kernel(parallel=True)
-def spread_forces(n, mapped, acting):
-    """Internal and external forces of the nodes of n slabs to the nodes of the grid."""
+def spread(n, mapped, values, target):
+    """Add forces at the nodes of n slabs [N], shape (points, 3), to those at the nodes of the grid, shape (nodes, 3)."""
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _spread_slab(mapped, acting, 2 * half + colour)
+            _spread_slab(mapped, values, target, 2 * half + colour)

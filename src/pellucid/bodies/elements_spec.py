@@ -74,9 +74,13 @@ class MembraneElementsCase(Model):
         yield from wrong
         if wrong:
             return
-        places, reach = mesh.vertices[mesh.quads], sqrt(0.5) * grid.cell
-        longest = float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(initial=0.0))
-        remote = float(_remoteness(mesh.vertices[mesh.triangles]).max(initial=0.0))
+        thin, reach = grid.thin(), sqrt(0.5) * grid.cell
+        places = np.where(thin, 0.0, mesh.vertices)  # along a thin axis nothing varies, so that distances do not count
+        longest, remote = _longest_edge(places[mesh.quads]), 0.0
+        if any(thin):
+            longest = max(longest, _longest_edge(places[mesh.triangles]))
+        else:
+            remote = float(_remoteness(places[mesh.triangles]).max(initial=0.0))
         pass_through = "between its nodes other bodies would pass through the membrane"
         if longest > grid.cell * (1.0 + SLACK):
             text = f"has an element with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: {pass_through}"
@@ -88,6 +92,11 @@ class MembraneElementsCase(Model):
 
 def _finer(times: float) -> str:
     return f"make its elements {ceil(times)} times as fine along each edge, or use a larger grid.cell"
+
+
+def _longest_edge(places: np.ndarray) -> float:
+    """Of all elements [m]; places of their corners: shape (m, corners, 3)."""
+    return float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(initial=0.0))
 
 
 def _remoteness(places: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from pellucid.bodies.elements_on_grid import ElementsOnGrid
 from pellucid.bodies.material_points import MaterialPoints
 from pellucid.bodies.membrane_elements import MembraneElements
 from pellucid.bodies.membrane_points import MembranePoints
@@ -9,5 +10,8 @@ from pellucid.bodies.membrane_points import MembranePoints
 BODIES: dict[str, Any] = {
     "material-points": MaterialPoints,
     "membrane-points": MembranePoints,
-    "membrane-elements": MembraneElements,
+    "membrane-elements": ElementsOnGrid,
 }
+
+ALONE: dict[str, Any] = {**BODIES, "membrane-elements": MembraneElements}
+"""The same for a body that has a velocity field to itself: then elements move on nodes of their own."""

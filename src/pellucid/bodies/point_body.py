@@ -127,7 +127,7 @@ class PointBody(ABC):
 
     def move(self, dt: float) -> None:
         """New positions alone."""
-        kernels.move(self.n_slabs, self.mapped, dt)
+        kernels.move(self.n_slabs, self.mapped, self.grid.nodes.velocity, dt)
         self.place()
 
     def place(self) -> None:

@@ -22,6 +22,7 @@ ZERO = (0.0, 0.0, 0.0)
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
+ALIKE = 1e-6  # of a cell; points that differ by less are one
 COMFORTABLE = 0.6  # length of an edge in cells that gives enough points
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 
@@ -181,11 +182,12 @@ class MembranePointsCase(Model):
         if wrong:
             return
         yield from self._radius_misfits(grid)
-        samples = np.concatenate([vertices, vertices[triangles].mean(axis=1)])
+        across = np.where(grid.thin(), 0.0, vertices)  # along a thin axis nothing varies, so that distances do not count
+        samples = np.concatenate([across, across[triangles].mean(axis=1)])
         cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
         crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
-        per_cell = len(vertices) / crossed
-        corners = vertices[triangles]
+        per_cell = len(np.unique(np.round(across / (ALIKE * grid.cell)), axis=0)) / crossed
+        corners = across[triangles]
         longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
         if longest > grid.cell:
             finer = int(np.ceil(longest / (COMFORTABLE * grid.cell)))

@@ -69,6 +69,7 @@ def findings(
         *(found for i, pressure in enumerate(conditions.pressures) for found in _pressure(i, pressure, bodies)),
         *(found for i, contact in enumerate(conditions.contacts) for found in _contact(i, contact, bodies)),
         *_repeated_contacts(conditions.contacts, bodies),
+        *_taken_names(conditions),
         *(found for i, probe in enumerate(probes) for found in _probe(i, probe, bodies, conditions)),
         *_instants(time, output),
     ]
@@ -283,6 +284,20 @@ def _repeated_contacts(contacts: Sequence[Contact | None], bodies: Sequence[Body
         if first != index:
             text = f"contact number {first + 1} is between the same velocity fields"
             yield Finding(("contact", index, "between"), text, "keep one of the two")
+
+
+def _taken_names(conditions: Conditions) -> Iterator[Finding]:
+    """Contacts named like another condition: a probe of that name could not tell which is meant."""
+    parts = (("support", conditions.supports), ("motion", conditions.motions), ("contact", conditions.contacts))
+    first: dict[str, tuple[str, int]] = {}
+    for kind, several in parts:
+        for index, part in enumerate(several):
+            if part is None or part.name is None:
+                continue
+            other, number = first.setdefault(part.name, (kind, index))
+            if kind == "contact" and (other, number) != (kind, index):
+                text = f"{other} number {number + 1} has this name already"
+                yield Finding(("contact", index, "name"), text, "give each its own name")
 
 
 def _condition_names(conditions: Conditions) -> list[str | None]:

@@ -41,6 +41,11 @@ class OwnDrive(Drive):
             super().begin(time, dt)
             self.body.prescribed_velocity[self._first : self._last] = self._velocity
 
+    def steer(self) -> None:
+        """What contact did to the nodes of the grid that driven ones grip, while these are where they gripped them."""
+        if self.names:
+            super().steer()
+
     def place(self) -> None:
         """Own nodes are where their velocities lead."""
 
@@ -50,7 +55,6 @@ class OwnDrive(Drive):
         work = float(np.sum(on_nodes * self._velocity))
         if not self.names:
             return ConstraintWork(work, 0.0, {})
-        self.steer()
         through = super().collect()
         impulses = {name: impulse + own for (name, impulse), own in zip(through.impulses.items(), on_nodes, strict=True)}
         return ConstraintWork(work + through.work, through.loss, impulses)

@@ -3,12 +3,13 @@
 from typing import ClassVar
 
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.cushion import Cushion
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.hollow import Pipe, Shell
 from pellucid.geometry.inside import Inside
 from pellucid.geometry.solids import Box, Cylinder, Sphere
 
-__all__ = ["Box", "Cylinder", "Geometry", "Inside", "Pipe", "Shape", "Shell", "Sphere"]
+__all__ = ["Box", "Cushion", "Cylinder", "Geometry", "Inside", "Pipe", "Shape", "Shell", "Sphere"]
 
 
 class Shape(Choice):
@@ -22,6 +23,7 @@ class Shape(Choice):
     shell: Shell | None = None
     pipe: Pipe | None = None
     inside: Inside | None = None
+    cushion: Cushion | None = None
 
     def geometry(self) -> Geometry:
         """The shape itself."""

@@ -5,6 +5,7 @@ from typing import Any, ClassVar, Literal
 
 from pellucid.geometry.box_surface import BoxSurface
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.cushion_surface import CushionSurface
 from pellucid.geometry.cylinder_surface import CylinderSurface
 from pellucid.geometry.disc import Disc
 from pellucid.geometry.icosphere import Icosphere
@@ -18,6 +19,7 @@ from pellucid.geometry.tube import Tube
 
 __all__ = [
     "BoxSurface",
+    "CushionSurface",
     "CylinderSurface",
     "Disc",
     "Elements",
@@ -49,6 +51,7 @@ class Surface(Choice):
     box: BoxSurface | None = None
     cylinder: CylinderSurface | None = None
     sphere: SphereSurface | None = None
+    cushion: CushionSurface | None = None
     file: SurfaceFile | None = None
 
     def mesh(self, elements: Elements = "quads") -> Mesh:

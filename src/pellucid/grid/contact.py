@@ -10,17 +10,21 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import prange
 
 from pellucid.bundle import Bundle
 from pellucid.grid.grid import Grid
 from pellucid.grid.meeting import Meeting
 from pellucid.grid.motion import FIRM, Outside, StepWork, no_work
 from pellucid.jit import kernel, pointwise
+from pellucid.reductions import ordered_sum
 
-TIE, STICK, SLIP = 0, 1, 2
-"""Kinds of contact: together always, together while they press, sliding with friction (or none)."""
+STICK, SLIP = 0, 1
+"""Kinds of contact while bodies press: together, or sliding with friction (or none)."""
 SWEEPS = 4  # where several pairs meet, one disturbs the other
-IMPULSE, WORK, INTERNAL, GRAVITY, LOAD, SUPPORT, GRIP, BOOKS = 0, 3, 4, 5, 6, 7, 8, 9  # columns of a pair's books
+WORK, INTERNAL, GRAVITY, LOAD, SUPPORT, GRIP, BOOKS = range(7)  # columns of a pair's books
+SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
+CHUNK = 1024  # nodes booked together
 
 
 class ContactWork(NamedTuple):
@@ -31,20 +35,22 @@ class ContactWork(NamedTuple):
     nodes: StepWork  # what the nodes' own books lack: other works for other velocities, supports and motions that took impulses
 
 
-@pointwise
-def _mobility(nodes, outside, I, d):
-    """1/m of a node along axis d, 0 where it is held or firmly gripped."""
-    m = nodes.mass[I]
-    if nodes.hold[I, d] > 0 or (len(outside.driven_mass) > 0 and outside.driven_mass[I, d] >= FIRM * m):
-        return 0.0
-    return 1.0 / m
+@kernel(parallel=True)
+def _measure_mobility(node, mass, hold, driven_mass, mobility):
+    """1/m of the nodes along each axis [1/kg], 0 where they are held or firmly gripped."""
+    for e in prange(len(node)):
+        I = node[e]
+        m = mass[I]
+        for d in range(3):
+            firm = hold[I, d] > 0 or (len(driven_mass) > 0 and driven_mass[I, d] >= FIRM * m)
+            mobility[e, d] = 0.0 if firm else 1.0 / m
 
 
 @pointwise
 def _impulse(kind, friction, n, u, w):
     """The impulse on the first side, from the normal, the relative velocity (first minus second) and the sum of mobilities."""
     approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
-    if kind != TIE and not approach > 0.0:
+    if not approach > 0.0:
         return 0.0, 0.0, 0.0
     jx = -u[0] / w[0] if w[0] > 0.0 else 0.0
     jy = -u[1] / w[1] if w[1] > 0.0 else 0.0
@@ -64,89 +70,96 @@ def _impulse(kind, friction, n, u, w):
     return share * tx - press * n[0], share * ty - press * n[1], share * tz - press * n[2]
 
 
-@pointwise
-def _push(nodes, outside, own, I, d, j):
-    """Give a node the impulse j along axis d; nodes that are held do not move."""
-    w = _mobility(nodes, outside, I, d)
-    if nodes.deforming[I, d] == nodes.velocity[I, d]:  # else a light node, whose forces must not strain points
-        nodes.deforming[I, d] += w * j
-    nodes.velocity[I, d] += w * j
-    nodes.change[I, d] += w * j
-    if own:
-        nodes.contact[I, d] += w * j
-
-
-@pointwise
-def _relative(first, second, outside_one, outside_two, I, one, two):
-    u = (one[I, 0] - two[I, 0], one[I, 1] - two[I, 1], one[I, 2] - two[I, 2])
-    w = (
-        _mobility(first, outside_one, I, 0) + _mobility(second, outside_two, I, 0),
-        _mobility(first, outside_one, I, 1) + _mobility(second, outside_two, I, 1),
-        _mobility(first, outside_one, I, 2) + _mobility(second, outside_two, I, 2),
-    )
-    return u, w
-
-
-@kernel()
-def _resolve(pair, node, normal, impulse):
-    first, second, outside_one, outside_two, own, kind, friction = pair.content
-    for e in range(len(node)):
+@kernel(parallel=True)
+def _react(kind, friction, node, normal, one, other, mobility_one, mobility_other, impulse):
+    """Impulses that the velocities of two sides ask for, on the first."""
+    for e in prange(len(node)):
         I = node[e]
         n = (normal[e, 0], normal[e, 1], normal[e, 2])
-        u, w = _relative(first, second, outside_one, outside_two, I, first.velocity, second.velocity)
-        j = _impulse(kind, friction, n, u, w)
+        u = (one[I, 0] - other[I, 0], one[I, 1] - other[I, 1], one[I, 2] - other[I, 2])
+        w = (
+            mobility_one[e, 0] + mobility_other[e, 0],
+            mobility_one[e, 1] + mobility_other[e, 1],
+            mobility_one[e, 2] + mobility_other[e, 2],
+        )
+        impulse[e, 0], impulse[e, 1], impulse[e, 2] = _impulse(kind, friction, n, u, w)
+
+
+@kernel(parallel=True)
+def _shift(node, mobility, impulse, sign, velocity):
+    for e in prange(len(node)):
         for d in range(3):
-            if j[d] != 0.0:
-                impulse[e, d] += j[d]
-                _push(first, outside_one, own[0], I, d, j[d])
-                _push(second, outside_two, own[1], I, d, -j[d])
+            velocity[node[e], d] += mobility[e, d] * sign * impulse[e, d]
 
 
-@pointwise
-def _book_side(nodes, outside, own, I, d, j, g, dt, held, books):
-    """Book the impulse j on a node by its mean velocity over the step; supports and grips give back what they take."""
-    w = _mobility(nodes, outside, I, d)
-    new = nodes.velocity[I, d]
-    if w > 0.0:
-        books[WORK] += j * (new - 0.5 * nodes.change[I, d])
-        if own == 0:  # the nodes' books were made for velocities without contact
-            books[INTERNAL] += 0.5 * dt * nodes.force[I, d] * w * j
-            books[GRAVITY] += 0.5 * dt * g * j
-            if len(outside.load) > 0:
-                books[LOAD] += 0.5 * dt * outside.load[I, d] * w * j
-        return
-    books[WORK] += j * new
-    if nodes.hold[I, d] > 0:
-        held[nodes.hold[I, d] - 1, d] -= j
-        books[SUPPORT] -= j * new
-    else:
-        outside.grip[I, d] -= j / outside.driven_mass[I, d]
-        books[GRIP] -= j * new
-
-
-@kernel()
-def _book(pair, node, impulse, gravity, dt, held, books):
-    first, second, outside_one, outside_two, own, _, _ = pair.content
-    for e in range(len(node)):
-        for d in range(3):
-            j = impulse[e, d]
-            if j != 0.0:
-                books[IMPULSE + d] += j
-                _book_side(first, outside_one, own[0], node[e], d, j, gravity[d], dt, held, books)
-                _book_side(second, outside_two, own[1], node[e], d, -j, gravity[d], dt, held, books)
-
-
-@kernel()
-def _project(pair, node, normal):
-    first, second, outside_one, outside_two, _, kind, friction = pair.content
-    for e in range(len(node)):
+@kernel(parallel=True)
+def _push(node, mobility, impulse, sign, velocity, change, deforming, contact):
+    """Give the nodes impulses; those that are held do not move."""
+    for e in prange(len(node)):
         I = node[e]
-        n = (normal[e, 0], normal[e, 1], normal[e, 2])
-        u, w = _relative(first, second, outside_one, outside_two, I, first.deforming, second.deforming)
-        j = _impulse(kind, friction, n, u, w)
         for d in range(3):
-            first.deforming[I, d] += _mobility(first, outside_one, I, d) * j[d]
-            second.deforming[I, d] -= _mobility(second, outside_two, I, d) * j[d]
+            more = mobility[e, d] * sign * impulse[e, d]
+            if deforming[I, d] == velocity[I, d]:  # else a light node, whose forces must not strain points
+                deforming[I, d] += more
+            velocity[I, d] += more
+            change[I, d] += more
+            if len(contact) > 0:
+                contact[I, d] += more
+
+
+@kernel()
+def _book_chunk(side, node, mobility, impulse, sign, gravity, dt, books, chunk):
+    nodes, outside = side.content
+    velocity, force, hold, own = nodes.velocity, nodes.force, nodes.hold, len(nodes.contact) > 0
+    load, driven_mass, grip = outside.load, outside.driven_mass, outside.grip
+    loaded = len(load) > 0
+    work = internal = fall = lifted = support = gripped = 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            j, w, new = sign * impulse[e, d], mobility[e, d], velocity[I, d]
+            if w > 0.0:
+                if not own:  # the nodes' books were made for velocities without contact
+                    internal += 0.5 * dt * force[I, d] * w * j
+                    fall += 0.5 * dt * gravity[d] * j
+                    lifted += 0.5 * dt * load[I, d] * w * j if loaded else 0.0
+                continue
+            work += j * new
+            if hold[I, d] > 0:
+                books[chunk, BOOKS + 3 * (hold[I, d] - 1) + d] -= j
+                support -= j * new
+            else:
+                grip[I, d] -= j / driven_mass[I, d]
+                gripped -= j * new
+    books[chunk, WORK] += work
+    books[chunk, INTERNAL] += internal
+    books[chunk, GRAVITY] += fall
+    books[chunk, LOAD] += lifted
+    books[chunk, SUPPORT] += support
+    books[chunk, GRIP] += gripped
+
+
+@kernel(parallel=True)
+def _book(chunks, side, node, mobility, impulse, sign, gravity, dt, books):
+    """Book what impulses change in the works of other forces; supports and grips give back what they take."""
+    for chunk in prange(chunks):
+        _book_chunk(side, node, mobility, impulse, sign, gravity, dt, books, chunk)
+
+
+@kernel()
+def _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, change, work, chunk):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            if mobility[e, d] > 0.0:
+                work[chunk, 0] += 0.5 * sign * impulse[e, d] * (velocity[I, d] - change[I, d] + momentum[I, d] / mass[I])
+
+
+@kernel(parallel=True)
+def _work(chunks, node, mobility, impulse, sign, mass, momentum, velocity, change, work):
+    """Work of impulses on the points that they reach, from the momentum that these have before and after the step."""
+    for chunk in prange(chunks):
+        _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, change, work, chunk)
 
 
 class Pair:
@@ -161,37 +174,72 @@ class Pair:
         friction: float = 0.0,
         name: str | None = None,
     ) -> None:
-        self.name, self.kind = name, kind
-        self.meeting = Meeting(grids, bodies, kind == TIE)
-        own = tuple(int(len(grid.nodes.contact) > 0) for grid in grids)
-        self._pair = Bundle(grids[0].nodes, grids[1].nodes, *outsides, own, kind, friction)
-        self._impulse = np.zeros((0, 3))
+        self.name, self._kind = name, kind
+        self.meeting = Meeting(grids, bodies)
+        self._nodes = grids[0].nodes, grids[1].nodes
+        self._outsides = outsides
+        self._sides = [Bundle(*side) for side in zip(self._nodes, outsides, strict=True)]
+        self._friction = friction
+        self._mobility, self._impulse = np.zeros((2, 0, 3)), np.zeros((0, 3))
 
     def find(self) -> None:
         """Find where the fields meet, after the bodies gave their mass to the nodes."""
         self.meeting.find()
-        self._impulse = np.zeros((len(self.meeting.node), 3))
+        n = len(self.meeting.node)
+        self._mobility, self._impulse = np.empty((2, n, 3)), np.zeros((n, 3))
+        for mobility, nodes, outside in zip(self._mobility, self._nodes, self._outsides, strict=True):
+            _measure_mobility(self.meeting.node, nodes.mass, nodes.hold, outside.driven_mass, mobility)
+
+    def _react(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        impulse = np.empty_like(self._impulse)
+        where, normal = self.meeting.node, self.meeting.normal
+        _react(self._kind, self._friction, where, normal, one, other, *self._mobility, impulse)
+        return impulse
 
     def resolve(self) -> None:
         """Impulses on the nodes after they moved."""
-        _resolve(self._pair, self.meeting.node, self.meeting.normal, self._impulse)
+        one, other = self._nodes
+        impulse = self._react(one.velocity, other.velocity)
+        for mobility, sign, nodes in zip(self._mobility, SIGNS, self._nodes, strict=True):
+            moved = nodes.velocity, nodes.change, nodes.deforming, nodes.contact
+            _push(self.meeting.node, mobility, impulse, sign, *moved)
+        self._impulse += impulse
 
     def project(self) -> None:
         """The same for the velocities that strain the points, which books nothing."""
-        _project(self._pair, self.meeting.node, self.meeting.normal)
+        one, other = self._nodes
+        impulse = self._react(one.deforming, other.deforming)
+        for mobility, sign, nodes in zip(self._mobility, SIGNS, self._nodes, strict=True):
+            _shift(self.meeting.node, mobility, impulse, sign, nodes.deforming)
 
-    def book(self, gravity: tuple[float, float, float], dt: float, held: np.ndarray) -> np.ndarray:
-        """What the impulses of this step did, shape (BOOKS,); those that supports took are added to `held`, (supports, 3)."""
-        books = np.zeros(BOOKS)
-        _book(self._pair, self.meeting.node, self._impulse, gravity, dt, held, books)
-        return books
+    def impulse(self) -> np.ndarray:
+        """On the first field over this step [N s], shape (3,)."""
+        return self._impulse.sum(axis=0)
+
+    def book(self, gravity: tuple[float, float, float], dt: float, n_supports: int) -> np.ndarray:
+        """What the impulses of this step did, shape (BOOKS + 3 n_supports,); behind the books what supports took [N s]."""
+        chunks = len(self._impulse) // CHUNK + 1
+        books = np.zeros((chunks, BOOKS + 3 * n_supports))
+        for side, mobility, sign in zip(self._sides, self._mobility, SIGNS, strict=True):
+            _book(chunks, side, self.meeting.node, mobility, self._impulse, sign, gravity, dt, books)
+        return ordered_sum(books)
+
+    def work(self) -> float:
+        """Work of the impulses of this step on the points of both sides [J], when their momentum is on the nodes anew."""
+        chunks = len(self._impulse) // CHUNK + 1
+        work = np.zeros((chunks, 1))
+        for nodes, mobility, sign in zip(self._nodes, self._mobility, SIGNS, strict=True):
+            if not len(nodes.contact):
+                moved = nodes.mass, nodes.momentum, nodes.velocity, nodes.change
+                _work(chunks, self.meeting.node, mobility, self._impulse, sign, *moved, work)
+        return float(ordered_sum(work)[0])
 
 
 class Encounters:
-    """All pairs of fields of a simulation. Contacts come before ties, which then hold exactly."""
+    """All pairs of fields of a simulation."""
 
     def __init__(self, pairs: Sequence[Pair], n_supports: int) -> None:
-        self._pairs = sorted(pairs, key=lambda pair: pair.kind == TIE)
+        self._pairs = pairs
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._n_supports = n_supports
 
@@ -204,28 +252,31 @@ class Encounters:
             pair.find()
 
     def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
-        """Impulses on the nodes after they moved, and what these did.
-
-        Works are those of the mean velocities over the step: then what lasting contact takes from its forces is no loss.
-        """
+        """Impulses on the nodes after they moved, and what these did; of their work only that on nodes that are held."""
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.resolve()
-        held, total, impulses = np.zeros((self._n_supports, 3)), np.zeros(BOOKS), {}
+        total = np.zeros(BOOKS + 3 * self._n_supports)
         for pair in self._pairs:
-            books = pair.book(gravity, dt, held)
-            total += books
-            if pair.name is not None:
-                impulses[pair.name] = books[IMPULSE : IMPULSE + 3]
+            total += pair.book(gravity, dt, self._n_supports)
         nodes = no_work(self._n_supports)._replace(
             internal=float(total[INTERNAL]),
             gravity=float(total[GRAVITY]),
             load=float(total[LOAD]),
             support=float(total[SUPPORT]),
             grip=float(total[GRIP]),
-            impulses=held,
+            impulses=total[BOOKS:].reshape(-1, 3),
         )
+        impulses = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(float(total[WORK]), impulses, nodes)
+
+    def work(self) -> float:
+        """Work of the impulses of this step on points [J], when their momentum is on the nodes anew.
+
+        It is that on the points themselves, not on the nodes: what a point takes of an impulse at a node and does not give back
+        to it is lost, and this is where.
+        """
+        return sum(pair.work() for pair in self._pairs)
 
     def project(self) -> None:
         """Let no field strain its points by an approach that contact does not allow."""

@@ -22,6 +22,9 @@ class Layer:
         """Say what acts on the nodes: `outside` beside gravity [m/s²] and supports; see `NodalMotion` for the others."""
         self.outside = outside
         self._motion = NodalMotion(self.grid.nodes, self._supports, gravity, small_mass, flip, outside)
+        for body in self.bodies:
+            if body.own_nodes:
+                body.gravity = gravity
 
     def advance(self, dt: float) -> StepWork:
         """Move the nodes, but for contact, and say what they did. What the own nodes of a body do is in its own books."""

@@ -51,14 +51,19 @@ def _count(chunks, first, second, counts):
 
 
 @kernel()
-def _list(chunks, first, second, counts, node):
-    n = 0
-    for chunk in range(chunks):
-        if counts[chunk] > 0:
-            for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first))):
-                if first[I] > NOTHING and second[I] > NOTHING:
-                    node[n] = I
-                    n += 1
+def _list_chunk(first, second, start, node, chunk):
+    n = start[chunk]
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first))):
+        if first[I] > NOTHING and second[I] > NOTHING:
+            node[n] = I
+            n += 1
+
+
+@kernel(parallel=True)
+def _list(chunks, first, second, start, node):
+    for chunk in prange(chunks):
+        if start[chunk + 1] > start[chunk]:
+            _list_chunk(first, second, start, node, chunk)
 
 
 @kernel()
@@ -76,13 +81,17 @@ def _mark(node, slot, near, reach, strides, on):
 
 
 @kernel()
-def _outline_slab(mapped, where, areas, outline, s):
-    """Sums about each numbered node: volume gradients (or, where there are `areas`, these), places and volumes."""
+def _outline_slab(mapped, where, areas, outline, beside, s):
+    """Sums about each numbered node: volume gradients (or, where there are `areas`, these), places and volumes.
+
+    The points that reach such nodes are listed in `beside` from the slab's first one on, and after them -1.
+    """
     fn, _, lattice, _, points, slabs, _ = mapped.content
     slot, near = where.content
     x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     surface = len(areas) > 0
+    listed = slabs.first[s]
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         i, wx, gx = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
@@ -91,6 +100,8 @@ def _outline_slab(mapped, where, areas, outline, s):
         start = i * stride[0] + j * stride[1] + k * stride[2]
         if near[start] == 0:
             continue
+        beside[listed] = signed
+        listed += 1
         V = points.mass[p] if surface else points.volume[p]
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -108,13 +119,15 @@ def _outline_slab(mapped, where, areas, outline, s):
                         for d in range(3):
                             outline[e, CENTRE + d] += w * V * x[p, d]
                         outline[e, VOLUME] += w * V
+    if listed < slabs.first[s + 1]:
+        beside[listed] = -1
 
 
 @kernel(parallel=True)
-def _outline(n, mapped, where, areas, outline):
+def _outline(n, mapped, where, areas, outline, beside):
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _outline_slab(mapped, where, areas, outline, 2 * half + colour)
+            _outline_slab(mapped, where, areas, outline, beside, 2 * half + colour)
 
 
 @kernel()
@@ -134,20 +147,19 @@ def _orient(one, other, normal):
 
 
 @kernel()
-def _reach_slab(mapped, where, normal, radius, foremost, sign, s):
+def _reach_slab(mapped, beside, slot, normal, radius, foremost, sign, s):
     fn, _, lattice, _, points, slabs, _ = mapped.content
-    slot, near = where.content
     half, scale, exponent = radius
     x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
+        if beside[signed] < 0:
+            break
+        p = uintp(beside[signed])
         i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
         j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
         k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
         start = i * stride[0] + j * stride[1] + k * stride[2]
-        if near[start] == 0:
-            continue
         r = half if half >= 0.0 else 0.5 * (points.volume[p] * scale) ** exponent
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -159,10 +171,10 @@ def _reach_slab(mapped, where, normal, radius, foremost, sign, s):
 
 
 @kernel(parallel=True)
-def _reach(n, mapped, where, normal, radius, foremost, sign):
+def _reach(n, mapped, beside, slot, normal, radius, foremost, sign):
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _reach_slab(mapped, where, normal, radius, foremost, sign, 2 * half + colour)
+            _reach_slab(mapped, beside, slot, normal, radius, foremost, sign, 2 * half + colour)
 
 
 class Meeting:
@@ -172,8 +184,8 @@ class Meeting:
     touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
     """
 
-    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]], tied: bool) -> None:
-        self._grids, self._bodies, self._tied = grids, bodies, tied
+    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]]) -> None:
+        self._grids, self._bodies = grids, bodies
         n = grids[0].n_nodes
         self._chunks = (n + CHUNK - 1) // CHUNK
         self._counts = np.zeros(self._chunks, np.int64)
@@ -183,6 +195,7 @@ class Meeting:
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
         # a membrane beside a volume in one field counts as a volume too
         self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
+        self._beside: list[list[np.ndarray]] = []  # of the points of either field's bodies, those that reach the nodes
         self._close = CLOSE if self._surfaces == (1, 1) else 0.0
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
@@ -190,11 +203,12 @@ class Meeting:
         """Find where the fields meet now, after the bodies gave their mass to the nodes."""
         one, other = (grid.nodes.mass for grid in self._grids)
         _count(self._chunks, one, other, self._counts)
-        self.node = np.empty(self._counts.sum(), np.int64)
-        _list(self._chunks, one, other, self._counts, self.node)
+        start = np.concatenate(([0], np.cumsum(self._counts)))
+        self.node = np.empty(start[-1], np.int64)
+        _list(self._chunks, one, other, start, self.node)
         n = len(self.node)
         self.normal, self.gap = np.zeros((n, 3)), np.zeros(n)
-        if n and not self._tied:
+        if n:
             strides = self._grids[0].lattice.strides
             _mark(self.node, self._slot, self._near, self._reach, strides, True)
             self._measure(n)
@@ -202,10 +216,11 @@ class Meeting:
 
     def _measure(self, n: int) -> None:
         outlines = np.zeros((2, n, COLUMNS))
-        for side, surface, outline in zip(self._bodies, self._surfaces, outlines, strict=True):
-            for body in side:
+        self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in self._bodies]
+        for side, besides, surface, outline in zip(self._bodies, self._beside, self._surfaces, outlines, strict=True):
+            for body, beside in zip(side, besides, strict=True):
                 areas = body.vector_areas() if surface else np.zeros((0, 3))
-                _outline(body.n_slabs, body.mapped, self._where, areas, outline)
+                _outline(body.n_slabs, body.mapped, self._where, areas, outline, beside)
         self.gap.fill(-np.inf)
         for normal in self._directions(*outlines):
             _orient(outlines[0], outlines[1], normal)
@@ -230,7 +245,7 @@ class Meeting:
 
     def _distance(self, normal: np.ndarray) -> np.ndarray:
         foremost = np.full((2, len(normal)), -np.inf)
-        for side, ends, sign in zip(self._bodies, foremost, (1.0, -1.0), strict=True):
-            for body in side:
-                _reach(body.n_slabs, body.mapped, self._where, normal, body.half_width(), ends, sign)
+        for side, besides, ends, sign in zip(self._bodies, self._beside, foremost, (1.0, -1.0), strict=True):
+            for body, beside in zip(side, besides, strict=True):
+                _reach(body.n_slabs, body.mapped, beside, self._slot, normal, body.half_width(), ends, sign)
         return -foremost[0] - foremost[1]

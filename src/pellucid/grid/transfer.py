@@ -314,9 +314,9 @@ def deform(n, strained, dt, move):
 
 
 @kernel()
-def _move_slab(mapped, s, dt):
-    fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    x, new = points.position, nodes.velocity
+def _move_slab(mapped, velocity, s, dt):
+    fn, _, lattice, _, points, slabs, _ = mapped.content
+    x = points.position
     h, low = lattice.inverse_cell, lattice.lower
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     strayed = first_fault = at_fault = 0
@@ -325,7 +325,7 @@ def _move_slab(mapped, s, dt):
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        _, vx, vy, vz = gathered(fn, lattice, new, new, X, Y, Z)
+        _, vx, vy, vz = gathered(fn, lattice, velocity, velocity, X, Y, Z)
         fault, beyond = placed(lattice, x, p, dt * vx, dt * vy, dt * vz, lowest, highest)
         strayed |= beyond
         if fault != OK and first_fault == OK:
@@ -338,7 +338,7 @@ def _move_slab(mapped, s, dt):
 
 
 @kernel(parallel=True)
-def move(n, mapped, dt):
-    """New positions alone, for schemes that strain points before they move (USF)."""
+def move(n, mapped, velocity, dt):
+    """New positions alone, by nodal velocities [m/s], shape (nodes, 3), for what is strained otherwise or before it moves."""
     for s in prange(n):
-        _move_slab(mapped, s, dt)
+        _move_slab(mapped, velocity, s, dt)

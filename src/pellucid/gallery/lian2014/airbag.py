@@ -1,0 +1,220 @@
+"""The airbag: its volume at rest beside that of least energy, its gas, its wrinkles."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+GAS = ("charge", "air")
+CLOSE = 0.25  # cells outside the bag at which a point has leaked
+REST = 0.75  # share of the run after which the bag is taken to be at rest
+VOLUME, SHAPE, PAPER, PRESSURE, ENERGY = 0.02, 0.03, 0.05, 0.05, 0.01
+COMPRESSION = 1e-6  # of the largest tension, for rounding
+PARTS = 8  # of the bag, of which one is computed
+INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
+
+CAPTIONS = {
+    "curves": "Volume, height and half widths beside those of the bag of least energy (dashed) at the pressure of the end; "
+    "mean pressure of the gas, of its parts over their points; energies of the eighth.",
+    "shapes": "Sheet (line), charge and air beside the plane y = 0.",
+    "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
+}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The bag at rest, leaks, the gas's pressure, the ledger and compression."""
+    skin: Any = next(body for body in run.case.body if body.name == "bag")
+    _same_bag(skin.surface.cushion, skin.material.poisson_ratio)
+    times = run.times("bag")
+    rest = [float(time) for time in times[times >= REST * times[-1]]]
+    volume = float(np.mean([bag_volume(run, time) for time in rest]))
+    pressure = float(np.mean([gas_pressure(run, time) for time in rest]))
+    least = at_rest(pressure / (skin.material.young_modulus * skin.thickness))
+    result = {}
+    text = "mean volume of the bag over the last quarter of the run; reference: least energy at the gas's pressure"
+    result["volume"] = Metric(volume, least["volume"], abs(volume / least["volume"] - 1.0), VOLUME, "m³", text)
+    text = "the same; reference: the flat bag of paper, which neither has a dome nor stretches"
+    result["paper_bag"] = Metric(volume, PAPER_BAG, abs(volume / PAPER_BAG - 1.0), PAPER, "m³", text)
+    history = run.history
+    late = history["time"] >= REST * history["time"][-1]
+    for name, what in (("height", "half the height"), ("half_width", "half width in the middle of an edge")):
+        value = float(np.mean(history[name][late]))
+        text = f"mean {what} over the last quarter; error over half the side"
+        result[name] = Metric(value, least[name], abs(value - least[name]) / (0.5 * SIDE), SHAPE, "m", text)
+    leak = max(_outside(run, float(time)) for time in times)
+    text = f"largest share of the gas's points that lie more than {CLOSE:g} cells outside the bag"
+    result["leak"] = Metric(leak, 0.0, leak, 1e-6, "", text)
+    expected = _pressure_of_energy(run, rest)
+    text = "mean pressure of the gas; reference: (γ-1)/V times the energy of the start that sheet and motion do not have"
+    result["pressure"] = Metric(pressure, expected, abs(pressure / expected - 1.0), PRESSURE, "Pa", text)
+    total = np.sum([history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass")], axis=0)
+    lost = float(np.abs(total - total[0]).max())
+    text = "largest change of the energy of gas and bag; error over that of the start"
+    result["energy"] = Metric(lost, 0.0, lost / float(total[0]), ENERGY, "J", text)
+    if skin.material.wrinkling:
+        lowest, highest = zip(*(_extreme_stresses(run, float(time)) for time in times), strict=True)
+        squeezed = max(0.0, -min(lowest)) / max(highest)
+        text = "largest compressive principal stress in the sheet over the largest tension of the run"
+        result["compression"] = Metric(squeezed, 0.0, squeezed, COMPRESSION, "", text)
+    return result
+
+
+def figures(run: "Run") -> "dict[str, Figure]":
+    """Curves, sections and the sheet from above."""
+    return {"curves": _curves(run), "shapes": _shapes(run), "wrinkles": _wrinkles(run)}
+
+
+def bag_volume(run: "Run", time: float) -> float:
+    """Volume inside the whole bag [m³]: between the sheet and the plane of its edges, eightfold."""
+    a, b, c = (run.fields("bag", time)["position"][corner] for corner in run.triangles("bag").T)
+    plan = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    return PARTS * float(np.sum(plan * (a + b + c)[:, 2]) / 3.0)
+
+
+def gas_pressure(run: "Run", time: float) -> float:
+    """Mean pressure of the gas over its volume [Pa]."""
+    fields = [run.fields(name, time) for name in GAS]
+    volumes = [gas["mass"] / gas["density"] for gas in fields]
+    total = sum(float(np.sum(volume * gas["pressure"])) for volume, gas in zip(volumes, fields, strict=True))
+    return total / sum(float(volume.sum()) for volume in volumes)
+
+
+def _same_bag(cushion: Any, poisson_ratio: float) -> None:
+    same = cushion is not None and cushion.sides == (SIDE, SIDE) and cushion.height == HEIGHT
+    if not (same and set(cushion.halved) == {"x", "y", "z"} and poisson_ratio == POISSON_RATIO):
+        raise ValueError("the reference is for an eighth of the gallery's cushion and its Poisson's ratio")
+
+
+def _outside(run: "Run", time: float) -> float:
+    sheet, triangles = run.fields("bag", time)["position"], run.triangles("bag")
+    corners = sheet[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    centres = corners.mean(axis=1)
+    gas = np.concatenate([run.fields(name, time)["position"] for name in GAS])
+    near = cKDTree(centres).query(gas)[1]
+    height = np.sum((gas - centres[near]) * normals[near], axis=1)
+    return float(np.mean(height > CLOSE * run.case.grid.cell))
+
+
+def _pressure_of_energy(run: "Run", times: list[float]) -> float:
+    """The pressure [Pa] that the gas has if it has all energy but that of sheet and motion, and fills the bag."""
+    history, charge = run.history, next(body for body in run.case.body if body.name == GAS[0])
+    material: Any = charge.material
+    energy = history["internal_energy"][0] - history["strain_energy"] - history["kinetic_energy"]
+    values = [np.interp(time, history["time"], energy) * PARTS / bag_volume(run, time) for time in times]
+    return float((material.eos.gamma - 1.0) * np.mean(values))
+
+
+def _principal(run: "Run", time: float) -> np.ndarray:
+    """Principal stresses of the sheet's nodes [Pa], rising, shape (n, 3); that across the sheet, zero, is among them."""
+    xx, yy, zz, yz, xz, xy = run.fields("bag", time)["stress"].T
+    return np.linalg.eigvalsh(np.stack([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1))
+
+
+def _extreme_stresses(run: "Run", time: float) -> tuple[float, float]:
+    principal = _principal(run, time)
+    return float(principal.min()), float(principal.max())
+
+
+def _reached(run: "Run") -> list[float]:
+    last = run.times("bag")[-1]
+    return [time for time in INSTANTS if time <= 1.01 * last]
+
+
+def _curves(run: "Run") -> "Figure":
+    figure = new_figure(height=6.0)
+    (volume, lengths), (pressure, energy) = figure.subplots(2, 2, sharex=True)
+    times = run.times("bag")
+    skin: Any = next(body for body in run.case.body if body.name == "bag")
+    pressures = np.array([gas_pressure(run, float(time)) for time in times])
+    least = at_rest(float(pressures[-1]) / (skin.material.young_modulus * skin.thickness))
+    volume.plot(1e3 * times, [bag_volume(run, float(time)) for time in times], label="bag")
+    gas = [
+        PARTS * sum(float(np.sum(run.fields(name, t)["mass"] / run.fields(name, t)["density"])) for name in GAS) for t in times
+    ]
+    volume.plot(1e3 * times, gas, label="gas", linewidth=1.0)
+    volume.axhline(least["volume"], color=COLOURS[0], linestyle="--", linewidth=0.8, label="least energy")
+    volume.axhline(PAPER_BAG, color="black", linestyle=":", linewidth=0.8, label="bag of paper")
+    volume.set_title("volume")
+    label(volume, "", "volume", "", "m³")
+    history = run.history
+    ms = 1e3 * history["time"]
+    for colour, (name, text) in zip(
+        COLOURS, (("height", "half height"), ("half_width", "half width"), ("corner", "half width at a corner")), strict=False
+    ):
+        lengths.plot(ms, history[name], color=colour, label=text)
+        lengths.axhline(least[name], color=colour, linestyle="--", linewidth=0.8)
+    lengths.set_title("shape")
+    label(lengths, "", "length", "", "m")
+    pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all the gas")
+    for name, colour in zip(GAS, COLOURS[:2], strict=True):
+        pressure.semilogy(ms, history[f"{name}_pressure"], color=colour, linewidth=0.8, label=name)
+    pressure.set_title("mean pressure")
+    label(pressure, "time", "pressure", "ms", "Pa")
+    for name in ("kinetic_energy", "strain_energy"):
+        energy.plot(ms, history[name], label=name.replace("_", " "))
+    energy.plot(ms, history["internal_energy"][0] - history["internal_energy"], label="given by the gas")
+    energy.set_title("energy of the eighth")
+    label(energy, "time", "energy", "ms", "J")
+    for axes in (volume, lengths, pressure, energy):
+        axes.legend()
+    figure.suptitle(run.case.title)
+    return figure
+
+
+def _shapes(run: "Run") -> "Figure":
+    reached = _reached(run)
+    figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
+    subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
+    sheet, shown = run.fields("bag", 0.0)["position"], {}
+    row = np.flatnonzero(sheet[:, 1] < 1e-9)
+    row = row[np.argsort(sheet[row, 0])]
+    for name in GAS:
+        y = run.fields(name, 0.0)["position"][:, 1]
+        shown[name] = y < y.min() + 0.01 * run.case.grid.cell
+    for axes, time in zip(subplots, reached, strict=False):
+        for name, colour in zip(GAS, (COLOURS[1], COLOURS[4]), strict=True):
+            points = run.fields(name, time)["position"][shown[name]]
+            axes.plot(points[:, 0], points[:, 2], ".", color=colour, markersize=1.5, label=name)
+        now = run.fields("bag", time)["position"][row]
+        axes.plot(now[:, 0], now[:, 2], color=COLOURS[0], label="sheet")
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * time:g} ms")
+        label(axes, "x", "z", "m", "m")
+        axes.label_outer()
+    for unused in subplots[len(reached) :]:
+        unused.remove()
+    figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=4, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _wrinkles(run: "Run") -> "Figure":
+    reached = _reached(run)[-3:]
+    figure = new_figure(height=3.4)
+    subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
+    triangles = run.triangles("bag")
+    for axes, time in zip(subplots, reached, strict=True):
+        position, principal = run.fields("bag", time)["position"], _principal(run, time)
+        across = np.argmin(np.abs(principal), axis=1)  # zero, one of the three
+        plane = np.array([np.delete(values, skip) for values, skip in zip(principal, across, strict=True)])
+        largest = np.abs(plane).max(axis=1)
+        share = np.divide(plane[:, 0], largest, out=np.zeros_like(largest), where=largest > 0.0)
+        x, y, _ = position.T
+        colours = share[triangles].mean(axis=1)
+        drawn = axes.tripcolor(x, y, colours, triangles=triangles, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * time:g} ms")
+        label(axes, "x", "y", "m", "m")
+        axes.label_outer()
+    figure.colorbar(drawn, ax=list(subplots), label="smaller over larger principal stress", shrink=0.8)
+    return figure

@@ -1,0 +1,69 @@
+"""Where two fields meet: nodes, normals and distances of bodies whose faces are known. Cells of 1 m."""
+
+import numpy as np
+import pytest
+from scenes import box, place, simulation
+
+CENTRE = np.array([4.0, 4.0, 4.0])
+
+
+def met(*bodies, turn=None, **more):
+    """How two bodies meet, their points turned about CENTRE; the places of the common nodes [m]; the simulation."""
+    scene = simulation(*bodies, **more)
+    scene.layers.clear_inertia()
+    for body in scene.bodies:
+        if turn is not None:
+            place(body, CENTRE + (body.arrays["position"] - CENTRE) @ turn.T)
+        body.to_grid(inertia=True, force=False)
+    scene.meet()
+    index, position = scene.grid.where()
+    places = np.full((scene.grid.n_nodes, 3), np.nan)
+    places[index] = position
+    meeting = scene.encounters._pairs[0].meeting
+    return meeting, places[meeting.node], scene
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_flat_faces_meet_at_the_nodes_of_both(way):
+    """Overlapping by 0.02 m."""
+    bodies = [box((1, 1, 1), (3, 3, 2), name="one", field="a"), box((1, 1, 1.98), (3, 3, 2.98), name="two")]
+    meeting, position, _ = met(*bodies[::way])
+    assert sorted(map(tuple, position)) == [(x, y, 2.0) for x in (1.0, 2.0, 3.0) for y in (1.0, 2.0, 3.0)]
+    assert meeting.normal == pytest.approx(np.tile((0.0, 0.0, way), (9, 1)), abs=1e-12)
+    assert meeting.gap == pytest.approx(-0.02, abs=1e-12)
+
+
+def test_faces_apart_share_nodes_but_do_not_touch():
+    meeting, _, _ = met(box((1, 1, 1), (3, 3, 2), name="one", field="a"), box((1, 1, 2.3), (3, 3, 3.3), name="two"))
+    assert meeting.gap == pytest.approx(np.full(9, 0.3), abs=1e-12)
+    assert not meeting.normal.any()
+
+
+def test_tilted_faces_have_the_normal_of_their_gradients():
+    s, c = np.sin(0.3), np.cos(0.3)
+    turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    bodies = box((2, 2, 2), (6, 6, 4), name="one", field="a"), box((2, 2, 4), (6, 6, 6), name="two")
+    meeting, position, _ = met(*bodies, turn=turn, counts=(8, 8, 8))
+    within = np.abs((position - CENTRE) @ turn).max(axis=1) < 1.0 + 1e-9  # of the faces, whose edges lie at 2
+    assert within.sum() == 9
+    angle = np.degrees(np.arccos(meeting.normal[within] @ turn[:, 2]))
+    assert angle.max() < 2.0  # eight points a cell sample a tilted gradient by 1.4 degrees
+    # the half widths of points are those of cubes along the axes: foremost points of faces that touch overlap a little
+    assert np.abs(meeting.gap[within]).max() < 0.05
+
+
+def test_a_ball_above_a_plane_touches_at_its_lowest_point():
+    ball = box((0, 0, 0), (1, 1, 1), per_cell=(3, 3, 3)) | {"shape": {"sphere": {"centre": [4, 4, 5.5], "radius": 1.5}}}
+    meeting, position, scene = met(box((1, 1, 2), (7, 7, 4), name="plane", field="a"), ball, counts=(8, 8, 8))
+    points = scene.bodies[1].points
+    lowest = np.argmin(points.position[:, 2])
+    beneath = np.flatnonzero(np.all(position == CENTRE, axis=1))
+    assert meeting.normal[beneath] == pytest.approx(np.array([[0.0, 0.0, 1.0]]), abs=1e-12)
+    expected = points.position[lowest, 2] - 0.5 * np.cbrt(points.volume[lowest]) - 4.0
+    assert meeting.gap[beneath] == pytest.approx(expected, abs=1e-12)
+    assert abs(expected) < 0.01
+    beyond = np.hypot(*(position - CENTRE)[:, :2].T) > 1.9
+    # at two cells from the axis the ball lies 0.6 m above the plane where it reaches furthest in
+    assert beyond.sum() == 12
+    assert meeting.gap[beyond].min() > 0.5
+    assert not meeting.normal[beyond].any()
