@@ -200,3 +200,19 @@ def test_bodies_that_overlap_at_the_start_are_refused():
     text = str(error.value)
     for words in ("body.one.shape", "inside body two", "which way out"):
         assert words in text
+
+
+def test_membranes_that_cross_and_balls_that_a_membrane_cuts_are_refused():
+    flat = sheet(kind="membrane-elements", field="a")
+    upright = sheet(kind="membrane-points", name="upright", edges=((0, 1, 0), (0, 0, 1)))
+    grid = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
+    # between the sheet's vertices, whose distance is 0.1 m
+    ball = box((0, 0, 0), (1, 1, 1), name="ball") | {"shape": {"sphere": {"centre": (0.06, 0.07, 0.03), "radius": 0.11}}}
+    for other, per_cell, words in ((upright, None, ("body.sheet.surface", "upright")), (ball, 1000, ("inside body ball",))):
+        if per_cell:
+            other = other | {"points_per_cell": per_cell}
+        whole = case(flat, other, **grid)
+        with pytest.raises(CaseError) as error:
+            refuse_overlaps(whole, build_layers(whole, Flip()))
+        for text in (*words, "contact cannot tell"):
+            assert text in str(error.value)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.bodies.kinds import ALONE, BODIES
-from pellucid.bodies.spec import MaterialPointsCase
+from pellucid.bodies.spec import MaterialPointsCase, Membrane
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.walls import hold_nodes
 from pellucid.errors import CaseError, Problem
+from pellucid.geometry.crossing import crossing
 from pellucid.grid.contact import SLIP, STICK, Pair
 from pellucid.grid.grid import Grid
 from pellucid.grid.layer import Layer, Layers
@@ -60,15 +61,20 @@ def _pair(one: Layer, other: Layer, kind: int, friction: float = 0.0, name: str 
 
 def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
     """Raise CaseError where a body starts inside one of another velocity field: nothing could tell which way out is."""
-    cases = {body.name: body for body in case.body}
+    cases: dict[str, Any] = {body.name: body for body in case.body}
     x, y, z = (not thin for thin in case.grid.thin())
     away = np.eye(3)[[x, y, z]]
     steps = np.vstack([np.zeros(3), away, -away]) * DEPTH * case.grid.cell
     for body, other in _strangers(layers):
         solid = cases[other.name]
         if not isinstance(solid, MaterialPointsCase):
+            if body.is_surface:
+                _refuse_crossing(cases[body.name], solid)
             continue
         position = body.arrays["position"]
+        if body.is_surface:  # its vertices may stand on both sides of a body that it cuts
+            vertices, triangles = cases[body.name].surface.triangulate()
+            position = np.concatenate([vertices, vertices[triangles].mean(axis=1)])
         inside = np.ones(len(position), bool)
         for step in steps:
             places = position[inside] + step
@@ -79,11 +85,22 @@ def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             text = (
-                f"{int(inside.sum())} of its {len(position)} points start inside body {other.name}, which belongs to another "
+                f"{int(inside.sum())} of {len(position)} points of it start inside body {other.name}, which belongs to another "
                 f"velocity field, the first at ({place}) m: contact cannot tell which way out is"
             )
             remedy = f"move one of the two, name {other.name} in `outside`, or give both the same `field`"
             raise CaseError(Problem(text, f"body.{body.name}.{cases[body.name].place}", remedy=remedy))
+
+
+def _refuse_crossing(one: Membrane, other: Membrane) -> None:
+    found = crossing(one.surface.triangulate(), other.surface.triangulate())
+    if found is not None:
+        place = ", ".join(f"{value:.4g}" for value in found)
+        text = (
+            f"it crosses or touches body {other.name}, which belongs to another velocity field, for example at ({place}) m: "
+            f"contact cannot tell on which side it is"
+        )
+        raise CaseError(Problem(text, f"body.{one.name}.surface", remedy="move one of the two, or give both the same `field`"))
 
 
 def _strangers(layers: Sequence[Layer]) -> Iterator[tuple[Any, Any]]:

@@ -35,7 +35,8 @@ def usl(scene: Any, dt: float) -> None:
         body.to_grid(inertia=True, force=True)
     scene.meet()
     scene.advance(dt)
-    layers.clear_momentum()
+    if scene.touching:
+        layers.clear_momentum()
     for body in scene.bodies:
         body.accelerate(remap=scene.touching)  # p anew for the books of contact
     for body in scene.bodies:
@@ -56,7 +57,8 @@ def usf(scene: Any, dt: float) -> None:
     for body in scene.bodies:
         body.to_grid(inertia=False, force=True)
     scene.advance(dt)
-    layers.clear_momentum()
+    if scene.touching:
+        layers.clear_momentum()
     for body in scene.bodies:
         body.accelerate(remap=scene.touching)
     for body in scene.bodies:

@@ -100,8 +100,8 @@ MISTAKES = {
         ],
     ),
     "cut at a face that nothing holds": (
-        "radius = 0.1 } }",
-        'radius = 0.1 } }\ncut_at = ["y-lower"]',
+        "[0.25, 0.25, 0], radius = 0.1 } }",
+        '[0.25, 0, 0], radius = 0.1 } }\ncut_at = ["y-lower"]',
         "cut_at",
         ["body.drop.cut_at.0", "no support at rest holds the face y-lower", 'fix = "normal"'],
     ),
@@ -116,6 +116,12 @@ MISTAKES = {
         '[-0.2, 0.25, 0], radius = 0.1 } }\ncut_at = ["x-lower"]',
         "shape = { cylinder",
         ["body.drop.shape", "along x", "leaves nothing of it"],
+    ),
+    "cut at a face that it does not reach": (
+        "radius = 0.1 } }",
+        'radius = 0.1 } }\ncut_at = ["y-lower"]',
+        "cut_at",
+        ["body.drop.cut_at.0", "ends 0.15 m before the face y-lower", "leave this face out"],
     ),
     "box cut at a face": (
         "points_per_cell = 4\n",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from pellucid.geometry.shapes import Box, Cushion, Cylinder, Inside, Pipe, Shape, Shell, Sphere
 
@@ -97,3 +98,8 @@ def test_a_pipe_is_filled_ring_by_ring(axis):
 def test_a_hollow_shape_has_a_wall(shape):
     with pytest.raises(ValueError, match="leaves no wall"):
         shape(centre=(0, 0, 0), outer_radius=0.5, inner_radius=0.5)
+
+
+def test_a_cushion_is_halved_along_an_axis_once():
+    with pytest.raises(ValidationError, match="names an axis twice"):
+        Cushion(centre=(0, 0, 0), sides=(1, 1), height=1, halved=("x", "x"))

@@ -49,7 +49,7 @@ class ElementsOnGrid(ElementBody):
         transfer.move(self.n_slabs, self.mapped, self.grid.nodes.deforming, dt)
         self.place()
         moved = self.points.position - before
-        self._strain(moved / dt if dt > 0.0 else moved, dt)
+        self._strain(moved / dt if dt > 0.0 else moved, dt)  # without a step nothing moved
         self.arrays["volume"][:] = self._mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         self._bound_rate(max(self._element_rate, fastest * self.grid.lattice.inverse_cell))

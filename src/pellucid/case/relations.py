@@ -58,7 +58,7 @@ def findings(
         *_repeated_names("body", [_name(body) for body in bodies]),
         *_repeated_names("probe", [_name(probe) for probe in probes]),
         *(found for i, body in enumerate(bodies) for found in _body(i, body, grid)),
-        *(found for i, body in enumerate(bodies) for found in _cuts(i, body, conditions.supports)),
+        *(found for i, body in enumerate(bodies) for found in _cuts(i, body, conditions.supports, grid)),
         *(found for i, body in enumerate(bodies) for found in _outside(i, body, bodies, grid)),
         *(found for i, body in enumerate(bodies) for found in _fixed_step(i, body, grid, time, conditions.motions)),
         *(found for i, support in enumerate(conditions.supports) for found in _support(i, support, grid)),
@@ -113,13 +113,20 @@ def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterato
             yield Finding(path, f"{reach}: `cut_at` leaves nothing of it", "move the body, or the grid")
 
 
-def _cuts(index: int, body: Body | str | None, supports: Sequence[Support | None]) -> Iterator[Finding]:
-    """Planes of symmetry that nothing holds."""
-    if not isinstance(body, MaterialPointsCase) or None in supports:
+def _cuts(index: int, body: Body | str | None, supports: Sequence[Support | None], grid: GridCase | None) -> Iterator[Finding]:
+    """Planes of symmetry that nothing holds, or that the body does not reach."""
+    if not isinstance(body, MaterialPointsCase) or None in supports or grid is None:
         return
+    bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
     for item, face in enumerate(body.cut_at):
-        walls = [s for s in supports if s is not None and s.where == face and s.axes()["xyz".index(face[0])]]
-        if not walls or any(walls[-1].velocity):
+        axis, end = "xyz".index(face[0]), int(face.endswith("upper"))
+        short = (bounds[end][axis] - walls[end][axis]) * (1.0 if end else -1.0)
+        if short < -1e-9 * grid.cell:
+            text = f"the shape ends {-short:.4g} m before the face {face}, which does not cut it"
+            yield Finding(("body", index, "cut_at", item), text, "leave this face out, or move the shape or the grid")
+            continue
+        holding = [s for s in supports if s is not None and s.where == face and s.axes()[axis]]
+        if not holding or any(holding[-1].velocity):
             text = f"no support at rest holds the face {face} along its normal: it is no plane of symmetry"
             yield Finding(("body", index, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
 

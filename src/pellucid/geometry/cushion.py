@@ -3,12 +3,22 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from pellucid.geometry.geometry import AXES, ActiveAxes, Geometry
 from pellucid.model import Vector, parameter
 
 Positive = Annotated[float, Field(gt=0)]
+
+
+def _each_once(axes: tuple[str, ...]) -> tuple[str, ...]:
+    if len(set(axes)) < len(axes):
+        raise ValueError(f"{', '.join(axes)} names an axis twice: name each once")
+    return axes
+
+
+Halves = Annotated[tuple[Literal["x", "y", "z"], ...], AfterValidator(_each_once)]
+"""Axes along which only the upper half of something is kept."""
 
 
 class Cushion(Geometry):
@@ -21,7 +31,7 @@ class Cushion(Geometry):
     centre_: Vector = parameter("m", "middle of the cushion", alias="centre")
     sides: tuple[Positive, Positive] = parameter("m", "lengths along x and y")
     height: float = parameter("m", "distance of the sheets in the middle", gt=0)
-    halved: tuple[Literal["x", "y", "z"], ...] = parameter(
+    halved: Halves = parameter(
         "", "axes along which only the upper half is kept, for a model with planes of symmetry through the centre", ()
     )
 

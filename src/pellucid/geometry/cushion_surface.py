@@ -1,10 +1,8 @@
 """Two sheets that are joined at their edges: a bag that lies flat, or nearly."""
 
-from typing import Literal
-
 import numpy as np
 
-from pellucid.geometry.cushion import Positive, dome
+from pellucid.geometry.cushion import Halves, Positive, dome
 from pellucid.geometry.mesh import Mesh, Meshed, grid_quads
 from pellucid.geometry.sheets import AtLeastTwo
 from pellucid.model import Vector, parameter
@@ -21,7 +19,7 @@ class CushionSurface(Meshed):
     sides: tuple[Positive, Positive] = parameter("m", "lengths along x and y")
     height: float = parameter("m", "distance of the sheets in the middle", gt=0)
     points: tuple[AtLeastTwo, AtLeastTwo] = parameter("", "points along x and y of a sheet, or of its upper half")
-    halved: tuple[Literal["x", "y", "z"], ...] = parameter(
+    halved: Halves = parameter(
         "", "axes along which only the upper half is kept, for a model with planes of symmetry through the centre", ()
     )
 

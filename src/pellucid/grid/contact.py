@@ -30,7 +30,7 @@ CHUNK = 1024  # nodes booked together
 class ContactWork(NamedTuple):
     """What all pairs did over a step."""
 
-    work: float  # on the bodies together [J]
+    work: float  # on the bodies [J]; when impulses are resolved only that on held nodes, by the end of the step all
     impulses: dict[str, np.ndarray]  # on the first of a pair, by the name of the contact, shape (3,) [N s]
     nodes: StepWork  # what the nodes' own books lack: other works for other velocities, supports and motions that took impulses
 

@@ -106,8 +106,8 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
         label(axes, "time", probe.name, "s", run.units[probe.name])
     for axes in panels[number:]:
         axes.remove()
-    if beside:
-        lines = max((list(axes.lines) for axes in panels[:number]), key=len)
+    lines = max((list(axes.lines) for axes in panels[:number]), key=len)
+    if beside and len(lines) > 1:
         figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
 

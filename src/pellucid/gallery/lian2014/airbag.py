@@ -156,9 +156,9 @@ def _curves(run: "Run") -> "Figure":
         lengths.axhline(least[name], color=colour, linestyle="--", linewidth=0.8)
     lengths.set_title("shape")
     label(lengths, "", "length", "", "m")
-    pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all the gas")
+    pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all the gas, by volume")
     for name, colour in zip(GAS, COLOURS[:2], strict=True):
-        pressure.semilogy(ms, history[f"{name}_pressure"], color=colour, linewidth=0.8, label=name)
+        pressure.semilogy(ms, history[f"{name}_pressure"], color=colour, linewidth=0.8, label=f"{name}, by points")
     pressure.set_title("mean pressure")
     label(pressure, "time", "pressure", "ms", "Pa")
     for name in ("kinetic_energy", "strain_energy"):

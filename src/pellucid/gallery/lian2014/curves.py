@@ -23,7 +23,7 @@ TOLERANCE, LEAST_TOLERANCE = 0.10, 0.05
 
 
 HOURGLASS = 0.01
-"""Of the energy."""
+"""Of the kinetic energy at the start."""
 
 
 class Curve(NamedTuple):
