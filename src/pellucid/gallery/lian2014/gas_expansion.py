@@ -16,10 +16,12 @@ if TYPE_CHECKING:
 TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
 LAST = 0.75  # s, over which the last swing is averaged: its period
+INSTANTS = (0.0, 0.5, 8.0)  # s
 
 CAPTIONS = {
     "radii": "Distance of the membrane from the middle at 0 and 90 degrees; dotted, the circle.",
     "energy": "Share of the energy at the start that is lost.",
+    "shapes": "Membrane and gas of the quarter that is computed; dotted, the circle.",
 }
 
 
@@ -54,7 +56,7 @@ def loss(run: "Run") -> np.ndarray:
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:
-    """Radii and loss of energy against time."""
+    """Radii and loss of energy against time, and shapes."""
     radii, energy = new_figure(height=3.2), new_figure(height=2.8)
     axes, times = radii.subplots(), run.history["time"]
     for name, angle, colour in (("radius_0", 0, COLOURS[0]), ("radius_90", 90, COLOURS[1])):
@@ -67,4 +69,20 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     label(below, "time", "loss of energy", "s", "%")
     for figure in (radii, energy):
         figure.suptitle(run.case.title)
-    return {"radii": radii, "energy": energy}
+    return {"radii": radii, "energy": energy, "shapes": _shapes(run)}
+
+
+def _shapes(run: "Run") -> "Figure":
+    reached = [time for time in INSTANTS if time <= 1.01 * run.times("membrane")[-1]]
+    figure = new_figure(height=3.2)
+    turn = np.linspace(0.0, 0.5 * pi, 91)
+    for axes, time in zip(figure.subplots(1, len(reached), sharey=True, squeeze=False)[0], reached, strict=True):
+        for name, size in (("gas", 1.5), ("membrane", 3.0)):
+            axes.plot(*run.fields(name, time)["position"][:, :2].T, ".", markersize=size, label=name)
+        axes.plot(circle(run) * np.cos(turn), circle(run) * np.sin(turn), "k:", linewidth=1)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {time:g} s")
+        label(axes, "x", "y", "m", "m")
+        axes.label_outer()
+    figure.legend(*axes.get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
+    return figure

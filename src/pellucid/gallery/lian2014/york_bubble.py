@@ -106,7 +106,7 @@ def _curves(run: "Run") -> "Figure":
     label(energy, "time", "energy", "ms", "J")
     shape.set_ylim(top=1.3e3 * float(history["top_z"].max()))
     shape.legend(loc="upper right", ncols=3)
-    motion.legend(loc="center left")
+    motion.legend(loc="lower right")
     energy.legend(loc="center left")
     figure.suptitle(run.case.title)
     return figure
