@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
 LAST = 0.75  # s, over which the last swing is averaged: its period
-INSTANTS = (0.0, 0.5, 8.0)  # s
+INSTANTS = (0.0, 0.5, 6.0)  # s
 
 CAPTIONS = {
     "radii": "Distance of the membrane from the middle at 0 and 90 degrees; dotted, the circle.",
