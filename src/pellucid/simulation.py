@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.bodies.element_body import ElementBody
+from pellucid.bodies.overlong import overlong
 from pellucid.clock import Clock
 from pellucid.conditions.environment import Environment
 from pellucid.encounter import build_layers, pairs_of, refuse_overlaps
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 POINTS_PER_THREAD = 10_000  # at least; smaller shares cost more to hand out than they save
+WATCHED = 100  # steps between looks at the elements that touch other bodies
 SETTLED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
@@ -74,7 +77,7 @@ class Simulation:
         works = (*self.environment.works, "contact") if self.touching else self.environment.works
         self.ledger = Ledger(self.bodies, case.gravity, works)
         self._scheme = SCHEMES[case.time.scheme]
-        self._warned = False
+        self._warned: set[str] = set()
         self.timers: dict[str, float] = {}
         self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if timed:
@@ -128,6 +131,7 @@ class Simulation:
             body.check(self.clock.n_steps, self.clock.time)
         self.record(dt)
         self._check_energy()
+        self._check_elements()
 
     def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
@@ -181,9 +185,21 @@ class Simulation:
                 f"{text}, above energy.stop = {100 * self.case.energy.stop:g} %; use a smaller step, a finer grid, or raise "
                 f"energy.stop if the loss is meant"
             )
-        if not self._warned:
-            self._warned = True
-            warnings.warn(f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %", stacklevel=2)
+        self._warn("energy", f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %")
+
+    def _check_elements(self) -> None:
+        if not self.touching or self.n_steps % WATCHED or "elements" in self._warned:
+            return
+        for body, nodes in self.encounters.touching():
+            text = overlong(body, nodes) if isinstance(body, ElementBody) else None
+            if text is not None:
+                return self._warn("elements", f"step {self.n_steps}, time {self.time:.6g} s: {text}")
+
+    def _warn(self, what: str, text: str) -> None:
+        """Warn of this once in a run."""
+        if what not in self._warned:
+            self._warned.add(what)
+            warnings.warn(text, stacklevel=3)
 
     # what others ask
 
@@ -239,7 +255,7 @@ class Simulation:
             "clock": self.clock.state_numbers(),
             "ledger": self.ledger.state_numbers(),
             "bodies": {body.name: body.sums for body in self.bodies},
-            "warned": self._warned,
+            "warned": sorted(self._warned),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -254,7 +270,7 @@ class Simulation:
             body.sums = dict(numbers["bodies"][body.name])
         self.clock.restore(numbers["clock"])
         self.ledger.restore(numbers["ledger"])
-        self._warned = numbers["warned"]
+        self._warned = set(numbers["warned"])
 
     def _time_verbs(self) -> None:
         parts = {"sort": "sort", "meet": "contact", "advance": "grid", "project": "grid", "record": "reductions"}

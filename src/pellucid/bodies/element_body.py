@@ -98,6 +98,11 @@ class ElementBody(PointBody):
         forces.pressure_forces(self._chunks, self._surface, self.points.position, self._corner_forces, pressure)
         forces.add_corners(self.n_slabs, self._about, self._corner_forces.reshape(-1, 3), target)
 
+    @property
+    def corners(self) -> np.ndarray:
+        """Nodes of the elements in the order of the mesh, shape (m, 4); of triangles the last one twice."""
+        return self._mesh.corners
+
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""
         return 0.5 * self.thickness, 0.0, 0.0

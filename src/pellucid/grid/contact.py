@@ -5,7 +5,8 @@ times the normal one. Source: Lian, Liu & Zhang 2014, eqs. 52-58, with the mispr
 m_b) dt) on a, friction only under compression. Nodes that are held or gripped are as heavy as need be.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -175,7 +176,7 @@ class Pair:
         name: str | None = None,
     ) -> None:
         self.name, self._kind = name, kind
-        self.meeting = Meeting(grids, bodies)
+        self.meeting, self._bodies = Meeting(grids, bodies), bodies
         self._nodes = grids[0].nodes, grids[1].nodes
         self._outsides = outsides
         self._sides = [Bundle(*side) for side in zip(self._nodes, outsides, strict=True)]
@@ -189,6 +190,11 @@ class Pair:
         self._mobility, self._impulse = np.empty((2, n, 3)), np.zeros((n, 3))
         for mobility, nodes, outside in zip(self._mobility, self._nodes, self._outsides, strict=True):
             _measure_mobility(self.meeting.node, nodes.mass, nodes.hold, outside.driven_mass, mobility)
+
+    def touching(self) -> Iterator[tuple[Any, np.ndarray]]:
+        """The bodies of both fields, each with the nodes at which the fields touch, shape (n,)."""
+        nodes = self.meeting.node[self.meeting.normal.any(axis=1)]
+        return ((body, nodes) for side in self._bodies for body in side)
 
     def _react(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         impulse = np.empty_like(self._impulse)
@@ -250,6 +256,10 @@ class Encounters:
         """Find where fields meet, after the bodies gave their mass to the nodes."""
         for pair in self._pairs:
             pair.find()
+
+    def touching(self) -> Iterator[tuple[Any, np.ndarray]]:
+        """The bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""
+        return chain.from_iterable(pair.touching() for pair in self._pairs)
 
     def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
         """Impulses on the nodes after they moved, and what these did; of their work only that on nodes that are held."""

@@ -1,0 +1,154 @@
+"""The drop on the clamped sheet: nothing passes through, and the drop spreads and breaks.
+
+A quarter, x and y above 0, is computed.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from pellucid.results.metrics import Metric
+from pellucid.results.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.run import Run
+
+Array = np.ndarray
+
+ROUNDING = 1e-12
+ENERGY = 0.01  # of the largest energy that moved; half of what the program warns at
+SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
+BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
+SHORT = 1e-9  # what rounding may lack where a bound is asked
+IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
+"""Signs of x, y, z."""
+SECTIONS = (0.0, 2e-4, 4e-4, 6e-4, 8e-4, 1.3e-3)
+PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
+
+CAPTIONS = {
+    "curves": "Middle of the sheet and top of the drop; energies of the quarter and what contact took.",
+    "shapes": "What lay beside the plane y = 0 at the start, of sheet and drop.",
+    "pieces": "The water from above: what hangs together with most of it, and what no longer does.",
+}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Water below the sheet in any frame, momentum, energy, the drop's spread, and what broke off it."""
+    times = run.times("drop")
+    end, result = float(times[-1]), {}
+    worst = max(below(run, float(time)) for time in times)
+    least = 0.5 / len(run.fields("drop")["mass"])
+    result["leak"] = Metric(worst, 0.0, worst, least, "", "largest share of the drop's points below the sheet in any frame")
+    momentum = run.summary["conservation"]["momentum"]
+    text = "momentum that no impulse explains, over the largest sum of mass times speed"
+    result["momentum"] = Metric(momentum, 0.0, momentum, ROUNDING, "", text)
+    lost = float(np.abs(run.history["energy_error"]).max())
+    text = "largest error of the energy ledger, over the largest energy that moved"
+    result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", text)
+    grown = radius(run, end) / radius(run, 0.0)
+    text = "the drop's radius over that at the start; falls short of the reference by"
+    result["spread"] = Metric(grown, SPREAD, max(0.0, 1.0 - grown / SPREAD), SHORT, "", text)
+    apart = broken(run, end)
+    text = "share of the drop's mass that is more than a cell from most of it; falls short of the reference by"
+    result["broken"] = Metric(apart, BROKEN, max(0.0, BROKEN - apart), SHORT, "", text)
+    return result
+
+
+def below(run: "Run", time: float) -> float:
+    """Share of the drop's points that are below the sheet or beside it in the frame nearest to a time [s].
+
+    The sheet is flat between its nodes.
+    """
+    sheet, drop = (run.fields(name, time)["position"] for name in ("sheet", "drop"))
+    height = LinearNDInterpolator(sheet[:, :2], sheet[:, 2])(drop[:, :2])  # nan beside the sheet
+    return float(np.mean(~(drop[:, 2] >= height)))
+
+
+def radius(run: "Run", time: float) -> float:
+    """Distance of the drop's remotest point from the axis [m] in the frame nearest to a time [s]."""
+    x, y, _ = run.fields("drop", time)["position"].T
+    return float(np.hypot(x, y).max())
+
+
+def broken(run: "Run", time: float) -> float:
+    """Share of the drop's mass that is not in its heaviest piece in the frame nearest to a time [s]."""
+    drop = run.fields("drop", time)
+    return float(1.0 - drop["mass"][in_largest(run, time)].sum() / drop["mass"].sum())
+
+
+def in_largest(run: "Run", time: float) -> Array:
+    """Which points of the drop belong to its heaviest piece, shape (n,): points hang together up to a cell apart."""
+    drop = run.fields("drop", time)
+    whole = np.concatenate([drop["position"] * image for image in IMAGES])
+    tree = cKDTree(whole)
+    _, piece = connected_components(tree.sparse_distance_matrix(tree, run.case.grid.cell), directed=False)
+    mass = np.bincount(piece, np.tile(drop["mass"], len(IMAGES)))
+    return np.asarray(piece[: len(drop["mass"])] == np.argmax(mass))
+
+
+def figures(run: "Run") -> "dict[str, Figure]":
+    """Curves against time, the middle cut, and the water from above."""
+    return {"curves": _curves(run), "shapes": _shapes(run), "pieces": _pieces(run)}
+
+
+def _reached(run: "Run", instants: tuple[float, ...]) -> list[float]:
+    times = run.times("drop")
+    return [float(times[np.argmin(np.abs(times - instant))]) for instant in instants if instant <= 1.01 * times[-1]]
+
+
+def _curves(run: "Run") -> "Figure":
+    figure = new_figure(height=3.4)
+    above, energy = figure.subplots(1, 2)
+    ms, history = 1e3 * run.history["time"], run.history
+    for column, what, colour in (("membrane_z", "sheet's middle", COLOURS[0]), ("drop_top_z", "drop's top", COLOURS[1])):
+        above.plot(ms, 1e3 * history[column], color=colour, label=what)
+    label(above, "time", "z", "ms", "mm")
+    energy.plot(ms, 1e3 * history["kinetic_energy"], label="kinetic")
+    energy.plot(ms, 1e3 * history["strain_energy"], label="in the sheet")
+    energy.plot(ms, 1e3 * history["internal_energy"], label="in the water")
+    energy.plot(ms, -1e3 * history["contact_work"], label="taken by contact")
+    label(energy, "time", "energy", "ms", "mJ")
+    for axes in (above, energy):
+        axes.legend()
+    figure.suptitle(run.case.title)
+    return figure
+
+
+def _shapes(run: "Run") -> "Figure":
+    reached = _reached(run, SECTIONS)
+    figure = new_figure(height=1.3 * -(-len(reached) // 2) + 0.4, layout="compressed")
+    subplots = figure.subplots(-(-len(reached) // 2), 2, sharex=True, sharey=True, squeeze=False)
+    for axes, time in zip(subplots.flat, reached, strict=False):
+        for name, colour, size in (("drop", COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
+            begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, time))
+            shown = begun[:, 1] < begun[:, 1].min() + 0.26e3 * run.case.grid.cell
+            x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
+            axes.plot(x, z, ".", markersize=size, color=colour, label=name)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * time:.2f} ms")
+        label(axes, "x", "z", "mm", "mm")
+        axes.label_outer()
+    subplots[0, 0].legend(markerscale=4, loc="upper right")
+    return figure
+
+
+def _pieces(run: "Run") -> "Figure":
+    reached = _reached(run, PLANS) or [0.0]
+    figure = new_figure(height=3.5)
+    subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
+    for axes, time in zip(subplots, reached, strict=True):
+        place, joined = 1e3 * run.fields("drop", time)["position"], in_largest(run, time)
+        for shown, colour, what in ((joined, COLOURS[0], "largest piece"), (~joined, COLOURS[1], "broken off")):
+            x, y, _ = np.concatenate([place[shown] * image for image in IMAGES]).T
+            axes.plot(x, y, ".", markersize=1.5, color=colour, label=what)
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {1e3 * time:.2f} ms")
+        label(axes, "x", "y", "mm", "mm")
+        axes.label_outer()
+    figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=5, loc="outside lower center", ncols=2)
+    return figure
