@@ -76,18 +76,19 @@ def test_a_ball_falls_on_a_clamped_membrane_and_is_thrown_back(kind):
     touch = {"name": "touch", "between": ["sheet", "ball"]}
     scene = simulation(still, ball, counts=(8, 8, 8), contact=[touch], motion=motion, gravity=(0, 0, -G), end=10.0)
     mass, least, deepest = scene.bodies[1].points.mass.sum(), np.inf, np.inf
-    while scene.time < 1.2:
+    while scene.time < 1.6:
         scene.step()
         skin, points = (body.points.position for body in scene.bodies)
         over = points[:, None, :2] - skin[None, :, :2]
         nearest = np.argmin(np.sum(over * over, axis=2), axis=1)
-        least = min(least, (points[:, 2] - skin[nearest, 2]).min())
+        foot = points[:, 2] - 0.5 * np.cbrt(scene.bodies[1].points.volume)
+        least = min(least, (foot - skin[nearest, 2]).min())
         deepest = min(deepest, scene.bodies[1].momentum()[2] / mass)
     velocity, push = scene.bodies[1].momentum()[2], scene.reactions()["touch"][2]
     assert deepest < -0.4 < 0.2 < velocity / mass, "it fell, and goes up again"
     assert velocity == pytest.approx(-push - mass * G * scene.time, rel=1e-9)
-    # points lie half their distance within the ball, and the membrane, which has half its thickness, is looked at in its nodes
-    assert least > 0.5 / 3 - 0.05
+    # the ball's foot stays above the middle of the membrane, whose face lies half the thickness above that
+    assert least > 0.0
     assert scene.conservation()["momentum"] < 1e-12
-    # 1.8 %, in impacts on a coarse grid; with half the step it is 1.4 %
-    assert abs(scene.conservation()["energy"]) < 0.025
+    # 1.3 %, in impacts on a coarse grid; with half the step it is 0.8 %
+    assert abs(scene.conservation()["energy"]) < 0.02

@@ -53,7 +53,7 @@ def test_tilted_faces_have_the_normal_of_their_gradients():
 
 
 def test_a_ball_above_a_plane_touches_at_its_lowest_point():
-    ball = box((0, 0, 0), (1, 1, 1), per_cell=(3, 3, 3)) | {"shape": {"sphere": {"centre": [4, 4, 5.5], "radius": 1.5}}}
+    ball = box((0, 0, 0), (1, 1, 1), per_cell=(3, 3, 3)) | {"shape": {"sphere": {"centre": [4, 4, 5.47], "radius": 1.5}}}
     meeting, position, scene = met(box((1, 1, 2), (7, 7, 4), name="plane", field="a"), ball, counts=(8, 8, 8))
     points = scene.bodies[1].points
     lowest = np.argmin(points.position[:, 2])
