@@ -65,11 +65,12 @@ def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
     x, y, z = (not thin for thin in case.grid.thin())
     away = np.eye(3)[[x, y, z]]
     steps = np.vstack([np.zeros(3), away, -away]) * DEPTH * case.grid.cell
+    for one, two in combinations((body for layer in layers for body in layer.bodies if body.is_surface), 2):
+        if cases[one.name].field != cases[two.name].field:
+            _refuse_crossing(cases[one.name], cases[two.name])
     for body, other in _strangers(layers):
         solid = cases[other.name]
         if not isinstance(solid, MaterialPointsCase):
-            if body.is_surface:
-                _refuse_crossing(cases[body.name], solid)
             continue
         position = body.arrays["position"]
         if body.is_surface:  # its vertices may stand on both sides of a body that it cuts

@@ -76,9 +76,9 @@ class MembraneElementsCase(Model):
             return
         thin, reach = grid.thin(), sqrt(0.5) * grid.cell
         places = np.where(thin, 0.0, mesh.vertices)  # along a thin axis nothing varies, so that distances do not count
-        longest, remote = _longest_edge(places[mesh.quads]), 0.0
+        longest, remote = longest_edge(places[mesh.quads]), 0.0
         if any(thin):
-            longest = max(longest, _longest_edge(places[mesh.triangles]))
+            longest = max(longest, longest_edge(places[mesh.triangles]))
         else:
             remote = float(_remoteness(places[mesh.triangles]).max(initial=0.0))
         pass_through = "between its nodes other bodies would pass through the membrane"
@@ -94,7 +94,7 @@ def _finer(times: float) -> str:
     return f"make its elements {ceil(times)} times as fine along each edge, or use a larger grid.cell"
 
 
-def _longest_edge(places: np.ndarray) -> float:
+def longest_edge(places: np.ndarray) -> float:
     """Of all elements [m]; places of their corners: shape (m, corners, 3)."""
     return float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(initial=0.0))
 

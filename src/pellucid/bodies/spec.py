@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, PrivateAttr, Tag, field_validator
 
-from pellucid.bodies.elements_spec import FIELD_MEANING, MembraneElementsCase
+from pellucid.bodies.elements_spec import FIELD_MEANING, MembraneElementsCase, longest_edge
 from pellucid.bodies.seeding import points_along_axes
 from pellucid.geometry.box_surface import Face
 from pellucid.geometry.shapes import Box, Geometry, Inside, Shape
@@ -187,8 +187,7 @@ class MembranePointsCase(Model):
         cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
         crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
         per_cell = len(np.unique(np.round(across / (ALIKE * grid.cell)), axis=0)) / crossed
-        corners = across[triangles]
-        longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+        longest = longest_edge(across[triangles])
         if longest > grid.cell:
             finer = int(np.ceil(longest / (COMFORTABLE * grid.cell)))
             yield (
