@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.enclosure import enclosed_volume, inside, signed_volume
+from pellucid.geometry.enclosure import enclosed_volume, heights, inside, signed_volume
 from pellucid.geometry.icosphere import Icosphere
 
 # a unit cube, two triangles a face, normals outward
@@ -67,3 +67,12 @@ def test_the_volume_of_an_icosphere_converges_to_that_of_the_sphere():
     ]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.05)
+
+
+def test_heights_are_those_over_the_nearest_triangle():
+    """A roof of two slopes at 45°: over a slope, under it, and beyond its edge, where its plane goes on."""
+    vertices = np.array([[-1.0, -3, 0], [-1, 3, 0], [0, 0, 1], [1, -3, 0], [1, 3, 0]])
+    triangles = np.array([[0, 2, 1], [3, 4, 2]])
+    points = np.array([[-0.5, 0.0, 1.5], [0.5, 0.0, 0.25], [1.5, 0.0, 0.0]])
+    found = heights(points, vertices, triangles)
+    assert found == pytest.approx(np.array([1.0, -0.25, 0.5]) / np.sqrt(2.0), rel=1e-12)

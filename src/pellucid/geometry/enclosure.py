@@ -1,4 +1,4 @@
-"""What a closed triangulated surface encloses: a test for points by counting crossings, and the volume."""
+"""What a triangulated surface encloses: a test for points by counting crossings, the volume, heights over the surface."""
 
 import numpy as np
 
@@ -113,3 +113,15 @@ def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> 
     edge = vertices[high, 1:] - vertices[low, 1:]
     away = p - vertices[low, 1:]
     return np.where(a < b, 1.0, -1.0) * (edge[:, 0] * away[:, 1] - edge[:, 1] * away[:, 0])
+
+
+def heights(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """How far points [m], shape (n, 3), lie over the planes of the triangles whose centres are nearest to them, shape (n,)."""
+    from scipy.spatial import cKDTree
+
+    corners = vertices[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    centres = corners.mean(axis=1)
+    near = cKDTree(centres).query(points)[1]
+    return np.asarray(np.sum((points - centres[near]) * normals[near], axis=1))

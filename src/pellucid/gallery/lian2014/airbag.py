@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from pellucid.geometry.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
 from pellucid.results.style import COLOURS, label, new_figure
@@ -95,14 +95,8 @@ def _same_bag(cushion: Any, poisson_ratio: float) -> None:
 
 
 def _outside(run: "Run", time: float) -> float:
-    sheet, triangles = run.fields("bag", time)["position"], run.triangles("bag")
-    corners = sheet[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    centres = corners.mean(axis=1)
     gas = np.concatenate([run.fields(name, time)["position"] for name in GAS])
-    near = cKDTree(centres).query(gas)[1]
-    height = np.sum((gas - centres[near]) * normals[near], axis=1)
+    height = heights(gas, run.fields("bag", time)["position"], run.triangles("bag"))
     return float(np.mean(height > CLOSE * run.case.grid.cell))
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a sheet and a sphere in space, of which a quarter, x and y above zero, is computed."""
+"""Pictures of a sheet and of what falls on it, of which a quarter, x and y above zero, is computed."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -19,21 +19,25 @@ if TYPE_CHECKING:
 
 SHEET: Colour = (0.36, 0.76, 0.77)
 SPHERE: Colour = (0.80, 0.62, 0.40)
-IMAGES = ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1))
+IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 """Signs of x, y, z."""
 FILM_COLUMNS, FILM_PICTURES = 600, 26
 
 
-def sections(run: "Run", times: Iterable[float], half_width: float) -> "Figure":
-    """What lies beside the plane y = 0, for |x| up to the half width [m], at the frames nearest to some instants [s]."""
+def sections(run: "Run", body: str, times: Iterable[float], half_width: float, row: float) -> "Figure":
+    """What lay beside the plane y = 0 at the start, of the sheet and another body, at the frames nearest to some instants [s].
+
+    half_width: of x, what is shown [m]; row: height of a row of pictures [inch].
+    """
     chosen = nearest(run, times)
-    figure = new_figure(height=1.9 * -(-len(chosen) // 2) + 0.4)
+    figure = new_figure(height=row * -(-len(chosen) // 2) + 0.4)
+    figure.set_layout_engine("compressed", wspace=0.06)  # or the numbers below neighbours would touch
     subplots = figure.subplots(-(-len(chosen) // 2), 2, sharex=True, sharey=True, squeeze=False)
-    near = 0.26 * run.case.grid.cell  # where the points of the sphere nearest to the plane lie
+    near = 0.26e3 * run.case.grid.cell  # beyond the first, nearer than the second layer of points
     for axes, time in zip(subplots.flat, chosen, strict=False):
-        for name, colour, size in (("sphere", COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
+        for name, colour, size in ((body, COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
             begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, float(time)))
-            shown = (begun[:, 1] < 1e3 * near) & (begun[:, 0] < 1e3 * half_width)
+            shown = (begun[:, 1] < begun[:, 1].min() + near) & (begun[:, 0] < 1e3 * half_width)
             x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
             axes.plot(x, z, ".", markersize=size, color=colour, label=name)
         axes.set_aspect("equal")

@@ -47,7 +47,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
 
 def figures(run: "Run") -> "dict[str, Figure]":
     """Curves beside the finite elements, and pictures."""
-    return {"curves": figure_of(run, _curves()), "shapes": shapes.sections(run, INSTANTS, SHOWN)}
+    return {"curves": figure_of(run, _curves()), "shapes": shapes.sections(run, "sphere", INSTANTS, SHOWN, 1.9)}
 
 
 def films(run: "Run") -> dict[str, Film]:

@@ -10,6 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from pellucid.gallery.lian2014.shapes import IMAGES, nearest, sections
 from pellucid.results.metrics import Metric
 from pellucid.results.style import COLOURS, label, new_figure
 
@@ -25,8 +26,6 @@ ENERGY = 0.01  # of the largest energy that moved; half of what the program warn
 SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
 SHORT = 1e-9  # what rounding may lack where a bound is asked
-IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
-"""Signs of x, y, z."""
 SECTIONS = (0.0, 2e-4, 4e-4, 6e-4, 8e-4, 1.3e-3)
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 
@@ -93,12 +92,7 @@ def in_largest(run: "Run", time: float) -> Array:
 
 def figures(run: "Run") -> "dict[str, Figure]":
     """Curves against time, the middle cut, and the water from above."""
-    return {"curves": _curves(run), "shapes": _shapes(run), "pieces": _pieces(run)}
-
-
-def _reached(run: "Run", instants: tuple[float, ...]) -> list[float]:
-    times = run.times("drop")
-    return [float(times[np.argmin(np.abs(times - instant))]) for instant in instants if instant <= 1.01 * times[-1]]
+    return {"curves": _curves(run), "shapes": sections(run, "drop", SECTIONS, np.inf, 1.3), "pieces": _pieces(run)}
 
 
 def _curves(run: "Run") -> "Figure":
@@ -119,26 +113,8 @@ def _curves(run: "Run") -> "Figure":
     return figure
 
 
-def _shapes(run: "Run") -> "Figure":
-    reached = _reached(run, SECTIONS)
-    figure = new_figure(height=1.3 * -(-len(reached) // 2) + 0.4, layout="compressed")
-    subplots = figure.subplots(-(-len(reached) // 2), 2, sharex=True, sharey=True, squeeze=False)
-    for axes, time in zip(subplots.flat, reached, strict=False):
-        for name, colour, size in (("drop", COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
-            begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, time))
-            shown = begun[:, 1] < begun[:, 1].min() + 0.26e3 * run.case.grid.cell
-            x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
-            axes.plot(x, z, ".", markersize=size, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.2f} ms")
-        label(axes, "x", "z", "mm", "mm")
-        axes.label_outer()
-    subplots[0, 0].legend(markerscale=4, loc="upper right")
-    return figure
-
-
 def _pieces(run: "Run") -> "Figure":
-    reached = _reached(run, PLANS) or [0.0]
+    reached = nearest(run, PLANS)
     figure = new_figure(height=3.5)
     subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
     for axes, time in zip(subplots, reached, strict=True):

@@ -3,9 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.style import COLOURS, label, new_figure
@@ -71,15 +70,12 @@ def figures(run: "Run") -> "dict[str, Figure]":
 def _fit(run: "Run", time: float) -> tuple[float, float]:
     """Share of the water's points that are outside, and the mean space between skin and water in cells."""
     skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
+    height = heights(water["position"], skin, triangles)
     corners = skin[triangles]
-    areas = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sizes = np.linalg.norm(areas, axis=1)
-    centres = corners.mean(axis=1)
-    near = cKDTree(centres).query(water["position"])[1]
-    height = np.sum((water["position"] - centres[near]) * areas[near], axis=1) / sizes[near]
+    area = 0.5 * float(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum())
     cell = run.case.grid.cell
     room = enclosed_volume(skin, triangles) - float(np.sum(water["mass"] / water["density"]))
-    return float(np.mean(height > CLOSE * cell)), room / float(sizes.sum()) / cell
+    return float(np.mean(height > CLOSE * cell)), room / area / cell
 
 
 def _half_width(run: "Run", time: float) -> float:
