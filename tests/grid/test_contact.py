@@ -20,7 +20,7 @@ def two_fields(kind, friction=0.0, held=()):
     whole = case(box((0, 0, 0), (1, 1, 1)), counts=(9, 9, 9))
     grids = (Grid(whole.grid), Grid(whole.grid))
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
-    bodies = [[SimpleNamespace(functions=functions, is_surface=False)]] * 2
+    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0)]] * 2
     pair = Pair(grids, tuple(bodies), (nothing_outside(), nothing_outside()), kind, friction, "touch")
     for grid in grids:
         nodes = grid.nodes

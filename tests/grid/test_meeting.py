@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from membranes import sheet
 from scenes import box, place, simulation
 
 CENTRE = np.array([4.0, 4.0, 4.0])
@@ -67,3 +68,42 @@ def test_a_ball_above_a_plane_touches_at_its_lowest_point():
     assert beyond.sum() == 12
     assert meeting.gap[beyond].min() > 0.5
     assert not meeting.normal[beyond].any()
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the_volume(way):
+    """A sheet 0.12 m above a block, tilted a little, and then folded into steep pleats of half its length."""
+    surface = {"rectangle": {"corner": [1.5, 1.5, 4.02], "first_edge": [5, 0, 0], "second_edge": [0, 5, 0], "points": [11, 11]}}
+    cloth = sheet(kind="membrane-elements", surface=surface) | {"name": "cloth"}
+    bodies = [box((1, 1, 2), (7, 7, 4), name="block", field="a"), cloth]
+
+    def shaped(share, slope):
+        scene = simulation(*bodies[::way], counts=(8, 8, 8))
+        body = next(body for body in scene.bodies if body.name == "cloth")
+        x = body.arrays["position"].copy()
+        pleat = np.rint((x[:, 0] - 1.5) / 0.5) % 2
+        x[:, 0] = 4.0 + share * (x[:, 0] - 4.0)
+        x[:, 2] = 4.12 + slope * (x[:, 0] - 4.0) + 0.5 * np.sqrt(1.0 - share**2) * pleat
+        place(body, x)
+        scene.layers.clear_inertia()
+        for one in scene.bodies:
+            one.deform(0.0, move=False)
+            one.to_grid(inertia=True, force=False)
+        meeting = scene.encounters._pairs[0].meeting
+        meeting._close = np.inf
+        scene.meet()
+        index, position = scene.grid.where()
+        places = np.full((scene.grid.n_nodes, 3), np.nan)
+        places[index] = position
+        inner = np.all(np.abs(places[meeting.node] - 4.0) < (1.1, 2.1, 0.1), axis=1)
+        assert inner.sum() == 15
+        return way * meeting.normal[inner], meeting.gap[inner]
+
+    normal, gap = shaped(1.0, 0.02)
+    expected = np.array((-0.02, 0.0, 1.0)) / np.hypot(1.0, 0.02)
+    assert normal == pytest.approx(np.tile(expected, (15, 1)), abs=1e-9)
+    # from the mean of its height about the node, half its thickness, and what the tilt takes over the node's two cells
+    assert gap == pytest.approx(np.full(15, 0.115), abs=0.045)
+    normal, gap = shaped(0.5, 0.0)
+    assert normal == pytest.approx(np.tile((0.0, 0.0, 1.0), (15, 1)), abs=1e-9)
+    assert gap == pytest.approx(np.full(15, 0.115), abs=1e-9)

@@ -7,7 +7,15 @@ from scipy.optimize import minimize, minimize_scalar
 
 from pellucid.jit import kernel
 from pellucid.materials.linear_membrane import LinearMembraneMaterial
-from pellucid.materials.membrane import initial_shape, largest_strain, plane_response, plane_wave_speed, stretched
+from pellucid.materials.membrane import (
+    initial_shape,
+    largest_strain,
+    plane_response,
+    plane_wave_speed,
+    shape_of,
+    smoothed,
+    stretched,
+)
 from pellucid.materials.neo_hookean_membrane import NeoHookeanMembraneMaterial
 
 E, NU, RHO = 2.0, 0.3, 1.0
@@ -213,14 +221,36 @@ def test_waves_of_a_folded_membrane_are_those_of_its_material(material):
     assert wave_bound(material, (0.1, -3.0)) == pytest.approx(wave_bound(material, (0.1, natural)), rel=1e-12)
 
 
+@every_material
+@every_state
+def test_the_shape_of_two_stretches(material, principal):
+    """Along the directions of a tensor whose own principal values do not count."""
+    R = turn(0.4)
+    axes = R @ np.diag((7.0, -2.0)) @ R.T
+    for law in (material.law(), material.elastic_law()):
+        shape = shape_of(law, (axes[0, 0], axes[1, 1], axes[0, 1]), *np.exp(principal))
+        assert shape == pytest.approx(strained(law, principal, 0.4), abs=1e-14)
+
+
+@every_material
+@pytest.mark.parametrize(("principal", "kept"), [(TAUT, 2), (WRINKLED, 1), (SLACK, 0)], ids=STATES)
+def test_stretches_with_their_wrinkles_smoothed_out(material, principal, kept):
+    """Taut they stay, wrinkled the width is the natural one, slack both are as at rest; without wrinkles both stay."""
+    stretches, axes = tuple(np.exp(principal)), (1.0, -1.0, 0.0)
+    smooth = stretches if kept == 2 else (stretches[0], natural_width(material, principal[0])) if kept else (1.0, 1.0)
+    assert smoothed(material.law(), axes, *stretches) == pytest.approx(smooth, rel=1e-12)
+    assert smoothed(material.elastic_law(), axes, *stretches) == stretches
+
+
 def test_the_largest_strain_does_not_depend_on_wrinkles():
     shape = strained(NEO, WRINKLED, 0.3)
     assert largest_strain(NEO, shape) == pytest.approx(0.05, rel=1e-12)
 
 
 def respond(law, shape, D, dt):
-    after = stretched(law, shape, D, dt)
-    return after, plane_response(law, after), plane_wave_speed(law, after, 1.0), largest_strain(law, after)
+    after, axes = stretched(law, shape, D, dt), (0.3, -0.1, 0.2)
+    whole = shape_of(law, axes, 1.05, 0.9)
+    return after, plane_response(law, after), plane_wave_speed(law, after, 1.0), largest_strain(law, after), whole
 
 
 compiled = kernel()(respond)

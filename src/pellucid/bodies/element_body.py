@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies import element_forces as forces
 from pellucid.bodies.element_kernels import CHUNK, HOURGLASS, RATE, STRAIN, SUMS, ElementArrays, strain
-from pellucid.bodies.element_mesh import ElementMesh
+from pellucid.bodies.element_mesh import ElementMesh, rest_gradients
 from pellucid.bodies.elements_spec import MembraneElementsCase
 from pellucid.bodies.point_body import PointBody
 from pellucid.bundle import Bundle
@@ -41,24 +41,26 @@ class ElementBody(PointBody):
         self.material = case.material
         self.law: Any = case.material.law()
         self.thickness = case.thickness
+        self.areal_density = case.material.density * case.thickness
         self.control = case.hourglass.control()
         vertices, self.quads, self.triangles = mesh = case.mesh()
         self._mesh = ElementMesh(mesh)
-        n, m = self._mesh.n_nodes, len(self._mesh.corners)
+        n, m, q = self._mesh.n_nodes, len(self._mesh.corners), self._mesh.n_quads
         volume = case.thickness * self._mesh.areas(vertices)
         mass = case.material.density * volume
-        turn = np.zeros((m, 2))
+        self._rest = rest_gradients(vertices[self.triangles])
+        turn = np.zeros((q, 2))
         turn[:, 0] = 1.0
         self.element_arrays: dict[str, np.ndarray] = {
             "element_mass": mass,
-            "shape": np.tile(np.array(initial_shape(self.law)), (m, 1)),
-            "turn": turn,
             "plane_stress": np.zeros((m, 3)),
             "thickness": np.full(m, case.thickness),
             "volume": volume,
             "strain_energy": np.zeros(m),
-            "hourglass": np.zeros((m, 2)),
             "hourglass_energy": np.zeros(m),
+            "shape": np.tile(np.array(initial_shape(self.law)), (q, 1)),
+            "turn": turn,
+            "hourglass": np.zeros((q, 2)),
         }
         self._chunks = (m + CHUNK - 1) // CHUNK
         self._element_sums, self._element_fault = np.zeros((self._chunks, SUMS)), np.zeros((self._chunks, 2), np.int64)
@@ -85,7 +87,8 @@ class ElementBody(PointBody):
         number = self.arrays["id"]
         where = np.argsort(number)  # from a node's number to its place
         corners = where[self._mesh.corners]
-        self._surface = Bundle(corners, self._mesh.n_quads, self.law, self.control, self.thickness, self._carried)
+        what = (self.law, self.control, self.thickness, self._rest, self._carried)
+        self._surface = Bundle(corners, self._mesh.n_quads, *what)
         self._about = Bundle(slabs, number, self._mesh.fan)
 
     # forces at the nodes [N], shape (n, 3), in the order in which the nodes are stored at the moment

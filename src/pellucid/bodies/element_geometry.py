@@ -1,10 +1,10 @@
-"""Geometry of flat membrane elements: frames from the bisector of their tangents, gradients at their centre.
+"""Geometry of membrane elements: frames of quadrilaterals from the bisector of their tangents, gradients at their centre.
 
-The position at the centre of a quadrilateral or triangle is linear in its two tangents, and so is the velocity; hourglass is
-what a quadrilateral has beside that:
+The position in a triangle is linear in two of its edges; that at the centre of a quadrilateral is linear in its two tangents,
+and so is the velocity; hourglass is what it has beside that:
 
     quadrilateral  χ = -x₁+x₂+x₃-x₄, ψ = -x₁-x₂+x₃+x₄, η = x₁-x₂+x₃-x₄, area |χ×ψ|/4
-    triangle       χ = -x₁+x₂,       ψ = -x₁+x₃,       η = 0,           area |χ×ψ|/2
+    triangle       χ = -x₁+x₂,       ψ = -x₁+x₃,                        area |χ×ψ|/2
 
 For a quadrilateral, χ×ψ is along the cross product of the diagonals, so that in the element's frame χ and ψ have no component
 across it, however warped it is, and η₃ is all of its warping. Source: Lian, Liu & Zhang 2014, eqs. 32-41, with unit tangents in
@@ -33,13 +33,19 @@ def cross(a, b):
 
 
 @pointwise
-def spans(x, corners, e, quad):
-    """χ, ψ, η of element e for a nodal field x, shape (n, 3); `corners`, shape (m, 4), the last one idle for triangles."""
+def edges(x, corners, e):
+    """χ, ψ of triangle e for a nodal field x, shape (n, 3); `corners`, shape (m, 4), the last one idle."""
+    a, b, c = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2])
+    return (
+        (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]),
+        (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]),
+    )
+
+
+@pointwise
+def spans(x, corners, e):
+    """χ, ψ, η of quadrilateral e for a nodal field x, shape (n, 3); `corners`, shape (m, 4)."""
     a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])
-    if not quad:
-        chi = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
-        psi = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
-        return chi, psi, (0.0, 0.0, 0.0)
     # the diagonals
     ux, uy, uz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
     wx, wy, wz = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
@@ -121,19 +127,16 @@ def steepness(local):
 
 
 @pointwise
-def size_of(now, quad):
-    """Area [m²], and the square of the largest eigenfrequency by that of c, (ω/2c)² [1/m²].
+def size_of(now):
+    """Area of a quadrilateral [m²], and the square of its largest eigenfrequency by that of c, (ω/2c)² [1/m²].
 
     Nodes carry equal shares of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², where c is
-    the speed of plane waves and k = 4 or 3 the number of nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
+    the speed of plane waves and k = 4 the number of nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
     """
     chi, psi, _ = now
     normal = cross(chi, psi)
     square = dot(normal, normal)
-    a, b = dot(chi, chi), dot(psi, psi)
-    if quad:
-        return 0.25 * sqrt(square), 4.0 * (a + b) / square
-    return 0.5 * sqrt(square), 1.5 * (a + b - dot(chi, psi)) / square
+    return 0.25 * sqrt(square), 4.0 * (dot(chi, chi) + dot(psi, psi)) / square
 
 
 @pointwise
@@ -181,4 +184,17 @@ def rotated(s, cosine, sine):
         cc * s[0] + ss * s[1] - 2.0 * sc * s[2],
         ss * s[0] + cc * s[1] + 2.0 * sc * s[2],
         sc * (s[0] - s[1]) + (cc - ss) * s[2],
+    )
+
+
+@pointwise
+def in_space(s, t, u):
+    """s₁₁ t⊗t + s₂₂ u⊗u + s₁₂ (t⊗u + u⊗t), components xx, yy, zz, yz, xz, xy, of an in-plane tensor (11, 22, 12)."""
+    return (
+        s[0] * t[0] * t[0] + s[1] * u[0] * u[0] + 2.0 * s[2] * t[0] * u[0],
+        s[0] * t[1] * t[1] + s[1] * u[1] * u[1] + 2.0 * s[2] * t[1] * u[1],
+        s[0] * t[2] * t[2] + s[1] * u[2] * u[2] + 2.0 * s[2] * t[2] * u[2],
+        s[0] * t[1] * t[2] + s[1] * u[1] * u[2] + s[2] * (t[1] * u[2] + t[2] * u[1]),
+        s[0] * t[0] * t[2] + s[1] * u[0] * u[2] + s[2] * (t[0] * u[2] + t[2] * u[0]),
+        s[0] * t[0] * t[1] + s[1] * u[0] * u[1] + s[2] * (t[0] * u[1] + t[1] * u[0]),
     )

@@ -41,3 +41,15 @@ class ElementMesh:
         nodes = self.corners[self._owned]
         sums = [np.bincount(nodes, np.repeat(column, self.sides), minlength=self.n_nodes) for column in columns.T]
         return np.stack(sums, axis=1).reshape(self.n_nodes, *values.shape[1:])
+
+
+def rest_gradients(places: np.ndarray) -> np.ndarray:
+    """Gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape (t, 4).
+
+    places: of their corners at rest [m], shape (t, 3, 3). The first axis is along the first edge.
+    """
+    chi, psi = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    length = np.linalg.norm(chi, axis=1)
+    along = np.einsum("ti,ti->t", chi, psi) / length
+    height = np.linalg.norm(np.cross(chi, psi), axis=1) / length
+    return np.stack([1.0 / length, -along / (length * height), np.zeros(len(chi)), 1.0 / height], axis=1)

@@ -18,6 +18,7 @@ from pellucid.jit import kernel
 
 INTERNAL, GRAVITY, SUPPORT, LOAD, CONTACT, WORKS = range(6)
 CONTACTING, LOADING, EXTRA_ROWS = range(3)  # rows of impulses before those of what is prescribed
+SHORT = 1.0 - 1e-9  # of the way to a wall, which rounding must not lead through
 
 
 class NodeForces(NamedTuple):
@@ -27,13 +28,14 @@ class NodeForces(NamedTuple):
     external: np.ndarray  # (n, 3) [N]
     prescribed: np.ndarray  # (n, 3) 0 where free, else 1 + the row of `velocity`
     velocity: np.ndarray  # (rows, 3) prescribed velocities [m/s]
+    walls: np.ndarray  # (3, 2) lower and upper faces of the grid that let no node through: 0 or 1 + the row of their support
     work: np.ndarray  # (slabs, WORKS + 3 (EXTRA_ROWS + rows)) works [J] and impulses [N s] of each slab
 
 
 @kernel()
 def _accelerate_slab(mapped, acting, gravity, dt, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    internal, external, prescribed, velocity, work = acting.content[0]
+    internal, external, prescribed, velocity, walls, work = acting.content[0]
     x, v, contact = points.position, points.velocity, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     row_of_rows = WORKS + 3 * EXTRA_ROWS
@@ -61,8 +63,14 @@ def _accelerate_slab(mapped, acting, gravity, dt, s):
             new = old + dt * ((internal[p, d] + external[p, d]) / m + gravity[d]) + touch[d]
             held = prescribed[p, d]
             mean = 0.5 * (old + new)
+            goal = velocity[held - 1, d] if held > 0 else 0.0
+            if held == 0:
+                below, above = low[d] - x[p, d], low[d] + n[d] / h - x[p, d]
+                if walls[d, 0] > 0 and dt * new < below:
+                    held, goal = walls[d, 0], SHORT * below / dt
+                elif walls[d, 1] > 0 and dt * new > above:
+                    held, goal = walls[d, 1], SHORT * above / dt
             if held > 0:
-                goal = velocity[held - 1, d]
                 reaction = m * (goal - new)
                 new = goal
                 mean = 0.5 * (old + new)

@@ -19,6 +19,8 @@ from pellucid.grid.spec import GridCase
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.reductions import ordered_sum
 
+NO_WALLS = np.zeros((3, 2), np.int64)
+
 
 class MembraneElements(ElementBody):
     """Elements that have a velocity field to themselves: their nodes move by their own forces, and the grid tells contact.
@@ -36,6 +38,7 @@ class MembraneElements(ElementBody):
         self.gravity, self.top_speed = (0.0, 0.0, 0.0), 0.0
         # along thin axes nothing moves
         self.prescribed_velocity = np.zeros((1, 3))
+        self._walls = NO_WALLS
         self._work = np.zeros((MOST_SLABS, WORKS + 3 * (EXTRA_ROWS + 1)))
         self._dt = 0.0
         n = len(case.mesh().vertices)
@@ -51,15 +54,17 @@ class MembraneElements(ElementBody):
         self._bind_forces()
 
     def _bind_forces(self) -> None:
-        acting = (self._internal, self._external, self.arrays["prescribed"], self.prescribed_velocity, self._work)
-        self._acting = Bundle(NodeForces(*acting))
+        prescribed = self.arrays["prescribed"], self.prescribed_velocity, self._walls
+        self._acting = Bundle(NodeForces(self._internal, self._external, *prescribed, self._work))
 
-    def set_prescribed(self, numbers: np.ndarray, rows: int) -> None:
+    def set_prescribed(self, numbers: np.ndarray, rows: int, walls: np.ndarray = NO_WALLS) -> None:
         """Which directions of the nodes have a prescribed velocity, each 0 or one more than its row.
 
-        numbers: shape (n, 3), of the nodes in the order of the mesh; rows: their number. Thin axes that nobody holds are held
-        by the last row. The velocities of the rows are zero until `prescribed_velocity` is filled.
+        numbers: shape (n, 3), of the nodes in the order of the mesh; rows: their number; walls: the same numbers for the lower
+        and upper faces of the grid that no node passes, shape (3, 2). Thin axes that nobody holds are held by the last row. The
+        velocities of the rows are zero until `prescribed_velocity` is filled.
         """
+        self._walls = walls
         held = np.where((numbers == 0) & np.array(self.grid.thin), rows, numbers)
         self.arrays["prescribed"][:] = held[self.arrays["id"]]
         self.prescribed_velocity = np.zeros((rows, 3))

@@ -30,6 +30,7 @@ class MembranePoints(PointBody):
         self.material = case.material
         self.law: Any = case.material.law()
         self.thickness = case.thickness
+        self.areal_density = case.material.density * case.thickness
         vertices, self.triangles = case.surface.triangulate()
         n = len(vertices)
         area = area_shares(vertices, self.triangles)

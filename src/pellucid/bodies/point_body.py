@@ -30,6 +30,7 @@ class PointBody(ABC):
 
     energy_kind: str
     is_surface = False  # whether the points are those of a membrane, which has two sides
+    areal_density: float  # of a membrane at rest [kg/m²]
     constraint: Any = None  # a prescribed motion or rigidity of its points, from `pellucid.conditions.prescribed`
     own_nodes = False  # whether its equation of motion is solved on its own points
     # elements of a surface, in the order of seeding, and what they carry; most bodies have none

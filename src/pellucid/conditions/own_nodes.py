@@ -13,7 +13,7 @@ from pellucid.grid.motion import Outside
 
 
 class OwnDrive(Drive):
-    """Nodes that lie where a support is at the start are held by it; those of a motion follow it.
+    """Nodes that lie where a support is at the start are held by it, those of a motion follow it; none passes a held face.
 
     The rows of what is prescribed are the supports, the motions, and one for thin axes. On the grid, the nodes about driven
     ones are gripped as those of points are, so that contact finds them as firm as they are.
@@ -23,13 +23,16 @@ class OwnDrive(Drive):
         super().__init__(body, motions, outside)
         back = np.argsort(body.arrays["id"])
         position, driven = body.arrays["position"][back], body.arrays["driven"][back]
-        numbers = np.zeros((len(position), 3), np.int64)
+        numbers, walls = np.zeros((len(position), 3), np.int64), np.zeros((3, 2), np.int64)
         for row, support in enumerate(supports, start=1):
             held = nodes_of(support, body.grid, position)
             numbers[np.ix_(held, np.flatnonzero(support.axes()))] = row
+            face = support.face()
+            if face is not None and support.axes()[face[0]]:
+                walls[face] = row
         for row in range(len(motions)):
             numbers[np.ix_(driven == row + 1, np.flatnonzero(self._axes[row]))] = len(supports) + row + 1
-        body.set_prescribed(numbers, len(supports) + len(motions) + 1)
+        body.set_prescribed(numbers, len(supports) + len(motions) + 1, walls)
         body.prescribed_velocity[: len(supports)] = [support.velocity for support in supports] or np.zeros((0, 3))
         body.top_speed = self.top_speed
         self._first, self._last = len(supports), len(supports) + len(motions)

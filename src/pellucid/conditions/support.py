@@ -42,3 +42,9 @@ class Support(Model):
         """Which directions are held."""
         held = (self.where[0],) if self.fix == "normal" and isinstance(self.where, str) else self.fix
         return "x" in held, "y" in held, "z" in held
+
+    def face(self) -> tuple[int, int] | None:
+        """The axis and the end, 0 lower and 1 upper, of the face of the grid on which it is, if it is on one."""
+        if isinstance(self.where, BoxRegion) or self.where == "all-nodes":
+            return None
+        return "xyz".index(self.where[0]), ("lower", "upper").index(self.where[2:])

@@ -31,7 +31,7 @@ def hold_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     for axis in np.flatnonzero(grid.thin):
         hold[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
-    faces = [isinstance(support.where, str) and support.where != "all-nodes" for support in supports]
+    faces = [support.face() is not None for support in supports]
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))
 
 
@@ -42,10 +42,11 @@ def nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
         reach = REACH * grid.lattice.cell
         inside = (position >= lower - reach) & (position <= upper + reach)
         return np.asarray(np.all(inside[:, ~np.array(grid.thin)], axis=1))
-    if support.where == "all-nodes":
+    face = support.face()
+    if face is None:
         return np.ones(len(position), bool)
-    axis, side = "xyz".index(support.where[0]), support.where[2:]
+    axis, end = face
     if grid.thin[axis]:
         return np.ones(len(position), bool)
     cells = (position[:, axis] - grid.lattice.lower[axis]) / grid.lattice.cell
-    return np.asarray(np.abs(cells - (0 if side == "lower" else grid.lattice.counts[axis])) <= REACH)
+    return np.asarray(np.abs(cells - end * grid.lattice.counts[axis]) <= REACH)

@@ -71,41 +71,48 @@ def _impulse(kind, friction, n, u, w):
     return share * tx - press * n[0], share * ty - press * n[1], share * tz - press * n[2]
 
 
+@pointwise
+def _answer(kind, friction, e, I, normal, one, other, w1, w2):
+    """The impulse on the first side that the velocities of both at node I ask for."""
+    n = (normal[e, 0], normal[e, 1], normal[e, 2])
+    u = (one[I, 0] - other[I, 0], one[I, 1] - other[I, 1], one[I, 2] - other[I, 2])
+    w = (w1[e, 0] + w2[e, 0], w1[e, 1] + w2[e, 1], w1[e, 2] + w2[e, 2])
+    return _impulse(kind, friction, n, u, w)
+
+
 @kernel(parallel=True)
-def _react(kind, friction, node, normal, one, other, mobility_one, mobility_other, impulse):
-    """Impulses that the velocities of two sides ask for, on the first."""
+def _stop(kind, friction, node, normal, one, other, w1, w2):
+    """Give two sides the impulses that their velocities ask for."""
     for e in prange(len(node)):
         I = node[e]
-        n = (normal[e, 0], normal[e, 1], normal[e, 2])
-        u = (one[I, 0] - other[I, 0], one[I, 1] - other[I, 1], one[I, 2] - other[I, 2])
-        w = (
-            mobility_one[e, 0] + mobility_other[e, 0],
-            mobility_one[e, 1] + mobility_other[e, 1],
-            mobility_one[e, 2] + mobility_other[e, 2],
-        )
-        impulse[e, 0], impulse[e, 1], impulse[e, 2] = _impulse(kind, friction, n, u, w)
-
-
-@kernel(parallel=True)
-def _shift(node, mobility, impulse, sign, velocity):
-    for e in prange(len(node)):
+        impulse = _answer(kind, friction, e, I, normal, one, other, w1, w2)
         for d in range(3):
-            velocity[node[e], d] += mobility[e, d] * sign * impulse[e, d]
+            one[I, d] += w1[e, d] * impulse[d]
+            other[I, d] -= w2[e, d] * impulse[d]
+
+
+@kernel(inline=True)
+def _push(I, d, more, velocity, change, deforming, contact):
+    if deforming[I, d] == velocity[I, d]:  # else a light node, whose forces must not strain points
+        deforming[I, d] += more
+    velocity[I, d] += more
+    change[I, d] += more
+    if len(contact) > 0:
+        contact[I, d] += more
 
 
 @kernel(parallel=True)
-def _push(node, mobility, impulse, sign, velocity, change, deforming, contact):
-    """Give the nodes impulses; those that are held do not move."""
+def _resolve(kind, friction, node, normal, one, other, w1, w2, total):
+    """Give the nodes of two sides the impulses that their velocities ask for, and add these up; what is held does not move."""
+    v1, change1, deforming1, contact1 = one
+    v2, change2, deforming2, contact2 = other
     for e in prange(len(node)):
         I = node[e]
+        impulse = _answer(kind, friction, e, I, normal, v1, v2, w1, w2)
         for d in range(3):
-            more = mobility[e, d] * sign * impulse[e, d]
-            if deforming[I, d] == velocity[I, d]:  # else a light node, whose forces must not strain points
-                deforming[I, d] += more
-            velocity[I, d] += more
-            change[I, d] += more
-            if len(contact) > 0:
-                contact[I, d] += more
+            _push(I, d, w1[e, d] * impulse[d], v1, change1, deforming1, contact1)
+            _push(I, d, -w2[e, d] * impulse[d], v2, change2, deforming2, contact2)
+            total[e, d] += impulse[d]
 
 
 @kernel()
@@ -196,27 +203,17 @@ class Pair:
         nodes = self.meeting.node[self.meeting.normal.any(axis=1)]
         return ((body, nodes) for side in self._bodies for body in side)
 
-    def _react(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        impulse = np.empty_like(self._impulse)
-        where, normal = self.meeting.node, self.meeting.normal
-        _react(self._kind, self._friction, where, normal, one, other, *self._mobility, impulse)
-        return impulse
-
     def resolve(self) -> None:
         """Impulses on the nodes after they moved."""
-        one, other = self._nodes
-        impulse = self._react(one.velocity, other.velocity)
-        for mobility, sign, nodes in zip(self._mobility, SIGNS, self._nodes, strict=True):
-            moved = nodes.velocity, nodes.change, nodes.deforming, nodes.contact
-            _push(self.meeting.node, mobility, impulse, sign, *moved)
-        self._impulse += impulse
+        where, (one, other) = (self.meeting.node, self.meeting.normal), self._nodes
+        moved = (one.velocity, one.change, one.deforming, one.contact)
+        also = (other.velocity, other.change, other.deforming, other.contact)
+        _resolve(self._kind, self._friction, *where, moved, also, *self._mobility, self._impulse)
 
     def project(self) -> None:
         """The same for the velocities that strain the points, which books nothing."""
-        one, other = self._nodes
-        impulse = self._react(one.deforming, other.deforming)
-        for mobility, sign, nodes in zip(self._mobility, SIGNS, self._nodes, strict=True):
-            _shift(self.meeting.node, mobility, impulse, sign, nodes.deforming)
+        where, (one, other) = (self.meeting.node, self.meeting.normal), self._nodes
+        _stop(self._kind, self._friction, *where, one.deforming, other.deforming, *self._mobility)
 
     def impulse(self) -> np.ndarray:
         """On the first field over this step [N s], shape (3,)."""

@@ -3,7 +3,7 @@
 The strain is accumulated in the frame that turns with the material; its plane-stress thickness strain is -ν/(1-ν) tr ε'.
 """
 
-from math import exp, sqrt
+from math import exp, log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
@@ -13,10 +13,13 @@ from pellucid.materials.membrane import (
     largest_strain,
     plane_response,
     plane_wave_speed,
+    shape_of,
+    smoothed,
     stretched,
     stretched_midway,
+    turned_to,
 )
-from pellucid.materials.wrinkling import turned_to, unwrinkled
+from pellucid.materials.wrinkling import unwrinkled
 
 
 class LinearMembrane(NamedTuple):
@@ -45,6 +48,17 @@ def _initial_shape(law):
 @point_function(stretched_midway, LinearMembrane)
 def _stretched(law, shape, D, dt):
     return (shape[0] + dt * D[0], shape[1] + dt * D[1], shape[2] + dt * D[2], 0.0)
+
+
+@point_function(shape_of, LinearMembrane)
+def _shape_of(law, axes, major, minor):
+    e11, e22, e12 = turned_to(axes[0], axes[1], axes[2], log(major), log(minor))
+    return (e11, e22, e12, 0.0)
+
+
+@point_function(smoothed, LinearMembrane)
+def _smoothed(law, axes, major, minor):
+    return major, minor
 
 
 @point_function(plane_response, LinearMembrane)

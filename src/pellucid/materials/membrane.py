@@ -4,11 +4,22 @@ In-plane tensors are 3-tuples (11, 22, 12). A law sees the stretching (rate of d
 Cauchy stress in the frame and the ratio of thickness to its initial value. Source: Gan et al. 2011, section 2.1.
 """
 
+from math import sqrt
 from typing import Any
 
-from pellucid.jit import generic
+from pellucid.jit import generic, pointwise
 
 InPlane = tuple[float, float, float]
+
+
+@pointwise
+def turned_to(a11, a22, a12, major, minor):
+    """The symmetric tensor (11, 22, 12) along the principal directions of `a` with other principal values."""
+    half = 0.5 * (a11 - a22)
+    radius = sqrt(half * half + a12 * a12)
+    cosine, sine = (half / radius, a12 / radius) if radius > 0.0 else (1.0, 0.0)  # of twice the angle
+    mean, difference = 0.5 * (major + minor), 0.5 * (major - minor)
+    return mean + difference * cosine, mean - difference * cosine, difference * sine
 
 
 @generic
@@ -19,6 +30,16 @@ def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:
 @generic
 def stretched_midway(law: Any, shape: Any, D: Any, dt: float) -> Any:
     """As `stretched`, with D in the geometry at the middle of the step, not at its start: second order in dt."""
+
+
+@generic
+def shape_of(law: Any, axes: Any, major: float, minor: float) -> Any:
+    """The in-plane shape, a 4-tuple, of two principal stretches along the principal directions of the tensor `axes`."""
+
+
+@generic
+def smoothed(law: Any, axes: Any, major: float, minor: float) -> Any:
+    """Two principal stretches with the wrinkles smoothed out: both as they are where the law knows no wrinkles."""
 
 
 @generic

@@ -11,10 +11,13 @@ from pellucid.materials.membrane import (
     largest_strain,
     plane_response,
     plane_wave_speed,
+    shape_of,
+    smoothed,
     stretched,
     stretched_midway,
+    turned_to,
 )
-from pellucid.materials.wrinkling import turned_to, unwrinkled
+from pellucid.materials.wrinkling import unwrinkled
 
 TOLERANCE = 1e-14  # on the squared thickness stretch
 MOST_ITERATIONS = 50
@@ -84,6 +87,17 @@ def _free_stretch_squared(law, held, share):
 def _thickness_squared(law, area):
     """(thickness stretch)² of a membrane at a ratio of area."""
     return _free_stretch_squared(law, area, 0.5)
+
+
+@point_function(shape_of, NeoHookeanMembrane)
+def _shape_of(law, axes, major, minor):
+    U11, U22, U12 = turned_to(axes[0], axes[1], axes[2], major, minor)
+    return (U11, U12, U12, U22)
+
+
+@point_function(smoothed, NeoHookeanMembrane)
+def _smoothed(law, axes, major, minor):
+    return major, minor
 
 
 @point_function(plane_response, NeoHookeanMembrane)

@@ -10,15 +10,16 @@ Any law may be wrapped. All that it has to say is what it looks like when its wr
 wavy surface the material then has the stress and thickness of its own law, and there is more of it than the outline spans.
 """
 
-from math import sqrt
 from typing import Any, NamedTuple
 
-from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit import generic, point_function
 from pellucid.materials.membrane import (
     initial_shape,
     largest_strain,
     plane_response,
     plane_wave_speed,
+    shape_of,
+    smoothed,
     stretched,
     stretched_midway,
 )
@@ -35,16 +36,6 @@ def unwrinkled(law: Any, shape: Any) -> Any:
     """The in-plane shape with its wrinkles smoothed out, a 4-tuple, and the area of that over the area of the shape itself."""
 
 
-@pointwise
-def turned_to(a11, a22, a12, major, minor):
-    """The symmetric tensor (11, 22, 12) along the principal directions of `a` with other principal values."""
-    half = 0.5 * (a11 - a22)
-    radius = sqrt(half * half + a12 * a12)
-    cosine, sine = (half / radius, a12 / radius) if radius > 0.0 else (1.0, 0.0)  # of twice the angle
-    mean, difference = 0.5 * (major + minor), 0.5 * (major - minor)
-    return mean + difference * cosine, mean - difference * cosine, difference * sine
-
-
 @point_function(initial_shape, TensionField)
 def _initial_shape(law):
     return initial_shape(law.law)
@@ -58,6 +49,20 @@ def _stretched(law, shape, D, dt):
 @point_function(stretched_midway, TensionField)
 def _stretched_midway(law, shape, D, dt):
     return stretched_midway(law.law, shape, D, dt)
+
+
+@point_function(shape_of, TensionField)
+def _shape_of(law, axes, major, minor):
+    return shape_of(law.law, axes, major, minor)
+
+
+@point_function(smoothed, TensionField)
+def _smoothed(law, axes, major, minor):
+    _, folded = unwrinkled(law.law, shape_of(law.law, axes, major, minor))
+    if folded == 1.0:
+        return major, minor
+    longest = max(major, 1.0)
+    return longest, folded * major * minor / longest
 
 
 @point_function(plane_response, TensionField)

@@ -21,6 +21,7 @@ SHEET: Colour = (0.36, 0.76, 0.77)
 SPHERE: Colour = (0.80, 0.62, 0.40)
 IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 """Signs of x, y, z."""
+PANEL_COLUMNS = 900
 FILM_COLUMNS, FILM_PICTURES = 600, 26
 
 
@@ -45,6 +46,20 @@ def sections(run: "Run", body: str, times: Iterable[float], half_width: float, r
         label(axes, "x", "z", "mm", "mm")
         axes.label_outer()
     subplots[0, 0].legend(markerscale=5, loc="upper right")
+    return figure
+
+
+def panels(run: "Run", view: View, times: Iterable[float]) -> "Figure":
+    """Pictures of the frames nearest to some instants [s], two in a row."""
+    chosen = nearest(run, times)
+    camera = camera_for(view, _places(run, chosen), PANEL_COLUMNS)
+    rows, columns = -(-len(chosen) // 2), 2
+    high, wide = camera.shape
+    figure = new_figure(height=WIDTH / columns * high / wide * rows)
+    for axes, time in zip(figure.subplots(rows, columns, squeeze=False).flat, chosen, strict=False):
+        draw(axes, run, float(time), camera)
+    for axes in figure.axes[len(chosen) :]:
+        axes.set_axis_off()
     return figure
 
 
