@@ -75,6 +75,11 @@ def drape(case: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     report("1 mm, no noise, rigid ball", Choice(case, rigid=True))
     compare("1 mm, tension field", report("1 mm, tension field", Choice(case, tension_field=True)), relaxed)
     compare("0.25 mm, tension field", report("", Choice(case, 2.5e-4, tension_field=True, rigid=True)), relaxed)
+    for seed in (1, 2):
+        noisy = Choice(case, 5e-4, tension_field=True, noise=NOISE, seed=seed)
+        compare(f"0.5 mm, tension field, noise {seed}", report("", noisy), relaxed)
+    springs = Choice(case, 5e-4, tension_field=True, penalty=0.1)
+    compare("0.5 mm, tension field, impacts rebound", report("0.5 mm, tension field, penalty 0.1", springs), relaxed)
     columns = {first: paper[:, :, 0].mean(0), second: paper[:, :, 1].mean(0)}
     columns |= {f"least_{second}": paper[:, :, 1].min(0), f"greatest_{second}": paper[:, :, 1].max(0)}
     columns |= {f"fine_{first}": fine[:, :, 0].mean(0), f"fine_{second}": fine[:, :, 1].mean(0)}
