@@ -89,7 +89,8 @@ def refuse_overlaps(case: "Case", layers: Sequence[Layer]) -> None:
                 f"{int(inside.sum())} of {len(position)} points of it start inside body {other.name}, which belongs to another "
                 f"velocity field, the first at ({place}) m: contact cannot tell which way out is"
             )
-            remedy = f"move one of the two, name {other.name} in `outside`, or give both the same `field`"
+            leave_out = "" if body.is_surface else f"name {other.name} in `outside`, "
+            remedy = f"move one of the two, {leave_out}or give both the same `field`"
             raise CaseError(Problem(text, f"body.{body.name}.{cases[body.name].place}", remedy=remedy))
 
 

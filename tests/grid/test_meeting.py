@@ -70,12 +70,14 @@ def test_a_ball_above_a_plane_touches_at_its_lowest_point():
     assert not meeting.normal[beyond].any()
 
 
+@pytest.mark.parametrize("above", [True, False])
 @pytest.mark.parametrize("way", [1, -1])
-def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the_volume(way):
-    """A sheet 0.12 m above a block, tilted a little, and then folded into steep pleats of half its length."""
-    surface = {"rectangle": {"corner": [1.5, 1.5, 4.02], "first_edge": [5, 0, 0], "second_edge": [0, 5, 0], "points": [11, 11]}}
+def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the_volume(way, above):
+    """A sheet 0.12 m above or below a block, flat, tilted a little, and folded into steep pleats of half its length."""
+    surface = {"rectangle": {"corner": [1.5, 1.5, 3.9], "first_edge": [5, 0, 0], "second_edge": [0, 5, 0], "points": [11, 11]}}
     cloth = sheet(kind="membrane-elements", surface=surface) | {"name": "cloth"}
-    bodies = [box((1, 1, 2), (7, 7, 4), name="block", field="a"), cloth]
+    side = 1.0 if above else -1.0
+    bodies = [box((1, 1, 2) if above else (1, 1, 4), (7, 7, 4) if above else (7, 7, 6), name="block", field="a"), cloth]
 
     def shaped(share, slope):
         scene = simulation(*bodies[::way], counts=(8, 8, 8))
@@ -83,7 +85,7 @@ def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the
         x = body.arrays["position"].copy()
         pleat = np.rint((x[:, 0] - 1.5) / 0.5) % 2
         x[:, 0] = 4.0 + share * (x[:, 0] - 4.0)
-        x[:, 2] = 4.12 + slope * (x[:, 0] - 4.0) + 0.5 * np.sqrt(1.0 - share**2) * pleat
+        x[:, 2] = 4.0 + side * (0.12 + slope * (x[:, 0] - 4.0) + 0.5 * np.sqrt(1.0 - share**2) * pleat)
         place(body, x)
         scene.layers.clear_inertia()
         for one in scene.bodies:
@@ -97,13 +99,13 @@ def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the
         places[index] = position
         inner = np.all(np.abs(places[meeting.node] - 4.0) < (1.1, 2.1, 0.1), axis=1)
         assert inner.sum() == 15
-        return way * meeting.normal[inner], meeting.gap[inner]
+        return way * side * meeting.normal[inner], meeting.gap[inner]
 
     normal, gap = shaped(1.0, 0.02)
-    expected = np.array((-0.02, 0.0, 1.0)) / np.hypot(1.0, 0.02)
-    assert normal == pytest.approx(np.tile(expected, (15, 1)), abs=1e-9)
-    # from the mean of its height about the node, half its thickness, and what the tilt takes over the node's two cells
-    assert gap == pytest.approx(np.full(15, 0.115), abs=0.045)
-    normal, gap = shaped(0.5, 0.0)
-    assert normal == pytest.approx(np.tile((0.0, 0.0, 1.0), (15, 1)), abs=1e-9)
-    assert gap == pytest.approx(np.full(15, 0.115), abs=1e-9)
+    expected = np.array((-0.02, 0.0, side)) / np.hypot(1.0, 0.02)
+    assert normal == pytest.approx(np.tile(side * expected, (15, 1)), abs=1e-9)
+    for share in (1.0, 0.5):
+        normal, gap = shaped(share, 0.0)
+        assert normal == pytest.approx(np.tile((0.0, 0.0, 1.0), (15, 1)), abs=1e-9)
+        # the sheet is 0.01 m thick, and the block's foremost points are cubes to its face
+        assert gap == pytest.approx(np.full(15, 0.115), abs=1e-9)

@@ -15,7 +15,7 @@ from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
 from pellucid.jit import kernel, pointwise
 from pellucid.materials.membrane import plane_response, plane_wave_speed, shape_of, smoothed, turned_to
 
-NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wide, which no stress depends on
+NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wide, and what bears compression has collapsed
 
 
 @pointwise
@@ -41,7 +41,8 @@ def strain_triangle(surface, x, v, e, dt):
     areal = dot(normal, normal)  # the square of the ratio of areas
     difference = 0.5 * (C[0] - C[1])
     square = 0.5 * (C[0] + C[1]) + sqrt(difference * difference + C[2] * C[2])
-    major, minor = sqrt(square), max(sqrt(areal / square), NARROWEST)
+    major = max(sqrt(square), NARROWEST)
+    minor = max(sqrt(areal) / major, NARROWEST)
     shape = shape_of(law, C, major, minor)
     s11, s22, s12, ratio = plane_response(law, shape)
     at_rest = 0.5 * initial / abs(b11 * b22 - b12 * b21)
@@ -79,9 +80,9 @@ def strain_triangle(surface, x, v, e, dt):
     turn = cross(m1, m2)
     h1 = (f1[0] - dt * r1[0], f1[1] - dt * r1[1], f1[2] - dt * r1[2])
     h2 = (f2[0] - dt * r2[0], f2[1] - dt * r2[1], f2[2] - dt * r2[2])
-    over = dot(turn, normal) <= 0.0 or dot(turn, cross(h1, h2)) <= 0.0
+    over = dot(turn, normal) <= 0.0 or dot(turn, cross(h1, h2)) <= 0.0 or minor <= NARROWEST
     wrong = OK
-    if (over and wide <= minor) or ratio <= 0.0:
+    if (over and wide <= minor) or ratio <= 0.0:  # what is smoothed out may be folded over
         wrong = COLLAPSED
     elif not abs(S11 + S22 + S12 + signal + volume) < inf:
         wrong = NOT_FINITE
