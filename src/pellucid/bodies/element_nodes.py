@@ -98,56 +98,6 @@ def accelerate(n, mapped, acting, gravity, dt):
 
 
 @kernel()
-def _settle_slab(mapped, acting, s):
-    fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    _, _, prescribed, _, _, work = acting.content[0]
-    x, v, contact, momentum, mass = points.position, points.velocity, nodes.contact, nodes.momentum, nodes.mass
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    row_of_rows = WORKS + 3 * EXTRA_ROWS
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
-        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
-        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
-        lx = ly = lz = 0.0
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
-                for c in range(len(wz)):
-                    I = uintp(row + c * stride[2])
-                    cx, cy, cz = contact[I, 0], contact[I, 1], contact[I, 2]
-                    square = cx * cx + cy * cy + cz * cz
-                    if square > 0.0:
-                        own = (v[p, 0] * cx + v[p, 1] * cy + v[p, 2] * cz) / square
-                        mean = (momentum[I, 0] * cx + momentum[I, 1] * cy + momentum[I, 2] * cz) / (mass[I] * square)
-                        part = wx[a] * wy[b] * wz[c] * (own - mean)
-                        lx += part * cx
-                        ly += part * cy
-                        lz += part * cz
-        m, loss = points.mass[p], (lx, ly, lz)
-        for d in range(3):
-            held = prescribed[p, d]  # what holds it takes the impulse too
-            if held > 0:
-                work[s, row_of_rows + 3 * (held - 1) + d] += m * loss[d]
-                work[s, SUPPORT] += m * loss[d] * v[p, d]
-                work[s, CONTACT] -= m * loss[d] * v[p, d]
-            elif loss[d] != 0.0:
-                work[s, CONTACT] += m * loss[d] * (0.5 * loss[d] - v[p, d])
-                v[p, d] -= loss[d]
-
-
-@kernel(parallel=True)
-def settle(n, mapped, acting):
-    """Where contact pressed, nodes take the mean velocity about it along its impulse, n: impacts do not rebound within a cell.
-
-    v_K - Σ_I N_I n_I n_I·(v_K - p_I/m_I) with their momentum p on the grid. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum stays
-    as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen's inequality).
-    """
-    for s in prange(n):
-        _settle_slab(mapped, acting, s)
-
-
-@kernel()
 def _move_slab(mapped, dt, s):
     _, _, lattice, _, points, slabs, _ = mapped.content
     x, v = points.position, points.velocity

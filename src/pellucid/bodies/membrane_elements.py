@@ -97,10 +97,9 @@ class MembraneElements(ElementBody):
         element_nodes.accelerate(self.n_slabs, self.mapped, self._acting, self.gravity, self._dt)
         if self.constraint is not None:
             self.constraint.steer()
+        sum_motion(self.n_slabs, self.mapped)
         if remap:
             spread_momentum(self.n_slabs, self.mapped)
-            element_nodes.settle(self.n_slabs, self.mapped, self._acting)
-        sum_motion(self.n_slabs, self.mapped)
         self._collect_motion_sums()
         self._collect_work()
 
