@@ -6,7 +6,7 @@ kernel over nodes adds them up in a fixed order: no atomics, the same bits on an
 
 from numba import prange
 
-from pellucid.bodies.element_kernels import CHUNK
+from pellucid.bodies.element_kernels import elements_of
 from pellucid.bodies.quadrilateral import press_quadrilateral, quadrilateral_forces, quadrilateral_stress
 from pellucid.bodies.triangle import press_triangle, triangle_forces, triangle_stress
 from pellucid.jit import kernel
@@ -15,10 +15,10 @@ from pellucid.jit import kernel
 @kernel()
 def _force_chunk(surface, x, forces, chunk):
     corners, n_quads, _, _, _, _, _ = surface.content
-    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))
-    for e in range(first, min(end, n_quads)):
+    first, middle, end = elements_of(chunk, n_quads, len(corners))
+    for e in range(first, middle):
         quadrilateral_forces(surface, x, forces, e)
-    for e in range(max(first, n_quads), end):
+    for e in range(middle, end):
         triangle_forces(surface, x, forces, e)
 
 
@@ -32,10 +32,10 @@ def internal_forces(chunks, surface, x, forces):
 @kernel()
 def _press_chunk(surface, x, forces, chunk, pressure):
     corners, n_quads, _, _, _, _, _ = surface.content
-    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))
-    for e in range(first, min(end, n_quads)):
+    first, middle, end = elements_of(chunk, n_quads, len(corners))
+    for e in range(first, middle):
         press_quadrilateral(surface, x, forces, e, pressure)
-    for e in range(max(first, n_quads), end):
+    for e in range(middle, end):
         press_triangle(surface, x, forces, e, pressure)
 
 
@@ -70,10 +70,10 @@ def add_corners(n, about, corner_values, target):
 @kernel()
 def _stress_chunk(surface, x, stress, chunk):
     corners, n_quads, _, _, _, _, _ = surface.content
-    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))
-    for e in range(first, min(end, n_quads)):
+    first, middle, end = elements_of(chunk, n_quads, len(corners))
+    for e in range(first, middle):
         quadrilateral_stress(surface, x, stress, e)
-    for e in range(max(first, n_quads), end):
+    for e in range(middle, end):
         triangle_stress(surface, x, stress, e)
 
 

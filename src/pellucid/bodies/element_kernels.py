@@ -12,7 +12,7 @@ from numba import prange
 from pellucid.bodies.quadrilateral import strain_quadrilateral
 from pellucid.bodies.triangle import strain_triangle
 from pellucid.grid.points import OK
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 
 CHUNK = 512
 STRAIN, HOURGLASS, RATE, SUMS = range(4)  # columns of the sums of a chunk
@@ -32,13 +32,20 @@ class ElementArrays(NamedTuple):
     hourglass: np.ndarray  # (q, 2) hourglass force Q in the element's frame [N]
 
 
+@pointwise
+def elements_of(chunk, n_quads, n):
+    """The elements of a chunk: its first, the first that is no quadrilateral, and the end."""
+    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), n)
+    return first, min(max(first, n_quads), end), end
+
+
 @kernel()
 def _strain_chunk(surface, x, v, sums, fault, chunk, dt):
     corners, n_quads, _, _, _, _, _ = surface.content
-    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))
+    first, middle, end = elements_of(chunk, n_quads, len(corners))
     strain_energy = hourglass_energy = rate = 0.0
     first_fault = at_fault = 0
-    for e in range(first, min(end, n_quads)):
+    for e in range(first, middle):
         strained, warped, signal, wrong = strain_quadrilateral(surface, x, v, e, dt)
         strain_energy += strained
         hourglass_energy += warped
@@ -46,7 +53,7 @@ def _strain_chunk(surface, x, v, sums, fault, chunk, dt):
         if wrong != OK and first_fault == OK:
             first_fault = wrong
             at_fault = e
-    for e in range(max(first, n_quads), end):
+    for e in range(middle, end):
         strained, signal, wrong = strain_triangle(surface, x, v, e, dt)
         strain_energy += strained
         rate = max(rate, signal)

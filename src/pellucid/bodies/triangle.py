@@ -45,7 +45,7 @@ def strain_triangle(surface, x, v, e, dt):
     minor = max(sqrt(areal) / major, NARROWEST)
     shape = shape_of(law, C, major, minor)
     s11, s22, s12, ratio = plane_response(law, shape)
-    at_rest = 0.5 * initial / abs(b11 * b22 - b12 * b21)
+    at_rest = _volume_of(rest, initial)
     volume = at_rest * major * minor * ratio
     # S = V/V₀ U⁻¹ σ U⁻¹, with σ turned back to the axes at rest
     w11, w22, w12 = turned_to(C[0], C[1], C[2], 1.0 / major, 1.0 / minor)
@@ -65,7 +65,7 @@ def strain_triangle(surface, x, v, e, dt):
     old[e, 0], old[e, 1], old[e, 2] = S11, S22, S12
     carried.thickness[e], carried.volume[e] = initial * ratio, volume
     # waves cross what is folded as fast as when it is smoothed out
-    long, wide = smoothed(law, C, major, minor)
+    long, wide = smoothed(law, shape, major, minor)
     g11, g22, g12 = turned_to(C[0], C[1], C[2], 1.0 / (long * long), 1.0 / (wide * wide))
     b31, b32 = b11 + b21, b12 + b22
     bound = 0.75 * (
@@ -96,7 +96,7 @@ def triangle_forces(surface, x, forces, e):
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
     chi, psi = edges(x, corners, e)
     f1, f2 = gradients(rest, chi, psi)
-    V = 0.5 * initial / abs(b11 * b22 - b12 * b21)
+    V = _volume_of(rest, initial)
     S11, S22, S12 = carried.plane_stress[e, 0], carried.plane_stress[e, 1], carried.plane_stress[e, 2]
     p1, p2 = V * (S11 * b11 + S12 * b12), V * (S12 * b11 + S22 * b12)
     q1, q2 = V * (S11 * b21 + S12 * b22), V * (S12 * b21 + S22 * b22)
@@ -121,10 +121,10 @@ def press_triangle(surface, x, forces, e, pressure):
 def triangle_stress(surface, x, stress, e):
     """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
     corners, n_quads, _, _, initial, rests, carried = surface.content
-    b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
+    rest = _rest_of(rests, e - n_quads)
     chi, psi = edges(x, corners, e)
     t, u = gradients(rest, chi, psi)
-    share = 0.5 * initial / abs(b11 * b22 - b12 * b21) / carried.volume[e]
+    share = _volume_of(rest, initial) / carried.volume[e]
     S = carried.plane_stress
     whole = in_space((share * S[e, 0], share * S[e, 1], share * S[e, 2]), t, u)
     for d in range(6):
@@ -134,3 +134,9 @@ def triangle_stress(surface, x, stress, e):
 @pointwise
 def _rest_of(rests, t):
     return rests[t, 0], rests[t, 1], rests[t, 2], rests[t, 3]
+
+
+@pointwise
+def _volume_of(rest, thickness):
+    """At rest, from the gradients there."""
+    return 0.5 * thickness / abs(rest[0] * rest[3] - rest[1] * rest[2])

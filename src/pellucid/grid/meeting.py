@@ -52,7 +52,6 @@ class Meeting:
         # of the points of either field's bodies, those that reach the nodes
         self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
         self._close = CLOSE if self._surfaces == (1, 1) else 0.0
-        self._crumpled = np.zeros(0, bool)  # where a membrane takes the normal of the volume that it meets
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
@@ -72,16 +71,16 @@ class Meeting:
         surfaces = [side for side in range(2) if self._surfaces[side]]
         for side in surfaces:
             self._draw(side, outlines[side], 0)
-        self._crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
+        crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
         if len(surfaces) == 1:
-            outline.lead(outlines[surfaces[0]], direction, self._crumpled)
-        if len(surfaces) == 1 and not self._crumpled.any():
+            outline.lead(outlines[surfaces[0]], direction, crumpled)
+        if len(surfaces) == 1 and not crumpled.any():
             foremost = self._meet_smooth(surfaces[0], outlines, direction)
             outline.keep(direction, foremost, self.normal, self.gap)
         else:
             for side in {0, 1}.difference(surfaces):
                 self._draw(side, outlines[side], 1)
-            for direction in self._directions(*outlines):
+            for direction in self._directions(outlines[0], outlines[1], crumpled):
                 outline.orient(outlines[0], outlines[1], direction)
                 outline.keep(direction, self._foremost(direction), self.normal, self.gap)
         outline.part(self.gap, self._close * self._grids[0].lattice.cell, self.normal)
@@ -102,14 +101,17 @@ class Meeting:
         self._reach_of(membrane, normal, foremost[membrane])
         return foremost
 
-    def _directions(self, one: np.ndarray, other: np.ndarray) -> Iterator[np.ndarray]:
-        """Directions that may be normals, of any length and either way, each of shape (n, 3)."""
+    def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
+        """Directions that may be normals, of any length and either way, each of shape (n, 3).
+
+        crumpled, shape (n,): where a membrane takes the normal of the volume that it meets.
+        """
         A, B = one[:, NORMAL:CENTRE], other[:, NORMAL:CENTRE]
         if self._surfaces == (1, 1):
             along = np.sum(A * B, axis=1, keepdims=True)
             yield A + np.where(along > 0.0, B, -B)
         elif self._surfaces != (0, 0):
-            yield np.where(self._crumpled[:, None] == self._surfaces[0], B, A)
+            yield np.where(crumpled[:, None] == self._surfaces[0], B, A)
         else:
             for a, b in SHARES:
                 yield a * A + b * B

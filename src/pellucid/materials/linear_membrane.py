@@ -57,7 +57,7 @@ def _shape_of(law, axes, major, minor):
 
 
 @point_function(smoothed, LinearMembrane)
-def _smoothed(law, axes, major, minor):
+def _smoothed(law, shape, major, minor):
     return major, minor
 
 

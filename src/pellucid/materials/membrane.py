@@ -38,8 +38,8 @@ def shape_of(law: Any, axes: Any, major: float, minor: float) -> Any:
 
 
 @generic
-def smoothed(law: Any, axes: Any, major: float, minor: float) -> Any:
-    """Two principal stretches with the wrinkles smoothed out: both as they are where the law knows no wrinkles."""
+def smoothed(law: Any, shape: Any, major: float, minor: float) -> Any:
+    """The principal stretches of a shape with its wrinkles smoothed out: as they are where the law knows no wrinkles."""
 
 
 @generic

@@ -57,8 +57,8 @@ def _shape_of(law, axes, major, minor):
 
 
 @point_function(smoothed, TensionField)
-def _smoothed(law, axes, major, minor):
-    _, folded = unwrinkled(law.law, shape_of(law.law, axes, major, minor))
+def _smoothed(law, shape, major, minor):
+    _, folded = unwrinkled(law.law, shape)
     if folded == 1.0:
         return major, minor
     longest = max(major, 1.0)
