@@ -8,6 +8,7 @@ from pellucid.bodies import element_nodes
 from pellucid.bodies.element_body import ElementBody
 from pellucid.bodies.element_nodes import CONTACTING, EXTRA_ROWS, LOADING, WORKS, NodeForces
 from pellucid.bodies.elements_spec import MembraneElementsCase
+from pellucid.bodies.settling import settle
 from pellucid.bundle import Bundle
 from pellucid.grid import transfer
 from pellucid.grid.driving import spread_momentum, sum_motion
@@ -97,9 +98,11 @@ class MembraneElements(ElementBody):
         element_nodes.accelerate(self.n_slabs, self.mapped, self._acting, self.gravity, self._dt)
         if self.constraint is not None:
             self.constraint.steer()
-        sum_motion(self.n_slabs, self.mapped)
         if remap:
             spread_momentum(self.n_slabs, self.mapped)
+            if self._pressed():
+                settle(self.n_slabs, self.mapped, self._acting, np.zeros(self.grid.n_nodes))
+        sum_motion(self.n_slabs, self.mapped)
         self._collect_motion_sums()
         self._collect_work()
 
@@ -111,6 +114,11 @@ class MembraneElements(ElementBody):
         self.sums["rate"] = max(self._element_rate, crossing)
 
     # the books
+
+    def _pressed(self) -> bool:
+        """Whether contact gave the nodes any impulse in this step."""
+        first = WORKS + 3 * CONTACTING
+        return bool(self._work[: self.n_slabs, first : first + 3].any())
 
     def _collect_work(self) -> None:
         sums = ordered_sum(self._work[: self.n_slabs])
