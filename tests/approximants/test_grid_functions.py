@@ -49,6 +49,14 @@ def test_partition_of_unity(fn, n):
 
 @every_function
 @every_count
+def test_no_weight_reaches_farther_than_half_the_stencil(fn, n):
+    for u in places(n):
+        nodes, w, _ = at(fn, u, n)
+        assert np.abs(nodes - u)[w != 0.0].max() <= 0.5 * fn.stencil * (1.0 + ROUNDING), u
+
+
+@every_function
+@every_count
 def test_linear_fields_are_reproduced(fn, n):
     for u in places(n):
         nodes, w, g = at(fn, u, n)

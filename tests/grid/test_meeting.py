@@ -40,6 +40,22 @@ def test_faces_apart_share_nodes_but_do_not_touch():
     assert not meeting.normal.any()
 
 
+@pytest.mark.parametrize("counts", [(9, 8, 8), (8, 9, 8), (8, 8, 9), (8, 1, 9), (1, 9, 8), (8, 8, 1), (1, 1, 9)])
+@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
+def test_points_are_looked_for_where_they_may_reach_the_shared_nodes(counts, functions):
+    """In any order of the axes in memory, and where some are thin."""
+    flat = np.array(counts) == 1
+    corners = [
+        (np.where(flat, 0, low), np.where(flat, 1, high)) for low, high in (((2, 3, 1), (4, 4, 3)), ((4, 3, 3), (6, 6, 5)))
+    ]
+    bodies = box(*corners[0], name="one", field="a"), box(*corners[1], name="two")
+    meeting, position, scene = met(*bodies, counts=counts, functions=functions)
+    stencil = np.array([function.stencil for function in scene.bodies[0].functions])
+    assert len(position)
+    assert meeting._box[0] == pytest.approx(position.min(axis=0) - 0.5 * stencil, abs=1e-5)
+    assert meeting._box[1] == pytest.approx(position.max(axis=0) + 0.5 * stencil, abs=1e-5)
+
+
 def test_tilted_faces_have_the_normal_of_their_gradients():
     s, c = np.sin(0.3), np.cos(0.3)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])

@@ -44,7 +44,8 @@ class Meeting:
         n = grids[0].n_nodes
         self._shared = np.empty(n, np.int64)
         self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
-        self._where = Bundle(self._slot, self._near)
+        self._box = np.empty((2, 3))
+        self._where = Bundle(self._slot, self._near, self._box)
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
         # a membrane beside a volume in one field counts as a volume too
@@ -63,6 +64,7 @@ class Meeting:
         if n:
             strides = self._grids[0].lattice.strides
             outline.mark(self.node, self._slot, self._near, self._reach, strides, True)
+            outline.bound(self.node, self._grids[0].lattice, self._reach, self._box)
             self._measure(n)
             outline.mark(self.node, self._slot, self._near, self._reach, strides, False)
 

@@ -3,7 +3,7 @@
 The nodes are listed and numbered; what is summed about a node is its outline, a row of COLUMNS.
 """
 
-from math import sqrt
+from math import inf, sqrt
 
 from numba import prange
 from numpy import uintp
@@ -14,6 +14,7 @@ from pellucid.jit import kernel
 
 SMOOTH = 0.7
 """Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
+MARGIN = 1e-6  # of a cell, for rounding
 NORMAL, CENTRE, VOLUME, COLUMNS = 0, 3, 6, 7  # columns of an outline; of a surface its area at rest is the volume
 
 
@@ -43,15 +44,41 @@ def mark(node, slot, near, reach, strides, on):
 
 
 @kernel()
+def bound(node, lattice, reach, box):
+    """The box, (2, 3) [m], of the points that may have weight at a listed node; stencils have `reach` nodes along each axis."""
+    s, slow = lattice.strides, lattice.slab_axis
+    middle = 1 if slow == 0 else 0  # the order of the axes in memory
+    fast = 3 - slow - middle
+    for d in range(3):
+        box[0, d], box[1, d] = inf, -inf
+    for e in range(len(node)):
+        rest = node[e] % s[slow]
+        for d, i in ((slow, node[e] // s[slow]), (middle, rest // s[middle]), (fast, rest % s[middle])):
+            box[0, d], box[1, d] = min(box[0, d], i), max(box[1, d], i)
+    for d in range(3):
+        wide = 0.5 * reach[d] + MARGIN
+        box[0, d] = lattice.lower[d] + (box[0, d] - wide) * lattice.cell
+        box[1, d] = lattice.lower[d] + (box[1, d] + wide) * lattice.cell
+
+
+@kernel(inline=True)
+def _outside(box, x, p):
+    below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
+    return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
+
+
+@kernel()
 def _draw_slab(mapped, where, areas, at_rest, sloped, outline, beside, s):
     fn, _, lattice, _, points, slabs, _ = mapped.content
-    slot, near = where.content
+    slot, near, box = where.content
     x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     surface = len(areas) > 0
     listed = slabs.first[s]
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
+        if _outside(box, x, p):
+            continue
         i, wx, gx = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
         j, wy, gy = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
         k, wz, gz = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
@@ -96,12 +123,14 @@ def draw(n, mapped, where, areas, at_rest, sloped, outline, beside):
 @kernel()
 def _span_slab(mapped, where, normal, radius, outline, ends, s):
     fn, _, lattice, _, points, slabs, _ = mapped.content
-    slot, near = where.content
+    slot, near, box = where.content
     half, scale, exponent = radius
     x = points.position
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
+        if _outside(box, x, p):
+            continue
         i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
         j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
         k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
