@@ -44,6 +44,7 @@ class MembraneElements(ElementBody):
         self._dt = 0.0
         n = len(case.mesh().vertices)
         self._internal, self._external = np.zeros((n, 3)), np.zeros((n, 3))
+        self._sums_within = np.zeros((2, grid.n_nodes))
         prescribed = np.tile(np.array(grid.thin, np.int64), (n, 1))
         # nodes of their own keep their velocity, which is what FLIP does
         super().__init__(case, grid_case, grid, Flip(), {"prescribed": prescribed})
@@ -101,7 +102,8 @@ class MembraneElements(ElementBody):
         if remap:
             spread_momentum(self.n_slabs, self.mapped)
             if self._pressed():
-                settle(self.n_slabs, self.mapped, self._acting, np.zeros(self.grid.n_nodes))
+                nodes = self.grid.nodes
+                settle(self.n_slabs, self.mapped, self._acting, nodes.contact, nodes.momentum, nodes.mass, self._sums_within)
         sum_motion(self.n_slabs, self.mapped)
         self._collect_motion_sums()
         self._collect_work()

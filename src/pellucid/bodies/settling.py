@@ -26,35 +26,37 @@ def part_taken(jitter, push):
     return 1.0 - sqrt(sqrt(jitter) / (sqrt(jitter) + push))
 
 
+@kernel(inline=True)
+def _against_mean(v, contact, mean, I):
+    """Velocity against the mean, times the impulse's direction and size."""
+    return v[0] * contact[I, 0] + v[1] * contact[I, 1] + v[2] * contact[I, 2] - mean[I]
+
+
 @kernel()
-def _measure_slab(mapped, jitter, s):
+def _measure_slab(mapped, mean, jitter, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    x, v, contact, momentum, mass = points.position, points.velocity, nodes.contact, nodes.momentum, nodes.mass
+    x, contact = points.position, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
         j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
         k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+        m, v = points.mass[p], (points.velocity[p, 0], points.velocity[p, 1], points.velocity[p, 2])
         for a in range(len(wx)):
             for b in range(len(wy)):
                 row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
                 for c in range(len(wz)):
                     I = uintp(row + c * stride[2])
-                    cx, cy, cz = contact[I, 0], contact[I, 1], contact[I, 2]
-                    push = sqrt(cx * cx + cy * cy + cz * cz)
-                    if push > 0.0:
-                        m = mass[I]
-                        ux, uy, uz = v[p, 0] - momentum[I, 0] / m, v[p, 1] - momentum[I, 1] / m, v[p, 2] - momentum[I, 2] / m
-                        along = (ux * cx + uy * cy + uz * cz) / push
-                        jitter[I] += wx[a] * wy[b] * wz[c] * points.mass[p] / m * along * along
+                    along = _against_mean(v, contact, mean, I)  # 0 where contact does not press: cheaper than to ask
+                    jitter[I] += wx[a] * wy[b] * wz[c] * m * along * along
 
 
 @kernel()
-def _settle_slab(mapped, acting, jitter, s):
+def _settle_slab(mapped, acting, mean, taken, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
     _, _, prescribed, _, _, work = acting.content[0]
-    x, v, contact, momentum, mass = points.position, points.velocity, nodes.contact, nodes.momentum, nodes.mass
+    x, velocity, contact = points.position, points.velocity, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     row_of_rows = WORKS + 3 * EXTRA_ROWS
     for signed in range(slabs.first[s], slabs.first[s + 1]):
@@ -62,43 +64,49 @@ def _settle_slab(mapped, acting, jitter, s):
         i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
         j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
         k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+        m, v = points.mass[p], (velocity[p, 0], velocity[p, 1], velocity[p, 2])
         lx = ly = lz = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):
                 row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
                 for c in range(len(wz)):
                     I = uintp(row + c * stride[2])
-                    cx, cy, cz = contact[I, 0], contact[I, 1], contact[I, 2]
-                    push = sqrt(cx * cx + cy * cy + cz * cz)
-                    if push > 0.0:
-                        m = mass[I]
-                        nx, ny, nz = cx / push, cy / push, cz / push
-                        ux, uy, uz = v[p, 0] - momentum[I, 0] / m, v[p, 1] - momentum[I, 1] / m, v[p, 2] - momentum[I, 2] / m
-                        part = wx[a] * wy[b] * wz[c] * part_taken(jitter[I], push) * (ux * nx + uy * ny + uz * nz)
-                        lx += part * nx
-                        ly += part * ny
-                        lz += part * nz
-        m, loss = points.mass[p], (lx, ly, lz)
+                    part = wx[a] * wy[b] * wz[c] * taken[I] * _against_mean(v, contact, mean, I)
+                    lx += part * contact[I, 0]
+                    ly += part * contact[I, 1]
+                    lz += part * contact[I, 2]
+        loss = (lx, ly, lz)
         for d in range(3):
             held = prescribed[p, d]  # what holds it takes the impulse too
             if held > 0:
                 work[s, row_of_rows + 3 * (held - 1) + d] += m * loss[d]
-                work[s, SUPPORT] += m * loss[d] * v[p, d]
-                work[s, CONTACT] -= m * loss[d] * v[p, d]
+                work[s, SUPPORT] += m * loss[d] * v[d]
+                work[s, CONTACT] -= m * loss[d] * v[d]
             elif loss[d] != 0.0:
-                work[s, CONTACT] += m * loss[d] * (0.5 * loss[d] - v[p, d])
-                v[p, d] -= loss[d]
+                work[s, CONTACT] += m * loss[d] * (0.5 * loss[d] - v[d])
+                velocity[p, d] = v[d] - loss[d]
 
 
 @kernel(parallel=True)
-def settle(n, mapped, acting, jitter):
+def settle(n, mapped, acting, contact, momentum, mass, scratch):
     """Take from the nodes of n slabs what contact takes of their velocities against the mean about them.
 
-    v_K - Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I) with their momentum p on the grid; jitter: zeros, one for each node of the grid.
-    As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen).
+    v_K - Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: changes of velocity by contact [m/s], and
+    momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum
+    stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). scratch: room of shape (2, nodes of the grid).
     """
+    mean, jitter = scratch[0], scratch[1]
+    for I in prange(len(mass)):
+        c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
+        jitter[I] = mean[I] = 0.0
+        if mass[I] > 0.0 and (c0 != 0.0 or c1 != 0.0 or c2 != 0.0):
+            mean[I] = (momentum[I, 0] * c0 + momentum[I, 1] * c1 + momentum[I, 2] * c2) / mass[I]
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _measure_slab(mapped, jitter, 2 * half + colour)
+            _measure_slab(mapped, mean, jitter, 2 * half + colour)
+    for I in prange(len(mass)):
+        if jitter[I] > 0.0:
+            square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
+            jitter[I] = part_taken(jitter[I] / (mass[I] * square), sqrt(square)) / square
     for s in prange(n):
-        _settle_slab(mapped, acting, jitter, s)
+        _settle_slab(mapped, acting, mean, jitter, s)
