@@ -7,14 +7,14 @@ from elements import body_of, element_sheet, in_order
 ALONG, ACROSS = np.array((0.0, 0.6, -0.8)), np.array(((1.0, 0.0, 0.0), (0.0, 0.8, 0.6)))
 
 
-def pressed(body, velocity, push):
+def pressed(body, velocity, push, dt=1e-9):
     """Velocities after a step in which contact changes those on the grid by `push` [m/s], shape (3,)."""
     body.arrays["velocity"][:] = velocity[body.arrays["id"]]
     body.measure()
     momentum, energy = body.momentum(), body.sums["kinetic"]
     body.grid.clear_inertia()
     body.grid.nodes.contact[:] = push
-    body.begin(1e-9)
+    body.begin(dt)
     body.to_grid(inertia=True, force=False)
     body.grid.clear_momentum()
     body.accelerate(remap=True)
@@ -50,6 +50,21 @@ def test_nodes_that_are_held_keep_their_velocity_and_what_holds_them_takes_the_i
     change = after[7:] - before[7:] - 0.5 * ALONG
     assert np.abs(change @ ACROSS.T).max() < 1e-13
     assert np.abs(change @ ALONG).max() > 0.1
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.2])
+def test_nodes_do_not_settle_through_a_wall(speed):
+    """A sheet flies edge on into the lower x face of the grid, 1 nm away, which has a velocity or none; the others fly on."""
+    body, before = body_of(element_sheet(), lower=(-0.49 - 1e-9, -2.0, -2.0)), np.tile((-1.0, 0.0, 0.0), (49, 1))
+    walls = np.zeros((3, 2), np.int64)
+    walls[0, 0] = 1
+    body.set_prescribed(np.zeros((49, 3), np.int64), 2, walls)
+    body.prescribed_velocity[0] = (speed, 0.0, 0.0)
+    after = pressed(body, before, np.array((-0.5, 0.0, 0.0)), dt=1e-3)[:, 0]
+    stopped = np.abs(after - max(speed, -1e-6)) < 1e-9
+    assert stopped.sum() == 7
+    assert after[~stopped].max() < -1.0
+    assert not body.reactions[1:].any()
 
 
 def test_uniform_motion_and_motion_without_contact_are_left_as_they_are():

@@ -33,6 +33,20 @@ class NodeForces(NamedTuple):
 
 
 @kernel()
+def at_wall(walls, velocity, lattice, place, d, new, dt):
+    """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, and the velocity that it then has."""
+    held, goal = 0, 0.0
+    below, above = lattice.lower[d] - place, lattice.lower[d] + lattice.counts[d] / lattice.inverse_cell - place
+    if walls[d, 0] > 0 and dt * new < below:
+        held = walls[d, 0]
+        goal = max(SHORT * below / dt, velocity[held - 1, d])
+    elif walls[d, 1] > 0 and dt * new > above:
+        held = walls[d, 1]
+        goal = min(SHORT * above / dt, velocity[held - 1, d])
+    return held, goal
+
+
+@kernel()
 def _accelerate_slab(mapped, acting, gravity, dt, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
     internal, external, prescribed, velocity, walls, work = acting.content[0]
@@ -65,13 +79,7 @@ def _accelerate_slab(mapped, acting, gravity, dt, s):
             mean = 0.5 * (old + new)
             goal = velocity[held - 1, d] if held > 0 else 0.0
             if held == 0:
-                below, above = low[d] - x[p, d], low[d] + n[d] / h - x[p, d]
-                if walls[d, 0] > 0 and dt * new < below:
-                    held = walls[d, 0]
-                    goal = max(SHORT * below / dt, velocity[held - 1, d])
-                elif walls[d, 1] > 0 and dt * new > above:
-                    held = walls[d, 1]
-                    goal = min(SHORT * above / dt, velocity[held - 1, d])
+                held, goal = at_wall(walls, velocity, lattice, x[p, d], d, new, dt)
             if held > 0:
                 reaction = m * (goal - new)
                 new = goal

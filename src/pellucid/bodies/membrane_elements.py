@@ -103,7 +103,8 @@ class MembraneElements(ElementBody):
             spread_momentum(self.n_slabs, self.mapped)
             if self._pressed():
                 nodes = self.grid.nodes
-                settle(self.n_slabs, self.mapped, self._acting, nodes.contact, nodes.momentum, nodes.mass, self._sums_within)
+                about = nodes.contact, nodes.momentum, nodes.mass, self._sums_within
+                settle(self.n_slabs, self.mapped, self._acting, *about, self._dt)
         sum_motion(self.n_slabs, self.mapped)
         self._collect_motion_sums()
         self._collect_work()

@@ -13,7 +13,7 @@ from numba import prange
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_weights
-from pellucid.bodies.element_nodes import CONTACT, EXTRA_ROWS, SUPPORT, WORKS
+from pellucid.bodies.element_nodes import CONTACT, EXTRA_ROWS, SUPPORT, WORKS, at_wall
 from pellucid.jit import kernel, pointwise
 
 
@@ -53,9 +53,9 @@ def _measure_slab(mapped, mean, jitter, s):
 
 
 @kernel()
-def _settle_slab(mapped, acting, mean, taken, s):
+def _settle_slab(mapped, acting, mean, taken, dt, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    _, _, prescribed, _, _, work = acting.content[0]
+    _, _, prescribed, prescribed_velocity, walls, work = acting.content[0]
     x, velocity, contact = points.position, points.velocity, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     row_of_rows = WORKS + 3 * EXTRA_ROWS
@@ -83,12 +83,19 @@ def _settle_slab(mapped, acting, mean, taken, s):
                 work[s, SUPPORT] += m * loss[d] * v[d]
                 work[s, CONTACT] -= m * loss[d] * v[d]
             elif loss[d] != 0.0:
+                new = v[d] - loss[d]
                 work[s, CONTACT] += m * loss[d] * (0.5 * loss[d] - v[d])
-                velocity[p, d] = v[d] - loss[d]
+                held, goal = at_wall(walls, prescribed_velocity, lattice, x[p, d], d, new, dt)
+                if held > 0:
+                    reaction = m * (goal - new)
+                    work[s, SUPPORT] += reaction * 0.5 * (goal + new)
+                    work[s, row_of_rows + 3 * (held - 1) + d] += reaction
+                    new = goal
+                velocity[p, d] = new
 
 
 @kernel(parallel=True)
-def settle(n, mapped, acting, contact, momentum, mass, scratch):
+def settle(n, mapped, acting, contact, momentum, mass, scratch, dt):
     """Take from the nodes of n slabs what contact takes of their velocities against the mean about them.
 
     v_K - Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: changes of velocity by contact [m/s], and
@@ -109,4 +116,4 @@ def settle(n, mapped, acting, contact, momentum, mass, scratch):
             square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
             jitter[I] = part_taken(jitter[I] / (mass[I] * square), sqrt(square)) / square
     for s in prange(n):
-        _settle_slab(mapped, acting, mean, jitter, s)
+        _settle_slab(mapped, acting, mean, jitter, dt, s)
