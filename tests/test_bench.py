@@ -15,6 +15,7 @@ from rich.console import Console
 from pellucid import Simulation
 from pellucid.bench import bench, peers, table
 from pellucid.bench.bandwidth import triad_bandwidth
+from pellucid.bench.contact import WHICH, contact_case
 from pellucid.bench.problem import MATERIALS, bench_case
 from pellucid.errors import UsageError
 
@@ -81,11 +82,31 @@ def test_parts_make_up_the_step(result: dict[str, Any]) -> None:
         assert sum(row["parts"].values()) == pytest.approx(1.0)
 
 
+def test_contact_is_measured_beside_the_two_alone(result: dict[str, Any]) -> None:
+    row = result["contact"]
+    assert row["points"] == 1000
+    assert row["elements"] == 100
+    seconds = row["seconds_per_step"]
+    assert row["ratio"] == pytest.approx(seconds["together"] / (seconds["sheet"] + seconds["block"]))
+
+
+@pytest.mark.parametrize("points", [1000, 10_000])
+def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
+    simulation = Simulation(contact_case(points, WHICH["together"]))
+    for _ in range(5):
+        simulation.step()
+    sheet, block = simulation.bodies
+    assert block.n_points == pytest.approx(points, rel=0.1)
+    assert np.count_nonzero(sheet.grid.nodes.contact[:, 2]) >= (len(sheet.quads) ** 0.5 / 2 + 1) ** 2
+    assert simulation.ledger.sums["contact"] < 0.0
+
+
 def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:
     json.dumps(result, allow_nan=False)
     text = shown(result)
     assert "M point-steps/s" in text
     assert all(body in text for body in MATERIALS)
+    assert "a block that presses on a sheet" in text
 
 
 def test_bandwidth_is_that_of_a_computer() -> None:
@@ -100,7 +121,7 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     rows = peers.run_peers(points=1000, steps=1, threads=1)
     assert {row["peer"] for row in rows} == set(peers.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
-    assert "not run" in shown({"machine": MACHINE, "bodies": [], "peers": rows})
+    assert "not run" in shown({"machine": MACHINE, "bodies": [], "contact": {}, "peers": rows})
 
 
 def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,7 +38,7 @@ def usl(scene: Any, dt: float) -> None:
     if scene.touching:
         layers.clear_momentum()
     for body in scene.bodies:
-        body.accelerate(remap=scene.touching)  # p anew for the books of contact
+        body.accelerate(remap=scene.touching)  # p anew for contact
     for body in scene.bodies:
         body.deform(dt, move=True)
 

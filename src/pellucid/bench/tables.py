@@ -7,12 +7,14 @@ from rich.table import Table
 
 
 def table(result: dict[str, Any]) -> RenderableType:
-    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, the peers."""
+    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, contact, the peers."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
     shown: list[RenderableType] = [head, _bodies(result["bodies"])]
+    if result["contact"]:
+        shown.append(_contact(result["contact"]))
     if result["peers"]:
         shown.append(_peers(result["peers"]))
     return Group(*shown)
@@ -34,6 +36,15 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
             f"{row['bytes_per_point']:.0f}",
             *(f"{row['parts'][part]:.0%}" if part in row["parts"] else "" for part in parts),
         )
+    return shown
+
+
+def _contact(row: dict[str, Any]) -> Table:
+    shown = Table(title="a step of a block that presses on a sheet of elements, beside those of the two alone")
+    for heading in ("elements", "points", "sheet, ms", "block, ms", "together, ms", "ratio"):
+        shown.add_column(heading, justify="right")
+    ms = [f"{1e3 * row['seconds_per_step'][what]:.2f}" for what in ("sheet", "block", "together")]
+    shown.add_row(f"{row['elements']:,}", f"{row['points']:,}", *ms, f"{row['ratio']:.2f}")
     return shown
 
 

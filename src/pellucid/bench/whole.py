@@ -14,6 +14,7 @@ from pellucid.errors import RunStopped, UsageError
 
 POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
 MOST_POINTS = 1_000_000_000
+CONTACT_POINTS, CONTACT_STEPS = 200_000, 50
 PEER_POINTS = 1_000_000
 
 
@@ -28,7 +29,8 @@ def bench(
     Raises RunStopped where a measurement ends badly, such as for want of memory.
 
     Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
-    cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "peers": [...]}; SI units.
+    cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "contact": {elements, points, steps,
+    seconds_per_step: {sheet, block, together}, ratio}, "peers": [...]}; SI units.
     """
     import numba
 
@@ -48,7 +50,9 @@ def bench(
         "pellucid": pellucid.__version__,
     }
     bodies = [_measured(body, n, steps or _steps(n), threads) for body in MATERIALS for n in points or POINTS]
-    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "peers": []}
+    size = min(max(points or POINTS), CONTACT_POINTS)
+    contact = _in_a_process("contact", {"points": size, "steps": steps or CONTACT_STEPS, "threads": threads})
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "contact": contact, "peers": []}
     if peers:
         size = PEER_POINTS if points is None else max(points)
         result["peers"] = [_with_ratio(peer, bodies) for peer in run_peers(size, steps or _steps(size), threads)]
@@ -61,12 +65,18 @@ def _steps(points: int) -> int:
 
 
 def _measured(body: str, points: int, steps: int, threads: int) -> dict[str, Any]:
-    request = json.dumps({"body": body, "points": points, "steps": steps, "threads": threads})
-    command = [sys.executable, "-m", "pellucid.bench.measure", request]
+    return _in_a_process("measure", {"body": body, "points": points, "steps": steps, "threads": threads})
+
+
+def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
+    command = [sys.executable, "-m", f"pellucid.bench.{module}", json.dumps(request)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         reason = done.stderr.strip().splitlines()[-1:] or ["it may be too large for this machine's memory"]
-        raise RunStopped(f"the benchmark of {points} points ({body}) ended with status {done.returncode}: {reason[0]}")
+        what = request.get("body", module)
+        raise RunStopped(
+            f"the benchmark of {request['points']} points ({what}) ended with status {done.returncode}: {reason[0]}"
+        )
     result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
     return result
 

@@ -4,7 +4,7 @@ Contact on the grid ends the approach of the mean velocity about a node of the g
 about it move against that mean, along n by σ in the mean square, and strike one by one. An impact on which a node does not
 rebound stops Δv + σ, so for their impulses to add up to that of contact, the share Δv/(Δv + σ) of them strikes within a step.
 They lose what they have against the mean; hence the law: contact takes the share Δv/(Δv + σ) of the energy of that motion
-along n. What it takes over a time does not depend on the number of steps in it.
+along n, the direction of the whole impulse. Where Δv « σ, what it takes over a time does not depend on the number of steps.
 """
 
 from math import sqrt

@@ -1,0 +1,83 @@
+"""What contact costs: a block of points that presses on a sheet of membrane elements, beside each of the two alone."""
+
+import json
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from pellucid.bench.problem import CELL, POINTS_PER_CELL, SOLID
+from pellucid.case import Case
+from pellucid.simulation import Simulation
+
+DEEP = 5  # cells of the block above the sheet
+CLEAR = 10  # cells below the sheet, and above the block
+WARM_UP_STEPS = 3
+QUARTER = 25.0  # percentile: half the steps on a busy machine are none of the program's
+WHICH = {"sheet": ("sheet",), "block": ("block",), "together": ("sheet", "block")}
+
+
+def contact_case(points: int, which: tuple[str, ...]) -> Case:
+    """A sheet of elements half a cell long, and a block of about `points` points on the whole of it, or one of them."""
+    cells = max(2, round((points / (POINTS_PER_CELL * DEEP)) ** 0.5))
+    edge, low = cells * CELL, 0.5 * CELL
+    along = 2 * cells + 1
+    bodies: dict[str, dict[str, Any]] = {
+        "sheet": {
+            "kind": "membrane-elements",
+            "surface": {
+                "rectangle": {
+                    "corner": [low, low, 0.0],
+                    "first_edge": [edge, 0.0, 0.0],
+                    "second_edge": [0.0, edge, 0.0],
+                    "points": [along, along],
+                }
+            },
+            "thickness": 0.1 * CELL,
+            "material": {"kind": "linear-membrane", **SOLID},
+        },
+        "block": {
+            "kind": "material-points",
+            "shape": {"box": {"lower": [low, low, 0.0], "upper": [low + edge, low + edge, DEEP * CELL]}},
+            "points_per_cell": POINTS_PER_CELL,
+            "material": {"kind": "neo-hookean", **SOLID},
+            "velocity": [0.0, 0.0, -0.1],
+        },
+    }
+    wall = edge + CELL
+    return Case.model_validate(
+        {
+            "schema": 1,
+            "title": "Benchmark: contact",
+            "grid": {"lower": [0.0, 0.0, -CLEAR * CELL], "upper": [wall, wall, (DEEP + CLEAR) * CELL], "cell": CELL},
+            "time": {"end": 1.0},
+            "energy": {"warn": 1e9, "stop": 1e9},
+            "body": [{"name": name, "field": name, **bodies[name]} for name in which],
+        }
+    )
+
+
+def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
+    """Step the three problems in turns; lower quartiles of their steps [s], and the ratio of both together to the sum."""
+    simulations = {what: Simulation(contact_case(points, which), threads=threads) for what, which in WHICH.items()}
+    taken: dict[str, list[float]] = {what: [] for what in WHICH}
+    for number in range(WARM_UP_STEPS + steps):
+        for what, simulation in simulations.items():
+            start = time.perf_counter()
+            simulation.step()
+            if number >= WARM_UP_STEPS:
+                taken[what].append(time.perf_counter() - start)
+    seconds = {what: float(np.percentile(steps_taken, QUARTER)) for what, steps_taken in taken.items()}
+    sheet, block = simulations["together"].bodies
+    return {
+        "elements": len(sheet.quads),
+        "points": block.n_points,
+        "steps": steps,
+        "seconds_per_step": seconds,
+        "ratio": seconds["together"] / (seconds["sheet"] + seconds["block"]),
+    }
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(measure(**json.loads(sys.argv[1]))) + "\n")
