@@ -121,7 +121,7 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     rows = peers.run_peers(points=1000, steps=1, threads=1)
     assert {row["peer"] for row in rows} == set(peers.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
-    assert "not run" in shown({"machine": MACHINE, "bodies": [], "contact": {}, "peers": rows})
+    assert "not run" in shown({"machine": MACHINE, "bodies": [], "contact": CONTACT, "peers": rows})
 
 
 def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,6 +133,7 @@ def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -
     assert "ratio" not in whole._with_ratio({**peer, "points": 8000}, [row])
 
 
+CONTACT = {"elements": 1, "points": 8, "seconds_per_step": {"sheet": 1.0, "block": 1.0, "together": 2.0}, "ratio": 1.0}
 MACHINE = {"processor": "a", "threads": 1, "triad_bytes_per_second": 1e10, "pellucid": "0", "numba": "0"}
 
 

@@ -14,7 +14,7 @@ from pellucid.simulation import Simulation
 DEEP = 5  # cells of the block above the sheet
 CLEAR = 10  # cells below the sheet, and above the block
 WARM_UP_STEPS = 3
-QUARTER = 25.0  # percentile: half the steps on a busy machine are none of the program's
+QUARTER = 25.0  # percentile of the steps: other work on the machine slows some of them
 WHICH = {"sheet": ("sheet",), "block": ("block",), "together": ("sheet", "block")}
 
 

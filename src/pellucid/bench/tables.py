@@ -12,9 +12,7 @@ def table(result: dict[str, Any]) -> RenderableType:
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
-    shown: list[RenderableType] = [head, _bodies(result["bodies"])]
-    if result["contact"]:
-        shown.append(_contact(result["contact"]))
+    shown: list[RenderableType] = [head, _bodies(result["bodies"]), _contact(result["contact"])]
     if result["peers"]:
         shown.append(_peers(result["peers"]))
     return Group(*shown)

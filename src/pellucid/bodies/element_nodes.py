@@ -33,7 +33,7 @@ class NodeForces(NamedTuple):
 
 
 @kernel()
-def at_wall(walls, velocity, lattice, place, d, new, dt):
+def _at_wall(walls, velocity, lattice, place, d, new, dt):
     """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, and the velocity that it then has."""
     held, goal = 0, 0.0
     below, above = lattice.lower[d] - place, lattice.lower[d] + lattice.counts[d] / lattice.inverse_cell - place
@@ -47,12 +47,31 @@ def at_wall(walls, velocity, lattice, place, d, new, dt):
 
 
 @kernel()
+def held_to(acting, points, lattice, p, d, old, new, dt, s):
+    """What a change of velocity from old to new along d comes to where something holds the node, and the mean over it.
+
+    Books what holds it: its work along that mean, its impulse.
+    """
+    _, _, prescribed, velocity, walls, work = acting.content[0]
+    held, mean = prescribed[p, d], 0.5 * (old + new)
+    goal = velocity[held - 1, d] if held > 0 else 0.0
+    if held == 0:
+        held, goal = _at_wall(walls, velocity, lattice, points.position[p, d], d, new, dt)
+    if held > 0:
+        reaction = points.mass[p] * (goal - new)
+        new = goal
+        mean = 0.5 * (old + new)
+        work[s, SUPPORT] += reaction * mean
+        work[s, WORKS + 3 * (EXTRA_ROWS + held - 1) + d] += reaction
+    return new, mean
+
+
+@kernel()
 def _accelerate_slab(mapped, acting, gravity, dt, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    internal, external, prescribed, velocity, walls, work = acting.content[0]
+    internal, external, _, _, _, work = acting.content[0]
     x, v, contact = points.position, points.velocity, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    row_of_rows = WORKS + 3 * EXTRA_ROWS
     for column in range(work.shape[1]):
         work[s, column] = 0.0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
@@ -74,19 +93,8 @@ def _accelerate_slab(mapped, acting, gravity, dt, s):
         m = points.mass[p]
         for d in range(3):
             old = v[p, d]
-            new = old + dt * ((internal[p, d] + external[p, d]) / m + gravity[d]) + touch[d]
-            held = prescribed[p, d]
-            mean = 0.5 * (old + new)
-            goal = velocity[held - 1, d] if held > 0 else 0.0
-            if held == 0:
-                held, goal = at_wall(walls, velocity, lattice, x[p, d], d, new, dt)
-            if held > 0:
-                reaction = m * (goal - new)
-                new = goal
-                mean = 0.5 * (old + new)
-                work[s, SUPPORT] += reaction * mean
-                work[s, row_of_rows + 3 * (held - 1) + d] += reaction
-            v[p, d] = new
+            free = old + dt * ((internal[p, d] + external[p, d]) / m + gravity[d]) + touch[d]
+            v[p, d], mean = held_to(acting, points, lattice, p, d, old, free, dt, s)
             work[s, INTERNAL] += dt * internal[p, d] * mean
             work[s, GRAVITY] += dt * m * gravity[d] * mean
             work[s, LOAD] += dt * external[p, d] * mean

@@ -13,7 +13,7 @@ from numba import prange
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_weights
-from pellucid.bodies.element_nodes import CONTACT, EXTRA_ROWS, SUPPORT, WORKS, at_wall
+from pellucid.bodies.element_nodes import CONTACT, held_to
 from pellucid.jit import kernel, pointwise
 
 
@@ -55,10 +55,9 @@ def _measure_slab(mapped, mean, jitter, s):
 @kernel()
 def _settle_slab(mapped, acting, mean, taken, dt, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    _, _, prescribed, prescribed_velocity, walls, work = acting.content[0]
+    work = acting.content[0].work
     x, velocity, contact = points.position, points.velocity, nodes.contact
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    row_of_rows = WORKS + 3 * EXTRA_ROWS
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
@@ -77,21 +76,9 @@ def _settle_slab(mapped, acting, mean, taken, dt, s):
                     lz += part * contact[I, 2]
         loss = (lx, ly, lz)
         for d in range(3):
-            held = prescribed[p, d]  # what holds it takes the impulse too
-            if held > 0:
-                work[s, row_of_rows + 3 * (held - 1) + d] += m * loss[d]
-                work[s, SUPPORT] += m * loss[d] * v[d]
-                work[s, CONTACT] -= m * loss[d] * v[d]
-            elif loss[d] != 0.0:
-                new = v[d] - loss[d]
-                work[s, CONTACT] += m * loss[d] * (0.5 * loss[d] - v[d])
-                held, goal = at_wall(walls, prescribed_velocity, lattice, x[p, d], d, new, dt)
-                if held > 0:
-                    reaction = m * (goal - new)
-                    work[s, SUPPORT] += reaction * 0.5 * (goal + new)
-                    work[s, row_of_rows + 3 * (held - 1) + d] += reaction
-                    new = goal
-                velocity[p, d] = new
+            if loss[d] != 0.0:
+                velocity[p, d], mean_along = held_to(acting, points, lattice, p, d, v[d], v[d] - loss[d], dt, s)
+                work[s, CONTACT] -= m * loss[d] * mean_along
 
 
 @kernel(parallel=True)

@@ -25,8 +25,9 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
 
     What makes neighbours ambiguous (repeated and empty elements, edges with more than two) hides the rest until it is mended.
     """
-    if not np.isfinite(mesh.vertices).all():
-        number = int(np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))[0])
+    nowhere = np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))
+    if len(nowhere):
+        number = int(nowhere[0])
         yield f"vertex {number} is at {tuple(mesh.vertices[number].tolist())}, which is no place", "give it finite coordinates"
         return
     elements = _Elements(mesh)
