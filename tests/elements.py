@@ -6,9 +6,9 @@ import numpy as np
 from membranes import sheet
 from scenes import case
 
-from pellucid.bodies.membrane_elements import MembraneElements
+from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.geometry.mesh import Mesh
-from pellucid.grid.grid import Grid
+from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import Flip
 
 DENSITY = 1000.0
@@ -46,10 +46,10 @@ def rim(mesh):
 
 def bring(body, target, dt=1.0):
     """Move the nodes, in the order of the mesh, to `target` [m] in one step [s]."""
-    body.sort_if_strayed()
+    body.sort_if_needed()
     number = body.arrays["id"]
     body.arrays["velocity"][:] = (target[number] - body.arrays["position"]) / dt
-    body.deform(dt, move=True)
+    body.update_stress(dt, move=True)
     body.check(0, 0.0)
 
 
@@ -71,12 +71,12 @@ def forces(body):
 
 def step(body, dt, pressure=0.0):
     """One step without contact."""
-    body.sort_if_strayed()
+    body.sort_if_needed()
     body.begin(dt)
     if pressure:
         body.press(np.zeros((0, 3)), pressure)
-    body.accelerate(remap=False)
-    body.deform(dt, move=True)
+    body.update_velocities(remap=False)
+    body.update_stress(dt, move=True)
     body.check(0, 0.0)
 
 

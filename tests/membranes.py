@@ -3,8 +3,8 @@
 import numpy as np
 from scenes import case
 
-from pellucid.bodies.kinds import BODIES
-from pellucid.grid.grid import Grid
+from pellucid.bodies.registry import BODIES
+from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import Flip
 
 E, NU, THICKNESS = 1e6, 0.3, 0.01
@@ -31,7 +31,7 @@ def drive(grid, body, gradient, dt, steps):
     index, position = grid.where()
     for _ in range(steps):
         velocity = position @ np.array(gradient).T
-        grid.nodes.velocity[index] = grid.nodes.deforming[index] = velocity
-        body.sort_if_strayed()
-        body.deform(dt, move=True)
+        grid.nodes.velocity[index] = grid.nodes.strain_velocity[index] = velocity
+        body.sort_if_needed()
+        body.update_stress(dt, move=True)
         body.check(0, 0.0)

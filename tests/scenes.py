@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.case import Case
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 RATE_SOLID = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
@@ -30,7 +30,7 @@ def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="
 
 
 def simulation(*bodies, threads=1, **more):
-    """A simulation of `case(...)`."""
+    """A sim of `case(...)`."""
     return Simulation(case(*bodies, **more), threads=threads)
 
 
@@ -41,8 +41,8 @@ def place(body, position):
     body.sort()
 
 
-def advance(simulation, steps):
+def advance(sim, steps):
     """Several steps."""
     for _ in range(steps):
-        simulation.step()
-    return simulation
+        sim.step()
+    return sim

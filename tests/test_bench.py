@@ -92,13 +92,13 @@ def test_contact_is_measured_beside_the_two_alone(result: dict[str, Any]) -> Non
 
 @pytest.mark.parametrize("points", [1000, 10_000])
 def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
-    simulation = Simulation(contact_case(points, WHICH["together"]))
+    sim = Simulation(contact_case(points, WHICH["together"]))
     for _ in range(5):
-        simulation.step()
-    sheet, block = simulation.bodies
+        sim.step()
+    sheet, block = sim.bodies
     assert block.n_points == pytest.approx(points, rel=0.1)
     assert np.count_nonzero(sheet.grid.nodes.contact[:, 2]) >= (len(sheet.quads) ** 0.5 / 2 + 1) ** 2
-    assert simulation.ledger.sums["contact"] < 0.0
+    assert sim.ledger.sums["contact"] < 0.0
 
 
 def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:

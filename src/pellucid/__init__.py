@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pellucid.errors import RunStopped as RunStopped
     from pellucid.results import Run as Run
     from pellucid.results import run_case
-    from pellucid.simulation import Simulation as Simulation
+    from pellucid.simulation.simulation import Simulation as Simulation
 
     run = run_case
 
@@ -32,7 +32,7 @@ _HOMES = {
     "RunStopped": "errors.RunStopped",
     "Run": "results.Run",
     "run": "results.run_case",
-    "Simulation": "simulation.Simulation",
+    "Simulation": "simulation.simulation.Simulation",
 }
 
 __all__ = ["__version__", *_HOMES]
@@ -44,7 +44,7 @@ def __getattr__(name: str) -> Any:
 
         return version("pellucid")
     if name in _HOMES:
-        module, attribute = _HOMES[name].split(".")
+        module, _, attribute = _HOMES[name].rpartition(".")
         return getattr(import_module(f"pellucid.{module}"), attribute)
     raise AttributeError(f"module 'pellucid' has no attribute '{name}'")
 

@@ -6,7 +6,7 @@ import pytest
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import affine_weights, axis_weights
 from pellucid.approximants.gimp import Gimp
-from pellucid.grid.grid import LARGEST_STENCIL, PAD
+from pellucid.grid.lattice import LARGEST_STENCIL, PAD
 
 ROUNDING = 1e-12  # a few dozen operations on numbers of order one
 COUNTS = (1, 2, 3, 4, 7, 50)

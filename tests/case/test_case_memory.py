@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from pellucid.bodies.seeding import points_along_axes, seed
+from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.case import Case, check_memory, loads, memory
 from pellucid.cli import app
 from pellucid.errors import CaseError
-from pellucid.grid.grid import Grid
+from pellucid.grid.lattice import Grid
 
 BLOCK = """
 schema = 1

@@ -5,7 +5,7 @@ import pytest
 from scenes import RATE_SOLID, box, case
 
 from pellucid.case import Case
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 LENGTH, WIDTH = 80, 8.0  # cells, and half the width of the pulse
 LIQUID = {
@@ -29,14 +29,14 @@ def bar(material, functions="trilinear", faces=FACES, per_cell=2, **more):
 
 def what_comes_back(table, direction=0):
     """Largest velocity after a pulse has met the faces, over its amplitude there."""
-    simulation = Simulation(Case.model_validate(table), threads=1)
-    body = simulation.bodies[0]
+    sim = Simulation(Case.model_validate(table), threads=1)
+    body = sim.bodies[0]
     along = body.arrays["position"][:, 0] - 0.5 * LENGTH
     body.arrays["velocity"][:, direction] = 1e-3 * np.exp(-((along / WIDTH) ** 2))
     speed = Case.model_validate(table).body[0].material.wave_speeds()[min(direction, 1)]
-    simulation.ledger.energy_scale = np.inf  # the pulse was given after the books were opened
-    while simulation.time < 0.95 * LENGTH / speed:
-        simulation.step()
+    sim.ledger.energy_scale = np.inf  # the pulse was given after the books were opened
+    while sim.time < 0.95 * LENGTH / speed:
+        sim.step()
     half = 0.5e-3  # a pulse of velocity alone splits in two
     return np.abs(body.arrays["velocity"][:, direction]).max() / half
 
@@ -68,13 +68,13 @@ def test_a_shear_pulse_leaves_a_solid():
 def test_the_books_close():
     table = bar(LIQUID)
     table["body"][0]["velocity_wave"] = {"amplitude": (1e-3, 0, 0), "wave_vector": (2 * np.pi / LENGTH, 0, 0), "phase": 0.0}
-    simulation = Simulation(Case.model_validate(table), threads=1)
-    while simulation.time < 1.5 * LENGTH / 10.0:
-        simulation.step()
-    energies = simulation.energies()
-    assert energies["absorbed_energy"] > 0.5 * simulation.ledger.initial["kinetic"]
-    assert abs(simulation.ledger.energy_error()) < 0.01  # the error of a step is of its second order
-    assert simulation.conservation()["momentum"] < 1e-12
+    sim = Simulation(Case.model_validate(table), threads=1)
+    while sim.time < 1.5 * LENGTH / 10.0:
+        sim.step()
+    energies = sim.energies()
+    assert energies["absorbed_energy"] > 0.5 * sim.ledger.initial["kinetic"]
+    assert abs(sim.ledger.energy_error()) < 0.01  # the error of a step is of its second order
+    assert sim.conservation()["momentum"] < 1e-12
 
 
 @pytest.mark.parametrize(

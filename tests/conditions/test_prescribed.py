@@ -6,7 +6,7 @@ from scenes import GAS, RATE_SOLID, SLIP, advance, box, case
 
 from pellucid.case import Case
 from pellucid.errors import CaseError
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 WATER = {
     "kind": "fluid",
@@ -40,15 +40,15 @@ def tank(**more):
 @pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
 def test_driven_points_follow_exactly_whatever_meets_them(scheme, functions):
     bodies, more = tank(scheme=scheme, functions=functions)
-    simulation = driven(*bodies, motion=SWING, **more)
-    start = simulation.bodies[0].frame()["position"]
+    sim = driven(*bodies, motion=SWING, **more)
+    start = sim.bodies[0].frame()["position"]
     for _ in range(60):
-        simulation.step()
-        moved = simulation.bodies[0].frame()["position"] - start
-        assert moved[:, 1] == pytest.approx(0.4 * np.sin(np.pi * simulation.time), abs=1e-14)
+        sim.step()
+        moved = sim.bodies[0].frame()["position"] - start
+        assert moved[:, 1] == pytest.approx(0.4 * np.sin(np.pi * sim.time), abs=1e-14)
         assert np.array_equal(moved[:, 0], np.zeros(len(moved)))
-    assert simulation.conservation()["momentum"] < 1e-12
-    assert np.abs(simulation.bodies[1].field("velocity")).max() > 0.1, "the water is pushed"
+    assert sim.conservation()["momentum"] < 1e-12
+    assert np.abs(sim.bodies[1].field("velocity")).max() > 0.1, "the water is pushed"
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -62,26 +62,26 @@ def test_the_reaction_is_the_change_of_momentum(scheme, transfer):
         "displacement": {"x": {"kind": "steady", "velocity": 0.1}},
     }
     block = box((2, 2, 2), (4, 4, 4), RATE_SOLID, velocity=(0.0, 0.2, 0.0))
-    simulation = driven(block, motion=motion, counts=(8, 8, 8), scheme=scheme, transfer=transfer, end=20.0)
-    before = simulation.momentum()
-    advance(simulation, 12)
-    gained = simulation.momentum() - before
-    assert gained[0] > 0.03 * simulation.ledger.momentum_scale
-    assert simulation.reactions()["push"] == pytest.approx(gained, abs=1e-12 * simulation.ledger.momentum_scale)
+    sim = driven(block, motion=motion, counts=(8, 8, 8), scheme=scheme, transfer=transfer, end=20.0)
+    before = sim.momentum()
+    advance(sim, 12)
+    gained = sim.momentum() - before
+    assert gained[0] > 0.03 * sim.ledger.momentum_scale
+    assert sim.reactions()["push"] == pytest.approx(gained, abs=1e-12 * sim.ledger.momentum_scale)
 
 
 def test_work_of_a_motion_on_a_body_alone_is_its_kinetic_energy():
     """A block that is driven as a whole is rigid: its energy is the work of the motion less what was lost in the first jerk."""
     motion = {"name": "go", "body": "block", "hold": ["x", "z"], "displacement": {"y": {"kind": "steady", "velocity": 0.5}}}
-    simulation = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), end=20.0)
-    assert not simulation.bodies[0].constraint.strains
-    advance(simulation, 5)
-    energies, mass = simulation.energies(), 8000.0
+    sim = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), end=20.0)
+    assert not sim.bodies[0].constraint.strains
+    advance(sim, 5)
+    energies, mass = sim.energies(), 8000.0
     assert energies["kinetic"] == pytest.approx(0.5 * mass * 0.25, rel=1e-12)
     # setting a body moving at once takes twice the energy that it then has
     assert energies["motion_work"] == pytest.approx(mass * 0.25, rel=1e-12)
     assert energies["impact_heat"] == pytest.approx(0.5 * mass * 0.25, rel=1e-12)
-    assert simulation.ledger.energy_error() == pytest.approx(0.0, abs=1e-12)
+    assert sim.ledger.energy_error() == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_smooth_motion_loses_nothing_as_the_step_falls():
@@ -94,9 +94,9 @@ def test_a_smooth_motion_loses_nothing_as_the_step_falls():
     }
     lost = []
     for step in (0.01, 0.005):
-        simulation = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), step=step)
-        advance(simulation, round(0.5 / step))
-        lost.append(simulation.energies()["impact_heat"] / simulation.energies()["kinetic"])
+        sim = driven(box((2, 1, 2), (4, 3, 4), RATE_SOLID), motion=motion, counts=(6, 8, 6), step=step)
+        advance(sim, round(0.5 / step))
+        lost.append(sim.energies()["impact_heat"] / sim.energies()["kinetic"])
     assert lost[0] < 0.05
     assert lost[0] / lost[1] == pytest.approx(2.0, abs=0.1)
 
@@ -108,13 +108,13 @@ def test_a_piston_compresses_gas_like_a_wall():
     gas = box((4, 0, 0), (24, 1, 1), GAS, name="gas", per_cell=(4, 1, 1))
     block = box((2, 0, 0), (4, 1, 1), RATE_SOLID, per_cell=(4, 1, 1))
     more = {"functions": "quadratic-bspline", "support": [{"where": "x-upper", "fix": "normal"}], "end": 120.0}
-    simulation = driven(block, gas, motion=motion, counts=(24, 1, 1), **more)
-    while not simulation.clock.finished(None):
-        simulation.step()
-    pressure = simulation.bodies[1].field("pressure").mean()
+    sim = driven(block, gas, motion=motion, counts=(24, 1, 1), **more)
+    while not sim.clock.finished(None):
+        sim.step()
+    pressure = sim.bodies[1].field("pressure").mean()
     # seven passages of sound: what still swings is of the order of the piston's Mach number, 0.04, squared, and noise
     assert pressure == pytest.approx((20.0 / 16.0) ** 1.4, rel=0.01)
-    energies = simulation.energies()
+    energies = sim.energies()
     assert energies["motion_work"] - energies["impact_heat"] == pytest.approx(50.0 * ((20.0 / 16.0) ** 0.4 - 1.0), rel=0.01)
 
 
@@ -141,11 +141,11 @@ def test_a_rigid_body_keeps_its_shape_and_its_spin(counts):
     lower = (4.0, 4.0, 4.0) if depth > 1 else (4.0, 4.0, 0.0)
     block = box(lower, upper, RATE_SOLID, per_cell=(2, 2, 2 if depth > 1 else 1), velocity=(0.3, 0.2, 0.0))
     block |= {"angular_velocity": (0.0, 0.0, 2.0), "rigid": True}
-    simulation = Simulation(case(block, counts=counts, end=3.0), threads=1)
-    body = simulation.bodies[0]
+    sim = Simulation(case(block, counts=counts, end=3.0), threads=1)
+    body = sim.bodies[0]
     first = body.frame()["position"]
-    while not simulation.clock.finished(None):
-        simulation.step()
+    while not sim.clock.finished(None):
+        sim.step()
     last = body.frame()["position"]
     offset, turned = first - first.mean(axis=0), last - last.mean(axis=0)
     assert np.linalg.norm(turned[:, None] - turned, axis=2) == pytest.approx(
@@ -154,17 +154,17 @@ def test_a_rigid_body_keeps_its_shape_and_its_spin(counts):
     c, s = np.cos(6.0), np.sin(6.0)
     # FLIP keeps the points' own velocities; the grid's fields, which turn the body through the forces, are zero in it
     assert turned == pytest.approx(offset @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]), abs=1e-9)
-    assert simulation.conservation()["momentum"] < 1e-12
+    assert sim.conservation()["momentum"] < 1e-12
 
 
 def test_a_rigid_body_that_strikes_water_loses_what_the_water_gains():
     block = box((3, 4, 3), (5, 6, 5), RATE_SOLID | {"density": 4000.0}, velocity=(0.0, -1.0, 0.0)) | {"rigid": True}
     water = box((0, 0, 0), (8, 3.5, 8), WATER, name="water")
-    simulation = Simulation(case(block, water, counts=(8, 8, 8), support=SLIP, end=2.0), threads=1)
-    advance(simulation, 150)
-    assert simulation.conservation()["momentum"] < 1e-12
-    assert simulation.bodies[0].momentum()[1] > -0.8 * 32000.0
-    assert not simulation.bodies[0].field("stress").any()
+    sim = Simulation(case(block, water, counts=(8, 8, 8), support=SLIP, end=2.0), threads=1)
+    advance(sim, 150)
+    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.bodies[0].momentum()[1] > -0.8 * 32000.0
+    assert not sim.bodies[0].field("stress").any()
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 from scenes import advance
 
 from pellucid.case import Case
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
 
@@ -26,22 +26,22 @@ def membrane(surface, counts=(16, 16, 16), lower=(0.0, 0.0, 0.0), cell=1.0, valu
 
 def test_a_flat_sheet_gains_the_momentum_of_pressure_and_area():
     sheet = {"rectangle": {"corner": (4, 4, 8), "first_edge": (8, 0, 0), "second_edge": (0, 6, 0), "points": (33, 25)}}
-    simulation = Simulation(membrane(sheet), threads=1)
-    advance(simulation, 10)
-    impulse = 100.0 * 48.0 * simulation.time
-    assert simulation.momentum() == pytest.approx([0.0, 0.0, impulse], abs=1e-12 * impulse)
+    sim = Simulation(membrane(sheet), threads=1)
+    advance(sim, 10)
+    impulse = 100.0 * 48.0 * sim.time
+    assert sim.momentum() == pytest.approx([0.0, 0.0, impulse], abs=1e-12 * impulse)
     # from rest with constant force: work = impulse²/2m, known to the step's order, one step of ten
-    assert simulation.energies()["load_work"] == pytest.approx(impulse**2 / (2.0 * 480.0), rel=1e-9)
-    assert simulation.conservation()["momentum"] < 1e-12
+    assert sim.energies()["load_work"] == pytest.approx(impulse**2 / (2.0 * 480.0), rel=1e-9)
+    assert sim.conservation()["momentum"] < 1e-12
 
 
 def test_a_closed_surface_is_not_pushed_as_a_whole():
     # no point on a face of the cells: there linear functions pull at a node that has no mass
     ball = {"icosphere": {"centre": (8.03, 8.01, 7.98), "radius": 5.0, "refinements": 4}}
-    simulation = Simulation(membrane(ball), threads=1)
-    advance(simulation, 20)
-    assert np.abs(simulation.momentum()).max() < 1e-12 * simulation.ledger.momentum_scale
-    radius = np.linalg.norm(simulation.bodies[0].field("position") - (8.03, 8.01, 7.98), axis=1)
+    sim = Simulation(membrane(ball), threads=1)
+    advance(sim, 20)
+    assert np.abs(sim.momentum()).max() < 1e-12 * sim.ledger.momentum_scale
+    radius = np.linalg.norm(sim.bodies[0].field("position") - (8.03, 8.01, 7.98), axis=1)
     assert radius.min() > 5.0, "it swells"
 
 
@@ -67,12 +67,12 @@ def test_a_clamped_circular_membrane_bulges_as_hencky_found(poisson_ratio, k):
         energy={"warn": 9.0, "stop": 10.0},  # the blend damps
     )
     case = case.with_settings({"body.skin.material.poisson_ratio": poisson_ratio})
-    simulation = Simulation(case, threads=1)
+    sim = Simulation(case, threads=1)
     tops = []
-    while not simulation.clock.finished(None):
-        simulation.step()
-        if simulation.time > 2.55:
-            tops.append(simulation.bodies[0].field("position")[:, 2].max())
+    while not sim.clock.finished(None):
+        sim.step()
+        if sim.time > 2.55:
+            tops.append(sim.bodies[0].field("position")[:, 2].max())
     wanted = k * radius * (pressure * radius / (1e6 * thickness)) ** (1.0 / 3.0)
     # slopes up to 0.2, whose square the theory leaves out, and an edge known to a tenth of a cell: 1 % each
     assert np.mean(tops) == pytest.approx(wanted, rel=0.02)

@@ -5,18 +5,18 @@ import pytest
 from scenes import RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.conditions.support import Support
-from pellucid.conditions.walls import hold_nodes
+from pellucid.conditions.walls import constrain_nodes
 from pellucid.errors import CaseError
-from pellucid.grid.grid import Grid
+from pellucid.grid.lattice import Grid
 
 
 def held(*support, counts=(3, 4, 5)):
     """Positions, held directions (numbers of supports) and wall velocities."""
     tables = case(box((0, 0, 0), counts), counts=counts, support=support)
     grid = Grid(tables.grid)
-    walls = hold_nodes(grid, tables.support)
+    walls = constrain_nodes(grid, tables.support)
     index, position = grid.where()
-    return position, grid.nodes.hold[index], walls
+    return position, grid.nodes.constrained[index], walls
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -89,11 +89,11 @@ def block(**more):
 @pytest.mark.parametrize("transfer", ["flip", "pic"])
 def test_momentum_changes_by_the_impulse_of_the_supports(support, velocity, transfer):
     body = block(velocity=velocity)
-    scene = advance(simulation(body, counts=(5, 4, 4), support=support, end=10.0, transfer=transfer), 25)
-    assert np.abs(scene.ledger.impulse).max() > 1.0
+    sim = advance(simulation(body, counts=(5, 4, 4), support=support, end=10.0, transfer=transfer), 25)
+    assert np.abs(sim.ledger.impulse).max() > 1.0
     # sums of some hundred products in each of 25 steps
-    assert scene.conservation()["momentum"] < 1e-14
-    assert scene.momentum() - scene.ledger.initial_momentum == pytest.approx(scene.ledger.impulse, abs=1e-11)
+    assert sim.conservation()["momentum"] < 1e-14
+    assert sim.momentum() - sim.ledger.initial_momentum == pytest.approx(sim.ledger.impulse, abs=1e-11)
 
 
 @pytest.mark.parametrize("transfer", ["flip", "pic"])
@@ -102,13 +102,13 @@ def test_points_in_a_grip_have_its_velocity(where, transfer):
     """And move with it: what is written for a velocity is what moves the points."""
     grip = {"where": where, "velocity": (0.5, 0.0, -0.25)}
     body = box((0.5, 0.5, 0.5), (1.5, 1.5, 1.5), RATE_SOLID, velocity=(0.0, 1.0, 0.0))
-    scene = simulation(body, counts=(5, 4, 4), lower=(0, 0, 0), support=[grip], end=10.0, step=0.01, transfer=transfer)
-    start = scene.bodies[0].frame()["position"]
-    frame = advance(scene, 10).bodies[0].frame()
+    sim = simulation(body, counts=(5, 4, 4), lower=(0, 0, 0), support=[grip], end=10.0, step=0.01, transfer=transfer)
+    start = sim.bodies[0].frame()["position"]
+    frame = advance(sim, 10).bodies[0].frame()
     assert np.abs(frame["position"] - start - 0.1 * np.array((0.5, 0.0, -0.25))).max() < 1e-12
     # the change of velocity that the nodes hand on is that of the points where these move together
     assert np.abs(frame["velocity"] - (0.5, 0.0, -0.25)).max() < 1e-12
-    assert scene.conservation()["momentum"] < 1e-13
+    assert sim.conservation()["momentum"] < 1e-13
 
 
 @pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
@@ -120,7 +120,7 @@ def test_a_symmetry_plane_is_a_mirror(scheme):
         bar = box((max(lower, -2), 0, 0), (2, 0, 0), RATE_SOLID, (2, 1, 1), velocity_wave=wave)
         plane = [{"where": "x-lower", "fix": "normal"}] if lower == 0 else []
         scenes.append(advance(simulation(bar, counts=counts, lower=(lower, 0, 0), support=plane, scheme=scheme, end=10.0), 60))
-    whole, half = (scene.bodies[0].frame() for scene in scenes)
+    whole, half = (sim.bodies[0].frame() for sim in scenes)
     right = whole["position"][:, 0] > 0.0
     for field in ("position", "velocity", "stress"):
         scale = np.abs(whole[field]).max()
@@ -131,33 +131,33 @@ def test_a_symmetry_plane_is_a_mirror(scheme):
 
 def test_slip_walls_let_tangential_motion_pass():
     floor = {"where": "z-lower", "fix": "normal"}
-    scene = simulation(block(velocity=(0.5, -0.25, 0.0)), counts=(5, 5, 5), lower=(-1, -2, 0), support=[floor], end=10.0)
-    before = scene.bodies[0].frame()["position"]
-    advance(scene, 30)
-    frame = scene.bodies[0].frame()
+    sim = simulation(block(velocity=(0.5, -0.25, 0.0)), counts=(5, 5, 5), lower=(-1, -2, 0), support=[floor], end=10.0)
+    before = sim.bodies[0].frame()["position"]
+    advance(sim, 30)
+    frame = sim.bodies[0].frame()
     # rounding of a few dozen terms a step, and of stresses of 1e4 Pa times the same
     assert np.abs(frame["velocity"] - (0.5, -0.25, 0.0)).max() < 1e-13
-    assert np.abs(frame["position"] - before - scene.time * np.array((0.5, -0.25, 0.0))).max() < 1e-13
+    assert np.abs(frame["position"] - before - sim.time * np.array((0.5, -0.25, 0.0))).max() < 1e-13
 
 
 def test_a_moving_wall_sends_a_wave_and_works():
     """A slab hit by a wall at 0.1 m/s: the layer that the wave has passed moves with the wall, half its energy is strain."""
     wall = {"where": "x-lower", "fix": ["x"], "velocity": (0.1, 0, 0)}
     slab = box((0, 0, 0), (12, 1, 1), RATE_SOLID, (2, 1, 1))
-    scene = simulation(slab, counts=(16, 1, 1), support=[wall], end=10.0, courant=0.2)
-    start = scene.bodies[0].frame()["position"][:, 0]
-    while scene.time < 2.0:
-        scene.step()
-    frame = scene.bodies[0].frame()
-    front = np.sqrt(1.3462e4 / 1000.0) * scene.time  # λ + 2μ = 1.3462 E
+    sim = simulation(slab, counts=(16, 1, 1), support=[wall], end=10.0, courant=0.2)
+    start = sim.bodies[0].frame()["position"][:, 0]
+    while sim.time < 2.0:
+        sim.step()
+    frame = sim.bodies[0].frame()
+    front = np.sqrt(1.3462e4 / 1000.0) * sim.time  # λ + 2μ = 1.3462 E
     # a grid of cells of 1 m smears the front over some four of them, and the velocities behind it swing by Gibbs' share
     assert np.abs(frame["velocity"][start > front + 3.0]).max() < 0.02 * 0.1
     assert frame["velocity"][start < front - 3.0, 0].mean() == pytest.approx(0.1, rel=0.05)
-    energies, expected = scene.energies(), 0.5 * 1000.0 * front * 0.01
+    energies, expected = sim.energies(), 0.5 * 1000.0 * front * 0.01
     assert energies["kinetic"] == pytest.approx(expected, rel=0.1)
     assert energies["strain"] == pytest.approx(expected, rel=0.1)
     assert energies["support_work"] == pytest.approx(2.0 * expected, rel=0.1)
-    assert scene.conservation()["energy"] == pytest.approx(0.0, abs=0.1)
+    assert sim.conservation()["energy"] == pytest.approx(0.0, abs=0.1)
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -165,8 +165,8 @@ def test_thin_axes_stay_still_to_the_last_bit(axis):
     counts = [4, 4, 4]
     counts[axis] = 1
     lower, upper = [1.0] * 3, [3.0] * 3
-    scene = simulation(box(lower, upper, velocity=(0.1, 0.1, 0.1), angular_velocity=(0.3, 0.2, 0.1)), counts=counts, end=10.0)
-    before = scene.bodies[0].frame()["position"][:, axis]
-    frame = advance(scene, 5).bodies[0].frame()
+    sim = simulation(box(lower, upper, velocity=(0.1, 0.1, 0.1), angular_velocity=(0.3, 0.2, 0.1)), counts=counts, end=10.0)
+    before = sim.bodies[0].frame()["position"][:, axis]
+    frame = advance(sim, 5).bodies[0].frame()
     assert np.array_equal(frame["position"][:, axis], before)
     assert not frame["velocity"][:, axis].any()

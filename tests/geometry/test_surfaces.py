@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.bodies.membrane_surface import area_shares, fans_of, initial_frames
+from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.geometry.enclosure import enclosed_volume
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import (

@@ -8,7 +8,7 @@ from scenes import box, case, place, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.approximants.axis import axis_weights
-from pellucid.grid.grid import Grid
+from pellucid.grid.lattice import Grid
 from pellucid.grid.sorting import sort_by_cell
 
 COUNTS = [(4, 4, 4), (1, 1, 40), (60, 2, 1), (1, 9, 3), (200, 1, 1), (3, 17, 2)]
@@ -64,7 +64,7 @@ def test_slabs_cover_points_and_layers_once(counts, squeeze, stencil):
     for s in range(len(slabs.layer) - 1):
         own = layer[slabs.first[s] : slabs.first[s + 1]]
         assert np.all((own >= slabs.layer[s]) & (own < slabs.layer[s + 1]))
-    assert not slabs.strayed.any()
+    assert not slabs.left_slab.any()
     assert not slabs.fault.any()
 
 
@@ -96,29 +96,29 @@ def test_enough_slabs_for_many_threads():
 
 
 def test_a_straying_point_triggers_sorting_once():
-    scene = simulation(box((0, 0, 0), (3, 1, 1)), counts=(40, 1, 1))
-    body = scene.bodies[0]
+    sim = simulation(box((0, 0, 0), (3, 1, 1)), counts=(40, 1, 1))
+    body = sim.bodies[0]
     slabs = body.slabs
-    body.sort_if_strayed()
-    assert body.slabs is slabs, "nothing strayed"
-    nodes = scene.grid.nodes
-    index, _ = scene.grid.where()
+    body.sort_if_needed()
+    assert body.slabs is slabs, "nothing left_slab"
+    nodes = sim.grid.nodes
+    index, _ = sim.grid.where()
     nodes.velocity[index] = (1.0, 0.0, 0.0)
-    nodes.deforming[index] = (1.0, 0.0, 0.0)
+    nodes.strain_velocity[index] = (1.0, 0.0, 0.0)
     steps = 0
-    while not body.slabs.strayed.any():
-        body.deform(0.125, move=True)
+    while not body.slabs.left_slab.any():
+        body.update_stress(0.125, move=True)
         steps += 1
         assert steps < 1000
-    body.sort_if_strayed()
+    body.sort_if_needed()
     assert body.slabs is not slabs
-    cells = cell_of(scene.grid, body.points.position)
+    cells = cell_of(sim.grid, body.points.position)
     assert np.all(np.diff(cells) >= 0)
 
 
 def test_points_on_every_wall_and_corner_are_sorted():
-    scene = simulation(box((0, 0, 0), (2, 2, 2), per_cell=(1, 1, 1)), counts=(2, 2, 2))
+    sim = simulation(box((0, 0, 0), (2, 2, 2), per_cell=(1, 1, 1)), counts=(2, 2, 2))
     corners = np.array([(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)], dtype=float)
-    place(scene.bodies[0], corners)
-    assert np.array_equal(np.sort(cell_of(scene.grid, scene.bodies[0].points.position)), np.arange(8))
-    scene.step()
+    place(sim.bodies[0], corners)
+    assert np.array_equal(np.sort(cell_of(sim.grid, sim.bodies[0].points.position)), np.arange(8))
+    sim.step()

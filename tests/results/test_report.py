@@ -47,7 +47,7 @@ def gallery():
         patch.setattr(pellucid.gallery, "module", lambda name: module if name == case.id else None)
         patch.setattr(pellucid.gallery, "ids", lambda: (case.id,))
         patch.setattr(pellucid.case, "load", lambda name: case if name == case.id else load(name))
-        patch.setitem(sys.modules, "pellucid.simulation", types.SimpleNamespace(Simulation=FakeSimulation))
+        patch.setitem(sys.modules, "pellucid.simulation.simulation", types.SimpleNamespace(Simulation=FakeSimulation))
         yield case
 
 

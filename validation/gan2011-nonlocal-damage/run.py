@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from pellucid.case import Case
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 HERE = Path(__file__).parent
 LENGTH, WIDTH, HOLE, FREE = 100e-6, 60e-6, 12e-6, 80e-6  # of the strip, the hole's radius, the length between the grips [m]

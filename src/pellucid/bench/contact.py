@@ -9,7 +9,7 @@ import numpy as np
 
 from pellucid.bench.problem import CELL, POINTS_PER_CELL, SOLID
 from pellucid.case import Case
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 DEEP = 5  # cells of the block above the sheet
 CLEAR = 10  # cells below the sheet, and above the block

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pellucid.bench.problem import bench_case
-from pellucid.simulation import Simulation
+from pellucid.simulation.simulation import Simulation
 
 WARM_UP_STEPS = 3
 BLOCKS = 3

@@ -5,7 +5,7 @@ from math import prod
 from typing import TYPE_CHECKING
 
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.grid import PAD
+from pellucid.grid.lattice import PAD
 
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
@@ -38,7 +38,7 @@ def n_nodes(case: "Case") -> float:
 
 def n_points(case: "Case") -> float:
     """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
-    return sum(body.among(case.body).size(case.grid) for body in case.body)
+    return sum(body.knowing(case.body).size(case.grid) for body in case.body)
 
 
 def physical_memory() -> int | None:

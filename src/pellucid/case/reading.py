@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from pellucid import gallery
-from pellucid.bodies.spec import Body
+from pellucid.bodies.models import Body
 from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
 from pellucid.case.relations import Conditions, Finding, findings
@@ -18,12 +18,12 @@ from pellucid.case.schema import keys_at
 from pellucid.case.settings import find, parse_setting, put
 from pellucid.case.spec import Case, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
-from pellucid.conditions.contact import Contact
-from pellucid.conditions.motion import Motion
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
+from pellucid.contact.model import Contact
 from pellucid.errors import CaseError, Problem, shown
-from pellucid.grid.spec import GridCase
+from pellucid.grid.model import GridCase
 
 
 def load(case: "str | FilePath") -> Case:

@@ -5,15 +5,15 @@ from collections.abc import Iterator, Sequence
 from math import hypot, inf
 from typing import NamedTuple
 
-from pellucid.bodies.spec import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase, Membrane
+from pellucid.bodies.models import CLOSE_IT, NEEDS_SPACE, Body, MaterialPointsCase, Membrane
 from pellucid.case.lines import Path
 from pellucid.case.spec import STEP_MARGIN, OutputCase, Probe, TimeCase
 from pellucid.conditions.absorbing import Absorbing
-from pellucid.conditions.contact import Contact
-from pellucid.conditions.motion import Motion
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import BoxRegion, Support
-from pellucid.grid.spec import GridCase
+from pellucid.contact.model import Contact
+from pellucid.grid.model import GridCase
 from pellucid.state import COMPONENT_NAMES, FIELDS
 
 MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
@@ -91,7 +91,7 @@ def _repeated_names(kind: str, names: Sequence[str | None]) -> Iterator[Finding]
 def _body(index: int, body: Body | str | None, grid: GridCase | None) -> Iterator[Finding]:
     if body is None or isinstance(body, str) or grid is None:
         return
-    for key, text, remedy in body.misfits(grid):
+    for key, text, remedy in body.grid_problems(grid):
         yield Finding(("body", index, key), text, remedy)
     path = ("body", index, body.place)
     lower, upper = body.bounds()

@@ -5,13 +5,13 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from pellucid.bodies.spec import Body
+from pellucid.bodies.models import Body
 from pellucid.conditions.absorbing import Absorbing
-from pellucid.conditions.contact import Contact
-from pellucid.conditions.motion import Motion
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
-from pellucid.grid.spec import GridCase
+from pellucid.contact.model import Contact
+from pellucid.grid.model import GridCase
 from pellucid.model import Model, Vector, parameter
 
 ZERO = (0.0, 0.0, 0.0)

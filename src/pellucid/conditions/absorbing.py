@@ -11,7 +11,7 @@ from pydantic import field_validator
 
 from pellucid.approximants.axis import axis_weights
 from pellucid.conditions.support import Face
-from pellucid.grid.grid import Grid
+from pellucid.grid.lattice import Grid
 from pellucid.model import Model, parameter
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic

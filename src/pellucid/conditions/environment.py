@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pellucid.conditions.absorbing import Absorbing, absorption_rates
-from pellucid.conditions.motion import Motion
 from pellucid.conditions.own_nodes import OwnDrive
 from pellucid.conditions.prescribed import ConstraintWork, Drive, Rigid
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
-from pellucid.grid.layer import Layer
-from pellucid.grid.motion import Outside, outside_with
+from pellucid.grid.momentum import ExternalAction, external_action_with
+from pellucid.grid.velocity_field import VelocityField
 
 GRIPPING = ("driven_mass", "driven_momentum", "grip")
 
@@ -21,15 +21,17 @@ class Environment:
 
     def __init__(
         self,
-        layers: Sequence[Layer],
+        velocity_fields: Sequence[VelocityField],
         supports: Sequence[Support],
         motions: Sequence[Motion],
         rigid: Sequence[str],
         absorbing: Sequence[Absorbing],
         pressures: Sequence[Pressure],
     ) -> None:
-        named = {body.name: (body, number) for number, layer in enumerate(layers) for body in layer.bodies}
-        self.outsides = [self._outside(layer, motions, absorbing, pressures) for layer in layers]
+        named = {
+            body.name: (body, number) for number, velocity_field in enumerate(velocity_fields) for body in velocity_field.bodies
+        }
+        self.outsides = [self._outside(velocity_field, motions, absorbing, pressures) for velocity_field in velocity_fields]
         for condition in absorbing:
             body, number = named[condition.body]
             speeds = body.material.wave_speeds()
@@ -52,15 +54,15 @@ class Environment:
 
     @staticmethod
     def _outside(
-        layer: Layer, motions: Sequence[Motion], absorbing: Sequence[Absorbing], pressures: Sequence[Pressure]
-    ) -> Outside:
-        names = {body.name for body in layer.bodies}
+        velocity_field: VelocityField, motions: Sequence[Motion], absorbing: Sequence[Absorbing], pressures: Sequence[Pressure]
+    ) -> ExternalAction:
+        names = {body.name for body in velocity_field.bodies}
         parts = GRIPPING if any(motion.body in names for motion in motions) else ()
         if any(condition.body in names for condition in absorbing):
             parts = (*parts, "absorption")
         if any(condition.body in names for condition in pressures):
             parts = (*parts, "load")
-        return outside_with(parts, layer.grid.n_nodes)
+        return external_action_with(parts, velocity_field.grid.n_nodes)
 
     def begin(self, time: float, dt: float) -> None:
         """What acts over the step that begins at `time` [s]."""

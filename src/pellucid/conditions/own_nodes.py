@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.conditions.motion import Motion
 from pellucid.conditions.prescribed import ConstraintWork, Drive
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Support
 from pellucid.conditions.walls import nodes_of
-from pellucid.grid.motion import Outside
+from pellucid.grid.momentum import ExternalAction
 
 
 class OwnDrive(Drive):
@@ -19,7 +19,7 @@ class OwnDrive(Drive):
     ones are gripped as those of points are, so that contact finds them as firm as they are.
     """
 
-    def __init__(self, body: Any, motions: Sequence[Motion], outside: Outside, supports: Sequence[Support]) -> None:
+    def __init__(self, body: Any, motions: Sequence[Motion], outside: ExternalAction, supports: Sequence[Support]) -> None:
         super().__init__(body, motions, outside)
         back = np.argsort(body.arrays["id"])
         position, driven = body.arrays["position"][back], body.arrays["driven"][back]
@@ -44,12 +44,12 @@ class OwnDrive(Drive):
             super().begin(time, dt)
             self.body.prescribed_velocity[self._first : self._last] = self._velocity
 
-    def steer(self) -> None:
+    def prescribe_velocities(self) -> None:
         """What contact did to the nodes of the grid that driven ones grip, while these are where they gripped them."""
         if self.names:
-            super().steer()
+            super().prescribe_velocities()
 
-    def place(self) -> None:
+    def prescribe_positions(self) -> None:
         """Own nodes are where their velocities lead."""
 
     def collect(self) -> ConstraintWork:

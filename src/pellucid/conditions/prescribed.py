@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.bundle import Bundle
-from pellucid.conditions.motion import Motion
+from pellucid.conditions import driven_points as driving
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.errors import CaseError, Problem
-from pellucid.grid import driving
-from pellucid.grid.motion import Outside
+from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.reductions import ordered_sum
 
@@ -28,7 +28,7 @@ class Drive:
     The body's points carry `driven`, the number of their motion plus one or 0, and `start`, their first position [m].
     """
 
-    def __init__(self, body: Any, motions: Sequence[Motion], outside: Outside) -> None:
+    def __init__(self, body: Any, motions: Sequence[Motion], outside: ExternalAction) -> None:
         self.body = body
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
@@ -78,15 +78,15 @@ class Drive:
             for axis, function in functions.items():
                 self._displacement[number, axis] = function(time + dt)
                 self._velocity[number, axis] = (self._displacement[number, axis] - function(time)) / dt
-        driving.grip(self.body.n_slabs, self.body.mapped, self._bound(), self._outside)
+        driving.constrain_nodes(self.body.n_slabs, self.body.mapped, self._bound(), self._outside)
 
-    def steer(self) -> None:
+    def prescribe_velocities(self) -> None:
         """Prescribed velocities."""
-        driving.steer(self.body.n_slabs, self.body.mapped, self._bound(), self._outside)
+        driving.prescribe_velocities(self.body.n_slabs, self.body.mapped, self._bound(), self._outside)
 
-    def place(self) -> None:
+    def prescribe_positions(self) -> None:
         """Prescribed positions."""
-        driving.place(self.body.n_slabs, self.body.mapped, self._bound())
+        driving.prescribe_positions(self.body.n_slabs, self.body.mapped, self._bound())
 
     def collect(self) -> ConstraintWork:
         """What this took."""
@@ -112,7 +112,7 @@ class Rigid:
         """Nothing is prescribed."""
         self._dt = dt
 
-    def steer(self) -> None:
+    def prescribe_velocities(self) -> None:
         """The rigid velocity field V + ω × (x - c) of the points' momentum."""
         points = self.body.points
         m, x, v = points.mass[:, None], points.position, points.velocity
@@ -123,11 +123,11 @@ class Rigid:
         self._loss = float(0.5 * np.sum(m * (v * v - rigid * rigid)))
         v[...] = rigid
 
-    def place(self) -> None:
+    def prescribe_positions(self) -> None:
         """Places of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
         points = self.body.points
         r = self._arm @ _rotation(self._dt * self._turn(self._arm)).T
-        driving.put(self.body.n_slabs, self.body.mapped, self._centre + self._dt * self._velocity + r)
+        driving.move_points_to(self.body.n_slabs, self.body.mapped, self._centre + self._dt * self._velocity + r)
         points.velocity[...] = self._velocity + np.cross(self._turn(r), r)
 
     def _turn(self, r: np.ndarray) -> np.ndarray:

@@ -6,16 +6,16 @@ import numpy as np
 
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.grid import Grid
-from pellucid.grid.motion import Supports
+from pellucid.grid.lattice import Grid
+from pellucid.grid.momentum import Supports
 
 REACH = 1e-6  # of a cell, by which a node may lie outside a box and still be held
 
 
-def hold_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
+def constrain_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     """Mark the held directions of the nodes. Where supports overlap the later one counts; the last row is of thin axes."""
     index, position = grid.where()
-    hold = grid.nodes.hold
+    constrained = grid.nodes.constrained
     for number, support in enumerate(supports):
         inside = nodes_of(support, grid, position)
         if not inside.any():
@@ -27,9 +27,9 @@ def hold_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
                 )
             )
         for axis in np.flatnonzero(support.axes()):
-            hold[index[inside], axis] = number + 1
+            constrained[index[inside], axis] = number + 1
     for axis in np.flatnonzero(grid.thin):
-        hold[:, axis] = len(supports) + 1
+        constrained[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
     faces = [support.face() is not None for support in supports]
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))

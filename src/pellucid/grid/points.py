@@ -55,7 +55,7 @@ class Slabs(NamedTuple):
     first: np.ndarray  # (s+1,)
     layer: np.ndarray  # (s+1,)
     fault: np.ndarray  # (s, 2) a code above, and the first point that has it
-    strayed: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
+    left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
 
 

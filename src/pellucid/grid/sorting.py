@@ -4,7 +4,7 @@ import numpy as np
 from numba import prange
 
 from pellucid.bundle import Bundle
-from pellucid.grid.grid import Lattice
+from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
 

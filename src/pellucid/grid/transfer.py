@@ -29,7 +29,7 @@ from pellucid.grid.points import (
     SPEED,
     STORED,
 )
-from pellucid.grid.velocity_transfer import affine_of, carried, new_velocity
+from pellucid.grid.velocity_transfer import affine_of, affine_velocity, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
 from pellucid.materials.point_state import load, store
@@ -65,9 +65,9 @@ def _scatter_slab(mapped, s, inertia, force):
                         I = uintp(row + c * stride[2])
                         w = wm * wz[c]
                         mass[I] += w
-                        momentum[I, 0] += w * carried(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
-                        momentum[I, 1] += w * carried(transfer, v[p, 1], C[3], C[4], C[5], dx, dy, dz)
-                        momentum[I, 2] += w * carried(transfer, v[p, 2], C[6], C[7], C[8], dx, dy, dz)
+                        momentum[I, 0] += w * affine_velocity(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
+                        momentum[I, 1] += w * affine_velocity(transfer, v[p, 1], C[3], C[4], C[5], dx, dy, dz)
+                        momentum[I, 2] += w * affine_velocity(transfer, v[p, 2], C[6], C[7], C[8], dx, dy, dz)
         if force:
             V = -points.volume[p] * h
             sxx, syy, szz = V * sig[p, 0], V * sig[p, 1], V * sig[p, 2]
@@ -109,10 +109,10 @@ def placed(lattice, x, p, dx, dy, dz, lowest, highest):
 
 
 @kernel()
-def _accelerate_slab(mapped, s, remap):
+def _update_velocities_slab(mapped, s, remap):
     fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
     x, v = points.position, points.velocity
-    momentum, new, change = nodes.momentum, nodes.velocity, nodes.change
+    momentum, new, dv = nodes.momentum, nodes.velocity, nodes.velocity_increment
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     kinetic = px = py = pz = speed = 0.0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
@@ -135,9 +135,9 @@ def _accelerate_slab(mapped, s, remap):
                     nx += W * new[I, 0]
                     ny += W * new[I, 1]
                     nz += W * new[I, 2]
-                    cx += W * change[I, 0]
-                    cy += W * change[I, 1]
-                    cz += W * change[I, 2]
+                    cx += W * dv[I, 0]
+                    cy += W * dv[I, 1]
+                    cz += W * dv[I, 2]
         vx = new_velocity(transfer, v[p, 0], nx, cx)
         vy = new_velocity(transfer, v[p, 1], ny, cy)
         vz = new_velocity(transfer, v[p, 2], nz, cz)
@@ -163,9 +163,9 @@ def _accelerate_slab(mapped, s, remap):
                         dz = (k + c - Z) * lattice.cell
                         I = uintp(row + c * stride[2])
                         w = wm * wz[c]
-                        momentum[I, 0] += w * carried(transfer, vx, C[0], C[1], C[2], dx, dy, dz)
-                        momentum[I, 1] += w * carried(transfer, vy, C[3], C[4], C[5], dx, dy, dz)
-                        momentum[I, 2] += w * carried(transfer, vz, C[6], C[7], C[8], dx, dy, dz)
+                        momentum[I, 0] += w * affine_velocity(transfer, vx, C[0], C[1], C[2], dx, dy, dz)
+                        momentum[I, 1] += w * affine_velocity(transfer, vy, C[3], C[4], C[5], dx, dy, dz)
+                        momentum[I, 2] += w * affine_velocity(transfer, vz, C[6], C[7], C[8], dx, dy, dz)
     slabs.sums[s, KINETIC] = kinetic
     slabs.sums[s, MOMENTUM_X] = px
     slabs.sums[s, MOMENTUM_Y] = py
@@ -174,11 +174,11 @@ def _accelerate_slab(mapped, s, remap):
 
 
 @kernel(parallel=True)
-def accelerate(n, mapped, remap):
+def update_velocities(n, mapped, remap):
     """New velocities of the points; where `remap` (MUSL) their momentum on the nodes anew."""
     for colour in range(2):
         for half in prange((n + 1 - colour) // 2):
-            _accelerate_slab(mapped, 2 * half + colour, remap)
+            _update_velocities_slab(mapped, 2 * half + colour, remap)
 
 
 @kernel()
@@ -218,8 +218,8 @@ def gather_affine(n, mapped, new):
 
 
 @pointwise
-def gathered(fn, lattice, deforming, new, X, Y, Z):
-    """Gradient of the nodal velocity `deforming` [1/s], a 9-tuple, and the velocity `new` [m/s] at (X, Y, Z), in cells."""
+def gathered(fn, lattice, strain_velocity, new, X, Y, Z):
+    """Gradient of the nodal `strain_velocity` [1/s], a 9-tuple, and the velocity `new` [m/s] at (X, Y, Z), in cells."""
     h, n, stride = lattice.inverse_cell, lattice.counts, lattice.strides
     i, wx, gx = axis_weights(fn[0], X, n[0])
     j, wy, gy = axis_weights(fn[1], Y, n[1])
@@ -232,12 +232,12 @@ def gathered(fn, lattice, deforming, new, X, Y, Z):
             lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
             for c in range(len(wz)):
                 I = uintp(row + c * stride[2])
-                lx += wz[c] * deforming[I, 0]
-                ly += wz[c] * deforming[I, 1]
-                lz += wz[c] * deforming[I, 2]
-                dx += gz[c] * deforming[I, 0]
-                dy += gz[c] * deforming[I, 1]
-                dz += gz[c] * deforming[I, 2]
+                lx += wz[c] * strain_velocity[I, 0]
+                ly += wz[c] * strain_velocity[I, 1]
+                lz += wz[c] * strain_velocity[I, 2]
+                dx += gz[c] * strain_velocity[I, 0]
+                dy += gz[c] * strain_velocity[I, 1]
+                dz += gz[c] * strain_velocity[I, 2]
                 mx += wz[c] * new[I, 0]
                 my += wz[c] * new[I, 1]
                 mz += wz[c] * new[I, 2]
@@ -259,32 +259,32 @@ def gathered(fn, lattice, deforming, new, X, Y, Z):
 
 
 @kernel()
-def _deform_slab(strained, s, dt, move):
-    fn, lattice, nodes, points, slabs, law, carried_state = strained.content
+def _update_stress_slab(strained, s, dt, move):
+    fn, lattice, nodes, points, slabs, law, state_arrays = strained.content
     x, v = points.position, points.velocity
     mass, volume = points.mass, points.volume
-    new, deforming = nodes.velocity, nodes.deforming
+    new, strain_velocity = nodes.velocity, nodes.strain_velocity
     h, low = lattice.inverse_cell, lattice.lower
     stored = heating = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
-    strayed = first_fault = at_fault = 0
+    left_slab = first_fault = at_fault = 0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
         Y = (x[p, 1] - low[1]) * h
         Z = (x[p, 2] - low[2]) * h
-        L, nx, ny, nz = gathered(fn, lattice, deforming, new, X, Y, Z)
+        L, nx, ny, nz = gathered(fn, lattice, strain_velocity, new, X, Y, Z)
         fault = OK
         if move:
             fault, beyond = placed(lattice, x, p, dt * nx, dt * ny, dt * nz, lowest, highest)
-            strayed |= beyond
+            left_slab |= beyond
         growth = volume_growth(law, L, dt)
         if growth > 0.0:
             volume[p] *= growth
             m = mass[p]
             density = m / volume[p]
-            state = update(law, load(carried_state, p), density, L, dt, lattice.cell)
-            store(carried_state, p, state)
+            state = update(law, load(state_arrays, p), density, L, dt, lattice.cell)
+            store(state_arrays, p, state)
             energy = stored_energy(law, state, density)
             c = signal_speed(law, state, density, L, lattice.cell)
             speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
@@ -298,7 +298,7 @@ def _deform_slab(strained, s, dt, move):
         if fault != OK and first_fault == OK:
             first_fault = fault
             at_fault = signed
-    slabs.strayed[s] = strayed
+    slabs.left_slab[s] = left_slab
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault
     slabs.sums[s, STORED] = stored
@@ -307,19 +307,19 @@ def _deform_slab(strained, s, dt, move):
 
 
 @kernel(parallel=True)
-def deform(n, strained, dt, move):
+def update_stress(n, strained, dt, move):
     """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, HEATING, RATE of the sums."""
     for s in prange(n):
-        _deform_slab(strained, s, dt, move)
+        _update_stress_slab(strained, s, dt, move)
 
 
 @kernel()
-def _move_slab(mapped, velocity, s, dt):
+def _update_positions_slab(mapped, velocity, s, dt):
     fn, _, lattice, _, points, slabs, _ = mapped.content
     x = points.position
     h, low = lattice.inverse_cell, lattice.lower
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
-    strayed = first_fault = at_fault = 0
+    left_slab = first_fault = at_fault = 0
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         X = (x[p, 0] - low[0]) * h
@@ -327,18 +327,18 @@ def _move_slab(mapped, velocity, s, dt):
         Z = (x[p, 2] - low[2]) * h
         _, vx, vy, vz = gathered(fn, lattice, velocity, velocity, X, Y, Z)
         fault, beyond = placed(lattice, x, p, dt * vx, dt * vy, dt * vz, lowest, highest)
-        strayed |= beyond
+        left_slab |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
             at_fault = signed
-    slabs.strayed[s] = strayed
-    if first_fault != OK:  # what `deform` found earlier in the step stays
+    slabs.left_slab[s] = left_slab
+    if first_fault != OK:  # what `update_stress` found earlier in the step stays
         slabs.fault[s, 0] = first_fault
         slabs.fault[s, 1] = at_fault
 
 
 @kernel(parallel=True)
-def move(n, mapped, velocity, dt):
+def update_positions(n, mapped, velocity, dt):
     """New positions alone, by nodal velocities [m/s], shape (nodes, 3), for what is strained otherwise or before it moves."""
     for s in prange(n):
-        _move_slab(mapped, velocity, s, dt)
+        _update_positions_slab(mapped, velocity, s, dt)

@@ -39,7 +39,7 @@ def affine_of(transfer: Any, affine: Any, p: int) -> Any:
 
 
 @generic
-def carried(transfer: Any, v: float, C0: float, C1: float, C2: float, dx: float, dy: float, dz: float) -> float:
+def affine_velocity(transfer: Any, v: float, C0: float, C1: float, C2: float, dx: float, dy: float, dz: float) -> float:
     """A component of the velocity that a point gives to a node at distance (dx, dy, dz) [m/s]."""
 
 
@@ -79,14 +79,14 @@ def _affine(transfer, affine, p):
     )
 
 
-@point_function(carried, Flip)
-@point_function(carried, Blend)
-def _carried_rigidly(transfer, v, C0, C1, C2, dx, dy, dz):
+@point_function(affine_velocity, Flip)
+@point_function(affine_velocity, Blend)
+def _rigid_velocity(transfer, v, C0, C1, C2, dx, dy, dz):
     return v
 
 
-@point_function(carried, Apic)
-def _carried_affinely(transfer, v, C0, C1, C2, dx, dy, dz):
+@point_function(affine_velocity, Apic)
+def _affine_velocity(transfer, v, C0, C1, C2, dx, dy, dz):
     return v + C0 * dx + C1 * dy + C2 * dz
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pellucid.bodies.spec import MaterialPointsCase
+from pellucid.bodies.models import MaterialPointsCase
 
 if TYPE_CHECKING:
     from pellucid.case import Case

@@ -16,7 +16,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import j0, j1
 
-from pellucid.bodies.spec import MaterialPointsCase
+from pellucid.bodies.models import MaterialPointsCase
 
 if TYPE_CHECKING:
     from pellucid.case import Case

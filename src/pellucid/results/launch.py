@@ -33,7 +33,7 @@ def run_case(
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
-    from pellucid.simulation import Simulation
+    from pellucid.simulation.simulation import Simulation
 
     check_memory(case)
     _announce(case, progress)
@@ -56,7 +56,7 @@ def resume_case(
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
-    from pellucid.simulation import Simulation
+    from pellucid.simulation.simulation import Simulation
 
     folder = RunFolder(out)
     case = folder.read_case()
@@ -89,7 +89,7 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
 def _announce(case: "Case", progress: "Progress | None") -> None:
     if progress is None:
         return
-    from pellucid.simulation import kernel_key
+    from pellucid.simulation.simulation import kernel_key
 
     if not kernels_are_cached(kernel_key(case)):
         progress.message("compiling kernels (first run only) ...")

@@ -1,0 +1,71 @@
+"""Straining of membrane elements: loops over quadrilaterals and triangles.
+
+`surface` is the bundle (corners, number of quadrilaterals, law, hourglass control, initial thickness, rest shapes of the
+triangles, `ElementArrays`). Elements are shared out in chunks whose number does not depend on the threads.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from pellucid.bodies.membrane_elements.quadrilateral import strain_quadrilateral
+from pellucid.bodies.membrane_elements.triangle import strain_triangle
+from pellucid.grid.points import OK
+from pellucid.jit import kernel, pointwise
+
+CHUNK = 512
+STRAIN, HOURGLASS, RATE, SUMS = range(4)  # columns of the sums of a chunk
+
+
+class ElementArrays(NamedTuple):
+    """What elements carry; m elements, q quadrilaterals first, in the order of the mesh."""
+
+    element_mass: np.ndarray  # (m,) [kg]
+    plane_stress: np.ndarray  # (m, 3) σ₁₁, σ₂₂, σ₁₂ in the material's frame; of triangles S in the axes at rest [Pa]
+    thickness: np.ndarray  # (m,) [m]
+    volume: np.ndarray  # (m,) [m³]
+    strain_energy: np.ndarray  # (m,) work of the stress [J]
+    hourglass_energy: np.ndarray  # (m,) work against hourglass forces [J]
+    shape: np.ndarray  # (q, 4) in-plane shape in the material's frame, the law's own
+    turn: np.ndarray  # (q, 2) cosine and sine of the angle from the element's frame to the material's
+    hourglass: np.ndarray  # (q, 2) hourglass force Q in the element's frame [N]
+
+
+@pointwise
+def elements_of(chunk, n_quads, n):
+    """The elements of a chunk: its first, the first that is no quadrilateral, and the end."""
+    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), n)
+    return first, min(max(first, n_quads), end), end
+
+
+@kernel()
+def _strain_chunk(surface, x, v, sums, fault, chunk, dt):
+    corners, n_quads, _, _, _, _, _ = surface.content
+    first, middle, end = elements_of(chunk, n_quads, len(corners))
+    strain_energy = hourglass_energy = rate = 0.0
+    first_fault = at_fault = 0
+    for e in range(first, middle):
+        strained, warped, signal, wrong = strain_quadrilateral(surface, x, v, e, dt)
+        strain_energy += strained
+        hourglass_energy += warped
+        rate = max(rate, signal)
+        if wrong != OK and first_fault == OK:
+            first_fault = wrong
+            at_fault = e
+    for e in range(middle, end):
+        strained, signal, wrong = strain_triangle(surface, x, v, e, dt)
+        strain_energy += strained
+        rate = max(rate, signal)
+        if wrong != OK and first_fault == OK:
+            first_fault = wrong
+            at_fault = e
+    sums[chunk, STRAIN], sums[chunk, HOURGLASS], sums[chunk, RATE] = strain_energy, hourglass_energy, rate
+    fault[chunk, 0], fault[chunk, 1] = first_fault, at_fault
+
+
+@kernel(parallel=True)
+def strain(chunks, surface, x, v, sums, fault, dt):
+    """Shapes, stresses and energies of the elements whose nodes moved to x with velocities v over the step."""
+    for chunk in prange(chunks):
+        _strain_chunk(surface, x, v, sums, fault, chunk, dt)

@@ -1,0 +1,142 @@
+"""What happens to one constant-strain triangle in a step; inlined into the loops over elements.
+
+It is strained from its rest shape, F = x_K ⊗ ∇N_K with the gradients at rest, in axes of its plane then: C = FᵀF holds all that
+the law needs, in the axes at rest, and the forces on its corners are -V₀ F S ∇N_K with the second Piola-Kirchhoff stress S
+(Belytschko, Liu & Moran 2000, Nonlinear Finite Elements for Continua and Structures, section 4.9). There are no frames to
+follow, nothing drifts, and a triangle that bears no compression may be folded flat and over to its other side.
+
+`surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
+"""
+
+from math import inf, sqrt
+
+from pellucid.bodies.membrane_elements.geometry import cross, dot, edges, in_space
+from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
+from pellucid.jit import kernel, pointwise
+from pellucid.materials.membrane import plane_response, plane_wave_speed, shape_of, smoothed, turned_to
+
+NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wide, and what bears compression has collapsed
+
+
+@pointwise
+def gradients(rest, chi, psi):
+    """Columns of F = χ ⊗ b₁ + ψ ⊗ b₂; rest: b₁ and b₂, the gradients of the second and third shape function."""
+    b11, b12, b21, b22 = rest
+    return (
+        (chi[0] * b11 + psi[0] * b21, chi[1] * b11 + psi[1] * b21, chi[2] * b11 + psi[2] * b21),
+        (chi[0] * b12 + psi[0] * b22, chi[1] * b12 + psi[1] * b22, chi[2] * b12 + psi[2] * b22),
+    )
+
+
+@kernel(inline=True)
+def strain_triangle(surface, x, v, e, dt):
+    """New stress and energy; strain energy [J], half its largest eigenfrequency [1/s], fault."""
+    corners, n_quads, law, _, initial, rests, carried = surface.content
+    half = 0.5 * dt
+    b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
+    (chi, psi), (chi_rate, psi_rate) = edges(x, corners, e), edges(v, corners, e)
+    f1, f2 = gradients(rest, chi, psi)
+    C = (dot(f1, f1), dot(f2, f2), dot(f1, f2))
+    normal = cross(f1, f2)
+    areal = dot(normal, normal)  # the square of the ratio of areas
+    difference = 0.5 * (C[0] - C[1])
+    square = 0.5 * (C[0] + C[1]) + sqrt(difference * difference + C[2] * C[2])
+    major = max(sqrt(square), NARROWEST)
+    minor = max(sqrt(areal) / major, NARROWEST)
+    shape = shape_of(law, C, major, minor)
+    s11, s22, s12, ratio = plane_response(law, shape)
+    at_rest = _volume_of(rest, initial)
+    volume = at_rest * major * minor * ratio
+    # S = V/V₀ U⁻¹ σ U⁻¹, with σ turned back to the axes at rest
+    w11, w22, w12 = turned_to(C[0], C[1], C[2], 1.0 / major, 1.0 / minor)
+    a11, a12, a21, a22 = w11 * s11 + w12 * s12, w11 * s12 + w12 * s22, w12 * s11 + w22 * s12, w12 * s12 + w22 * s22
+    share = volume / at_rest
+    S11, S22, S12 = share * (a11 * w11 + a12 * w12), share * (a21 * w12 + a22 * w22), share * (a11 * w12 + a12 * w22)
+    # the Green strain of the step, from the gradients at its middle
+    r1, r2 = gradients(rest, chi_rate, psi_rate)
+    m1 = (f1[0] - half * r1[0], f1[1] - half * r1[1], f1[2] - half * r1[2])
+    m2 = (f2[0] - half * r2[0], f2[1] - half * r2[1], f2[2] - half * r2[2])
+    old = carried.plane_stress
+    carried.strain_energy[e] += (
+        half
+        * at_rest
+        * ((old[e, 0] + S11) * dot(m1, r1) + (old[e, 1] + S22) * dot(m2, r2) + (old[e, 2] + S12) * (dot(m1, r2) + dot(m2, r1)))
+    )
+    old[e, 0], old[e, 1], old[e, 2] = S11, S22, S12
+    carried.thickness[e], carried.volume[e] = initial * ratio, volume
+    # waves cross what is folded as fast as when it is smoothed out
+    long, wide = smoothed(law, shape, major, minor)
+    g11, g22, g12 = turned_to(C[0], C[1], C[2], 1.0 / (long * long), 1.0 / (wide * wide))
+    b31, b32 = b11 + b21, b12 + b22
+    bound = 0.75 * (
+        g11 * (b11 * b11 + b21 * b21 + b31 * b31)
+        + g22 * (b12 * b12 + b22 * b22 + b32 * b32)
+        + 2.0 * g12 * (b11 * b12 + b21 * b22 + b31 * b32)
+    )
+    m = carried.element_mass[e]
+    wave = plane_wave_speed(law, shape, m / volume)
+    tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
+    signal = sqrt(bound * (wave * wave + max(tension, 0.0) * volume / m))
+    turn = cross(m1, m2)
+    h1 = (f1[0] - dt * r1[0], f1[1] - dt * r1[1], f1[2] - dt * r1[2])
+    h2 = (f2[0] - dt * r2[0], f2[1] - dt * r2[1], f2[2] - dt * r2[2])
+    over = dot(turn, normal) <= 0.0 or dot(turn, cross(h1, h2)) <= 0.0 or minor <= NARROWEST
+    wrong = OK
+    if (over and wide <= minor) or ratio <= 0.0:  # what is smoothed out may be folded over
+        wrong = COLLAPSED
+    elif not abs(S11 + S22 + S12 + signal + volume) < inf:
+        wrong = NOT_FINITE
+    return carried.strain_energy[e], signal, wrong
+
+
+@kernel(inline=True)
+def triangle_forces(surface, x, forces, e):
+    """Forces of stress on its corners [N] into forces[e]."""
+    corners, n_quads, _, _, initial, rests, carried = surface.content
+    b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
+    chi, psi = edges(x, corners, e)
+    f1, f2 = gradients(rest, chi, psi)
+    V = _volume_of(rest, initial)
+    S11, S22, S12 = carried.plane_stress[e, 0], carried.plane_stress[e, 1], carried.plane_stress[e, 2]
+    p1, p2 = V * (S11 * b11 + S12 * b12), V * (S12 * b11 + S22 * b12)
+    q1, q2 = V * (S11 * b21 + S12 * b22), V * (S12 * b21 + S22 * b22)
+    for d in range(3):
+        X, Y = f1[d] * p1 + f2[d] * p2, f1[d] * q1 + f2[d] * q2
+        forces[e, 0, d] = X + Y
+        forces[e, 1, d] = -X
+        forces[e, 2, d] = -Y
+
+
+@kernel(inline=True)
+def press_triangle(surface, x, forces, e, pressure):
+    """∫ p N_K n dA on its corners [N] into forces[e]."""
+    chi, psi = edges(x, surface.content[0], e)
+    whole = cross(chi, psi)
+    for d in range(3):
+        share = pressure * whole[d] / 6.0
+        forces[e, 0, d] = forces[e, 1, d] = forces[e, 2, d] = share
+
+
+@kernel(inline=True)
+def triangle_stress(surface, x, stress, e):
+    """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
+    corners, n_quads, _, _, initial, rests, carried = surface.content
+    rest = _rest_of(rests, e - n_quads)
+    chi, psi = edges(x, corners, e)
+    t, u = gradients(rest, chi, psi)
+    share = _volume_of(rest, initial) / carried.volume[e]
+    S = carried.plane_stress
+    whole = in_space((share * S[e, 0], share * S[e, 1], share * S[e, 2]), t, u)
+    for d in range(6):
+        stress[e, d] = whole[d]
+
+
+@pointwise
+def _rest_of(rests, t):
+    return rests[t, 0], rests[t, 1], rests[t, 2], rests[t, 3]
+
+
+@pointwise
+def _volume_of(rest, thickness):
+    """At rest, from the gradients there."""
+    return 0.5 * thickness / abs(rest[0] * rest[3] - rest[1] * rest[2])

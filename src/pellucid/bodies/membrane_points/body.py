@@ -1,0 +1,117 @@
+"""Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
+
+from typing import Any
+
+import numpy as np
+
+from pellucid.approximants import grid_functions
+from pellucid.bodies.grid_body import GridBody
+from pellucid.bodies.membrane_points import kernels as kernels
+from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
+from pellucid.bodies.membrane_points.point import MembraneArrays
+from pellucid.bodies.membrane_points.pressure import press
+from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
+from pellucid.bodies.models import MembranePointsCase
+from pellucid.bundle import Bundle
+from pellucid.grid.lattice import Grid
+from pellucid.grid.model import GridCase
+from pellucid.grid.points import Slabs
+from pellucid.materials.damage import DamageRecord, Elastodamage
+from pellucid.materials.membrane import initial_shape
+
+
+class MembranePoints(GridBody):
+    """Points of a triangulated surface, which carry its tangent frames and its triangles along."""
+
+    energy_kind = "strain"
+    is_surface = True
+
+    def __init__(self, case: MembranePointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
+        self.material = case.material
+        self.law: Any = case.material.law()
+        self.thickness = case.thickness
+        self.areal_density = case.material.density * case.thickness
+        vertices, self.triangles = case.surface.triangulate()
+        n = len(vertices)
+        area = area_shares(vertices, self.triangles)
+        volume = area * case.thickness
+        arrays = {
+            "id": np.arange(n),
+            "position": vertices,
+            "velocity": np.tile(np.array(case.velocity), (n, 1)),
+            "mass": case.material.density * volume,
+            "volume": volume,
+            "stress": np.zeros((n, 6)),
+            "frame": initial_frames(vertices, self.triangles),
+            "in_plane": np.tile(np.array(initial_shape(self.law)), (n, 1)),
+            "plane_stress": np.zeros((n, 3)),
+            "strain_energy": np.zeros(n),
+        }
+        self.damage: Any = case.material.damage_law()
+        if isinstance(self.damage, Elastodamage):
+            arrays |= {name: np.zeros(n) for name in DamageRecord._fields}
+        radius = case.material.damage.radius if case.material.damage else None
+        self._mean = NonlocalMean(vertices, area, radius) if radius else None
+        if radius:
+            arrays["torn"] = np.zeros((n, 3))
+        self._kinematics = np.zeros((n if radius else 0, 5))
+        self._gradient = np.zeros((n, 9))
+        # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
+        super().__init__(case.name, grid, grid_functions(grid_case.functions, (2, 2, 2), grid.thin), velocity_transfer, arrays)
+
+    def bind(self) -> None:
+        """Take up arrays that were replaced."""
+        super().bind()
+        self._carried = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
+        self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
+
+    def _share(self, slabs: Slabs) -> None:
+        super()._share(slabs)
+        where = np.argsort(self.arrays["id"])  # from a point's number to its place
+        fans = fans_of(where[self.triangles], self.n_points)
+        self.fans = Bundle(fans)
+        self._surface = Bundle(
+            self.grid.lattice,
+            self.points,
+            slabs,
+            fans,
+            self._gradient,
+            self.law,
+            self._carried,
+            self.thickness,
+            self.damage,
+            self._record,
+        )
+
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the thickness."""
+        return 0.5 * self.thickness, 0.0, 0.0
+
+    def vector_areas(self) -> np.ndarray:
+        """The share of the vector area of each point [m²], shape (n, 3), in the order in which they are stored."""
+        thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
+        return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
+
+    def press(self, outside_load: np.ndarray, pressure: float) -> None:
+        """Add the forces of a pressure [Pa] along the normals to those on the grid's nodes [N], shape (nodes, 3)."""
+        press(self.n_slabs, self.mapped, self.fans, outside_load, pressure)
+
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
+        kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
+        if move:
+            self.place()
+        if self._mean is None:
+            kernels.strain(self.n_slabs, self._surface, dt)
+        else:
+            self._strain_with_mean(self._mean, dt)
+        self._collect_strain_sums()
+        if isinstance(self.damage, Elastodamage):
+            self.sums["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
+
+    def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
+        number = self.arrays["id"]
+        kernels.stretch(self.n_slabs, self._surface, number, self.arrays["torn"], mean.local, self._kinematics, dt)
+        if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
+            mean.update()
+        kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

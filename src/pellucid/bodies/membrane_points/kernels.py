@@ -1,0 +1,160 @@
+"""Straining of membrane points: gradients from the grid, frames from the moved triangles, plane stress from the law.
+
+Source: Gan et al. 2011, section 2.1, with the misprints put right: strains are accumulated in the carried frame, and the frame
+also takes the spin about its normal, without which a sheet that turns in its own plane would leave its stress behind.
+
+Damage that follows a mean of the strain needs the strains of all points before the stress of any: `stretch` and `respond` are
+the two halves of `strain`. A failed point keeps its strain, frame and volume: they mean nothing where the material is torn.
+"""
+
+from math import sqrt
+
+from numba import prange
+from numpy import uintp
+
+from pellucid.bodies.membrane_points.point import failed, in_frame, responded, turned
+from pellucid.grid.points import HEATING, OK, RATE, STORED
+from pellucid.grid.transfer import gathered, placed
+from pellucid.jit import kernel
+from pellucid.materials.damage import driving_strain, has_failed
+from pellucid.materials.membrane import stretched
+
+
+@kernel()
+def _gather_slab(mapped, s, gradient, dt, move):
+    fn, _, lattice, nodes, points, slabs, _ = mapped.content
+    x = points.position
+    new, strain_velocity = nodes.velocity, nodes.strain_velocity
+    h, low = lattice.inverse_cell, lattice.lower
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    left_slab = first_fault = at_fault = 0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        X = (x[p, 0] - low[0]) * h
+        Y = (x[p, 1] - low[1]) * h
+        Z = (x[p, 2] - low[2]) * h
+        L, nx, ny, nz = gathered(fn, lattice, strain_velocity, new, X, Y, Z)
+        for d in range(9):
+            gradient[p, d] = L[d]
+        if move:
+            fault, beyond = placed(lattice, x, p, dt * nx, dt * ny, dt * nz, lowest, highest)
+            left_slab |= beyond
+            if fault != OK and first_fault == OK:
+                first_fault = fault
+                at_fault = signed
+    slabs.left_slab[s] = left_slab
+    slabs.fault[s, 0] = first_fault
+    slabs.fault[s, 1] = at_fault
+
+
+@kernel(parallel=True)
+def gather_gradients(n, mapped, gradient, dt, move):
+    """Velocity gradients into `gradient`, shape (points, 9); where `move`, new positions."""
+    for s in prange(n):
+        _gather_slab(mapped, s, gradient, dt, move)
+
+
+@kernel()
+def _strain_slab(surface, s, dt):
+    _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
+    frame, shape = carried.frame, carried.in_plane
+    stored = rate = 0.0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        if has_failed(damage, record, p):
+            energy, signal, fault = failed(surface, p)
+        else:
+            Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
+            F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), D, dt)
+            for d in range(4):
+                shape[p, d] = F[d]
+            for d in range(9):
+                frame[p, d] = Q[d]
+            energy, signal, fault = responded(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
+        stored += energy
+        rate = max(rate, signal)
+        if fault != OK and slabs.fault[s, 0] == OK:
+            slabs.fault[s, 0] = fault
+            slabs.fault[s, 1] = signed
+    slabs.sums[s, STORED] = stored
+    slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, RATE] = rate
+
+
+@kernel(parallel=True)
+def strain(n, surface, dt):
+    """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
+    for s in prange(n):
+        _strain_slab(surface, s, dt)
+
+
+@kernel()
+def _stretch_slab(surface, s, number, torn, local, kinematics, dt):
+    _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
+    frame, shape = carried.frame, carried.in_plane
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
+        opening = 0.0
+        if has_failed(damage, record, p):
+            E11, E22, E12 = in_frame(gradient[p], frame[p])
+            if driving_strain(damage, law, F) > damage.failure_strain:
+                torn[p, 0] += dt * E11
+                torn[p, 1] += dt * E22
+                torn[p, 2] += dt * E12
+                half = 0.5 * (torn[p, 0] - torn[p, 1])
+                opening = 0.5 * (torn[p, 0] + torn[p, 1]) + sqrt(half * half + torn[p, 2] * torn[p, 2])
+        else:
+            Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
+            F = stretched(law, F, D, dt)
+            for d in range(4):
+                shape[p, d] = F[d]
+            for d in range(9):
+                frame[p, d] = Q[d]
+            for d in range(3):
+                kinematics[p, d] = D[d]
+            kinematics[p, 3], kinematics[p, 4] = c, share
+        local[number[p]] = driving_strain(damage, law, F) + opening
+
+
+@kernel(parallel=True)
+def stretch(n, surface, number, torn, local, kinematics, dt):
+    """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
+
+    A point that tore by its own strain counts with what it has opened since too, which `torn`, shape (points, 3), sums up in
+    its frame: the opening of a crack is the same on any grid, its strain is not. A point that failed for its neighbours'
+    strain alone counts with its strain at failure, or failure would spread without end. `kinematics`, shape (points, 5),
+    takes along to `respond`: stretching, turn of the normal, share of area.
+    """
+    for s in prange(n):
+        _stretch_slab(surface, s, number, torn, local, kinematics, dt)
+
+
+@kernel()
+def _respond_slab(surface, s, number, mean, kinematics, dt):
+    _, _, slabs, _, _, _, carried, _, damage, record = surface.content
+    frame, shape = carried.frame, carried.in_plane
+    stored = rate = 0.0
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        if has_failed(damage, record, p):
+            energy, signal, fault = failed(surface, p)
+        else:
+            F, k, t = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), kinematics[p], frame[p]
+            Q = (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8])
+            energy, signal, fault = responded(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
+        stored += energy
+        rate = max(rate, signal)
+        if fault != OK and slabs.fault[s, 0] == OK:
+            slabs.fault[s, 0] = fault
+            slabs.fault[s, 1] = signed
+    slabs.sums[s, STORED] = stored
+    slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, RATE] = rate
+
+
+@kernel(parallel=True)
+def respond(n, surface, number, mean, kinematics, dt):
+    """Volumes and stresses after `stretch`, with damage by the strains `mean`, shape (points,), by number."""
+    for s in prange(n):
+        _respond_slab(surface, s, number, mean, kinematics, dt)

@@ -1,0 +1,133 @@
+"""Where two velocity fields meet: the nodes that both reach, the normal there, and how far apart the surfaces are.
+
+A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
+Mech. Eng. 187, 529). A surface that is crumpled within the reach of a node has no normal there, and takes that of the volume
+which it meets. Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
+one along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and sliding over it would
+plough. Which way the normal points is told by where the two bodies lie about the node: a membrane has two sides, and a layer
+thinner than a cell turns its gradient round.
+
+The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
+distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
+half of its point's width, or of the membrane's thickness.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from pellucid.bundle import Bundle
+from pellucid.contact import normals
+from pellucid.contact.normals import CENTRE, COLUMNS, NORMAL
+from pellucid.grid.lattice import Grid
+
+CLOSE = 0.1
+"""Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.
+
+It leaves each a side of the other: sheets as thin as these do not tell by themselves from which side they met.
+"""
+SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
+"""Of the gradients of two volumes in the normals that are tried."""
+SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
+
+
+class ContactDetection:
+    """The nodes where two fields meet.
+
+    bodies: those of either field. `node` (n,), `normal` (n, 3) from the first field to the second, zero where they do not
+    touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
+    """
+
+    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]]) -> None:
+        self._grids, self._bodies = grids, bodies
+        n = grids[0].n_nodes
+        self._shared = np.empty(n, np.int64)
+        self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
+        self._box = np.empty((2, 3))
+        self._where = Bundle(self._slot, self._near, self._box)
+        functions = [body.functions for side in bodies for body in side]
+        self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
+        # a membrane beside a volume in one field counts as a volume too
+        self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
+        # of the points of either field's bodies, those that reach the nodes
+        self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
+        self._close = CLOSE if self._surfaces == (1, 1) else 0.0
+        self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+
+    def find(self) -> None:
+        """Find where the fields meet now, after the bodies gave their mass to the nodes."""
+        one, other = (grid.nodes.mass for grid in self._grids)
+        n = normals.list_shared(one, other, self._shared)
+        self.node = self._shared[:n]
+        self.normal, self.gap = np.zeros((n, 3)), np.full(n, -np.inf)
+        if n:
+            strides = self._grids[0].lattice.strides
+            normals.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
+            normals.bounding_box(self.node, self._grids[0].lattice, self._reach, self._box)
+            self._measure(n)
+            normals.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
+
+    def _measure(self, n: int) -> None:
+        moments = np.zeros((2, n, COLUMNS))
+        surfaces = [side for side in range(2) if self._surfaces[side]]
+        for side in surfaces:
+            self._sum_moments(side, moments[side], 0)
+        crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
+        if len(surfaces) == 1:
+            normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
+        if len(surfaces) == 1 and not crumpled.any():
+            foremost = self._detect_smooth(surfaces[0], moments, direction)
+            normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
+        else:
+            for side in {0, 1}.difference(surfaces):
+                self._sum_moments(side, moments[side], 1)
+            for direction in self._directions(moments[0], moments[1], crumpled):
+                normals.orient(moments[0], moments[1], direction)
+                normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
+        normals.drop_open_gaps(self.gap, self._close * self._grids[0].lattice.cell, self.normal)
+
+    def _sum_moments(self, side: int, sums: np.ndarray, sloped: int) -> None:
+        for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
+            at_rest = 1.0 / body.areal_density if self._surfaces[side] else 0.0
+            areas = body.vector_areas() if self._surfaces[side] else np.zeros((0, 3))
+            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, at_rest, sloped, sums, beside)
+
+    def _detect_smooth(self, membrane: int, moments: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Orient the normals of a membrane; as `_foremost`, with one pass over the points of the volume, not two."""
+        volume = 1 - membrane
+        ends, foremost = (np.full((2, len(normal)), -np.inf) for _ in range(2))
+        for body in self._bodies[volume]:
+            normals.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), moments[volume], ends)
+        normals.orient_membrane_normals(moments[membrane], moments[volume], ends, SIGNS[volume], normal, foremost[volume])
+        self._reach_of(membrane, normal, foremost[membrane])
+        return foremost
+
+    def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
+        """Directions that may be normals, of any length and either way, each of shape (n, 3).
+
+        crumpled, shape (n,): where a membrane takes the normal of the volume that it meets.
+        """
+        A, B = one[:, NORMAL:CENTRE], other[:, NORMAL:CENTRE]
+        if self._surfaces == (1, 1):
+            along = np.sum(A * B, axis=1, keepdims=True)
+            yield A + np.where(along > 0.0, B, -B)
+        elif self._surfaces != (0, 0):
+            yield np.where(crumpled[:, None] == self._surfaces[0], B, A)
+        else:
+            for a, b in SHARES:
+                yield a * A + b * B
+            for axis in np.flatnonzero(~np.array(self._grids[0].thin)):
+                yield np.tile(np.eye(3)[axis], (len(A), 1))
+
+    def _foremost(self, normal: np.ndarray) -> np.ndarray:
+        """How far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
+        foremost = np.full((2, len(normal)), -np.inf)
+        for side in range(2):
+            self._reach_of(side, normal, foremost[side])
+        return foremost
+
+    def _reach_of(self, side: int, normal: np.ndarray, foremost: np.ndarray) -> None:
+        for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
+            width = body.half_width()
+            normals.foremost_along(body.n_slabs, body.mapped, beside, self._slot, normal, width, foremost, SIGNS[side])

@@ -1,0 +1,106 @@
+"""What contact does to the motion of membrane nodes within a cell, which the grid does not see.
+
+Contact on the grid ends the approach of the mean velocity about a node of the grid, by Δv along n. The nodes of a membrane
+about it move against that mean, along n by σ in the mean square, and strike one by one. An impact on which a node does not
+rebound stops Δv + σ, so for their impulses to add up to that of contact, the share Δv/(Δv + σ) of them strikes within a step.
+They lose what they have against the mean; hence the law: contact takes the share Δv/(Δv + σ) of the energy of that motion
+along n, the direction of the whole impulse. Where Δv « σ, what it takes over a time does not depend on the number of steps.
+"""
+
+from math import sqrt
+
+from numba import prange
+from numpy import uintp
+
+from pellucid.approximants.axis import axis_weights
+from pellucid.bodies.membrane_elements.nodes import CONTACT, held_to
+from pellucid.jit import kernel, pointwise
+
+
+@pointwise
+def part_taken(fluctuation, push):
+    """Part of the velocities against the mean that contact takes, from their mean square [m²/s²] and its Δv [m/s].
+
+    What is left of the energy is the share of nodes that do not strike, σ/(σ + Δv).
+    """
+    return 1.0 - sqrt(sqrt(fluctuation) / (sqrt(fluctuation) + push))
+
+
+@kernel(inline=True)
+def _against_mean(v, contact, mean, I):
+    """Velocity against the mean, times the impulse's direction and size."""
+    return v[0] * contact[I, 0] + v[1] * contact[I, 1] + v[2] * contact[I, 2] - mean[I]
+
+
+@kernel()
+def _measure_slab(mapped, mean, fluctuation, s):
+    fn, _, lattice, nodes, points, slabs, _ = mapped.content
+    x, contact = points.position, nodes.contact
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
+        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
+        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+        m, v = points.mass[p], (points.velocity[p, 0], points.velocity[p, 1], points.velocity[p, 2])
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
+                for c in range(len(wz)):
+                    I = uintp(row + c * stride[2])
+                    along = _against_mean(v, contact, mean, I)  # 0 where contact does not press: cheaper than to ask
+                    fluctuation[I] += wx[a] * wy[b] * wz[c] * m * along * along
+
+
+@kernel()
+def _damp_slab(mapped, acting, mean, taken, dt, s):
+    fn, _, lattice, nodes, points, slabs, _ = mapped.content
+    work = acting.content[0].work
+    x, velocity, contact = points.position, points.velocity, nodes.contact
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
+        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
+        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+        m, v = points.mass[p], (velocity[p, 0], velocity[p, 1], velocity[p, 2])
+        lx = ly = lz = 0.0
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
+                for c in range(len(wz)):
+                    I = uintp(row + c * stride[2])
+                    part = wx[a] * wy[b] * wz[c] * taken[I] * _against_mean(v, contact, mean, I)
+                    lx += part * contact[I, 0]
+                    ly += part * contact[I, 1]
+                    lz += part * contact[I, 2]
+        loss = (lx, ly, lz)
+        for d in range(3):
+            if loss[d] != 0.0:
+                velocity[p, d], mean_along = held_to(acting, points, lattice, p, d, v[d], v[d] - loss[d], dt, s)
+                work[s, CONTACT] -= m * loss[d] * mean_along
+
+
+@kernel(parallel=True)
+def damp_subcell_motion(n, mapped, acting, contact, momentum, mass, scratch, dt):
+    """Take from the nodes of n slabs what contact takes of their velocities against the mean about them.
+
+    v_K - Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: changes of velocity by contact [m/s], and
+    momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum
+    stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). scratch: room of shape (2, nodes of the grid).
+    """
+    mean, fluctuation = scratch[0], scratch[1]
+    for I in prange(len(mass)):
+        c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
+        fluctuation[I] = mean[I] = 0.0
+        if mass[I] > 0.0 and (c0 != 0.0 or c1 != 0.0 or c2 != 0.0):
+            mean[I] = (momentum[I, 0] * c0 + momentum[I, 1] * c1 + momentum[I, 2] * c2) / mass[I]
+    for colour in range(2):
+        for half in prange((n + 1 - colour) // 2):
+            _measure_slab(mapped, mean, fluctuation, 2 * half + colour)
+    for I in prange(len(mass)):
+        if fluctuation[I] > 0.0:
+            square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
+            fluctuation[I] = part_taken(fluctuation[I] / (mass[I] * square), sqrt(square)) / square
+    for s in prange(n):
+        _damp_slab(mapped, acting, mean, fluctuation, dt, s)

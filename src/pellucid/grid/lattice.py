@@ -1,0 +1,90 @@
+"""The Eulerian grid where bodies meet: where its nodes are, and what they carry in one velocity field."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.grid.model import GridCase
+
+PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
+LARGEST_STENCIL = 4
+
+
+class Lattice(NamedTuple):
+    """The uniform grid as kernels take it. Node (i, j, k) is stored at i*strides[0] + j*strides[1] + k*strides[2]."""
+
+    lower: tuple[float, float, float]
+    cell: float
+    inverse_cell: float
+    counts: tuple[int, int, int]
+    strides: tuple[int, int, int]
+    slab_axis: int  # the slowest axis in memory; kernels share the work by slabs along it
+
+
+class Nodes(NamedTuple):
+    """Nodal arrays of one velocity field; n nodes."""
+
+    mass: np.ndarray  # (n,) [kg]
+    momentum: np.ndarray  # (n, 3) mapped from the points [kg m/s]
+    force: np.ndarray  # (n, 3) internal force [N]
+    velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
+    velocity_increment: np.ndarray  # (n, 3) change of nodal velocity over the step [m/s]
+    strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
+    constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that holds this direction
+    contact: np.ndarray  # (n, 3) change of velocity by ties and contact over the step [m/s], of bodies with nodes of their own
+
+
+class Grid:
+    """A uniform grid and its nodal arrays in one velocity field.
+
+    own_nodes: whether the field is that of a body with nodes of its own, which takes from the grid nothing but contact.
+    """
+
+    def __init__(self, case: GridCase, own_nodes: bool = False) -> None:
+        counts, thin = case.counts(), case.thin()
+        slab_axis = int(np.argmax(counts))
+        order = [slab_axis] + [axis for axis in range(3) if axis != slab_axis]
+        strides = [0, 0, 0]
+        n = 1
+        for axis in reversed(order):
+            strides[axis] = n
+            n *= 1 if thin[axis] else max(counts[axis] + PAD, LARGEST_STENCIL)
+        lower = tuple(float(value) for value in case.lower)
+        self.lattice = Lattice(
+            (lower[0], lower[1], lower[2]),
+            case.cell,
+            1.0 / case.cell,
+            counts,
+            (strides[0], strides[1], strides[2]),
+            slab_axis,
+        )
+        self.thin = thin
+        self.n_nodes = n
+        momentum, force, velocity, velocity_increment, strain_velocity = (np.zeros((n, 3)) for _ in range(5))
+        constrained = np.zeros((n, 3), np.int16)
+        contact = np.zeros((n if own_nodes else 0, 3))
+        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, velocity_increment, strain_velocity, constrained, contact)
+
+    def clear_inertia(self) -> None:
+        """Forget mass and momentum."""
+        self.nodes.mass.fill(0.0)
+        self.nodes.momentum.fill(0.0)
+
+    def clear_momentum(self) -> None:
+        """Forget momentum alone, before it is mapped again."""
+        self.nodes.momentum.fill(0.0)
+
+    def clear_force(self) -> None:
+        """Forget internal forces."""
+        self.nodes.force.fill(0.0)
+
+    def where(self) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
+
+        A thin axis has one node, which stands at its lower end.
+        """
+        nodes = tuple(1 if thin else n + 1 for n, thin in zip(self.lattice.counts, self.thin, strict=True))
+        i, j, k = (axis.ravel() for axis in np.indices(nodes))
+        s = self.lattice.strides
+        position = np.stack((i, j, k), axis=1) * self.lattice.cell + np.array(self.lattice.lower)
+        return i * s[0] + j * s[1] + k * s[2], position

@@ -1,0 +1,85 @@
+"""Contact at single nodes, against plain formulas."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import box, case
+
+from pellucid.approximants import grid_functions
+from pellucid.contact.pairs import CHUNK, SLIP, STICK, ContactPairs, Pair
+from pellucid.grid.lattice import Grid
+from pellucid.grid.momentum import no_external_action
+
+N = CHUNK + 50  # so that books are sums of two chunks
+
+
+def two_fields(kind, friction=0.0, held=()):
+    """N nodes of random masses, velocities and normals; those of the second field are held along the axes `held`."""
+    generator = np.random.default_rng(3)
+    whole = case(box((0, 0, 0), (1, 1, 1)), counts=(9, 9, 9))
+    grids = (Grid(whole.grid), Grid(whole.grid))
+    functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
+    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0)]] * 2
+    pair = Pair(grids, tuple(bodies), (no_external_action(), no_external_action()), kind, friction, "touch")
+    for grid in grids:
+        nodes = grid.nodes
+        nodes.mass[:N] = generator.uniform(0.1, 10.0, N)
+        nodes.velocity[:N] = generator.normal(size=(N, 3))
+        nodes.strain_velocity[:N] = nodes.velocity[:N]
+    for axis in held:
+        grids[1].nodes.constrained[:N, axis] = 1
+        grids[1].nodes.velocity[:N, axis] = 0.0
+    normal = generator.normal(size=(N, 3))
+    pair.detection.node, pair.detection.normal = np.arange(N), normal / np.linalg.norm(normal, axis=1)[:, None]
+    pair.detection.find = lambda: None
+    pair.find()
+    return grids, pair
+
+
+def resolved(grids, pair):
+    """Masses, normals and velocities before and after, and what was booked."""
+    before = [grid.nodes.velocity[:N].copy() for grid in grids]
+    work = ContactPairs([pair], 1).resolve((0.0, 0.0, 0.0), 0.1)
+    return [grid.nodes.mass[:N] for grid in grids], before, [grid.nodes.velocity[:N] for grid in grids], work
+
+
+@pytest.mark.parametrize(("kind", "friction"), [(STICK, 0.0), (SLIP, 0.0), (SLIP, 0.3), (SLIP, 100.0)])
+def test_impulses_are_those_of_coulomb(kind, friction):
+    grids, pair = two_fields(kind, friction)
+    (a, b), (v, w), after, _ = resolved(grids, pair)
+    n, reduced, u = pair.detection.normal, a * b / (a + b), v - w
+    approach = np.sum(u * n, axis=1)
+    across = u - approach[:, None] * n
+    slip = np.linalg.norm(across, axis=1)
+    part = np.ones(N) if kind != SLIP else np.minimum(1.0, friction * np.abs(approach) / slip)
+    touching = approach > 0.0
+    impulse = -(touching * reduced)[:, None] * (approach[:, None] * n + part[:, None] * across)
+    # a dozen roundings of numbers near 10
+    assert after[0] - v == pytest.approx(impulse / a[:, None], abs=1e-13)
+    assert after[1] - w == pytest.approx(-impulse / b[:, None], abs=1e-13)
+    assert 10 < touching.sum() < N
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3, 100.0])
+@pytest.mark.parametrize("held", [(), (2,), (0, 2), (0, 1, 2)])
+def test_held_nodes_stay_and_friction_keeps_its_cone_and_makes_no_energy(held, friction):
+    grids, pair = two_fields(SLIP, friction, held)
+    (a, b), (v, w), (v_new, w_new), work = resolved(grids, pair)
+    n = pair.detection.normal
+    assert not w_new[:, list(held)].any()
+    impulse = a[:, None] * (v_new - v)
+    pressed = np.abs(impulse).max(axis=1) > 0.0
+    assert 10 < pressed.sum() < N
+    approach = np.sum((v_new - w_new) * n, axis=1)
+    assert np.abs(approach[pressed]).max() < 1e-13
+    push = -np.sum(impulse * n, axis=1)
+    rub = np.linalg.norm(impulse + push[:, None] * n, axis=1)
+    assert push.min() >= 0.0
+    assert np.all(rub <= friction * push + 1e-12)
+    kinetic = [0.5 * a * (q * q).sum(axis=1) + 0.5 * b * (r * r).sum(axis=1) for q, r in ((v, w), (v_new, w_new))]
+    assert np.all(kinetic[1] - kinetic[0] < 1e-13)
+    # what the support took is what the second field lacks
+    second = b[:, None] * (w_new - w)
+    assert work.nodes.impulses[0] == pytest.approx((impulse + second).sum(axis=0), abs=1e-11)
+    assert work.impulses["touch"] == pytest.approx(impulse.sum(axis=0), abs=1e-12)

@@ -1,0 +1,78 @@
+"""The same bits on any number of threads, also across re-sorting, and in another process."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+# a gas square in motion: eight slabs and more, several chunks of nodes, points that stray from slab to slab
+PROGRAM = """
+import hashlib, json, sys
+import numpy as np
+from scenes import GAS, SLIP, advance, box, case
+from pellucid.simulation.simulation import Simulation
+
+wave = {"amplitude": (0.3, 0.4, 0), "wave_vector": (0.3, 0.2, 0)}
+gas = box((1, 1, 0), (71, 71, 1), GAS, (2, 2, 1), velocity=(0.8, 0.5, 0), velocity_wave=wave)
+tables = case(gas, counts=(72, 72, 1), support=SLIP, end=100.0)
+
+def fingerprint(sim):
+    digest = hashlib.sha256()
+    for name, array in sorted(sim.state_arrays().items()):
+        digest.update(name.encode() + array.tobytes())
+    for array in sim.grid.nodes:
+        digest.update(array.tobytes())
+    numbers = json.dumps([sim.state_numbers(), sim.energies(), sim.conservation()])
+    return digest.hexdigest() + hashlib.sha256(numbers.encode()).hexdigest()
+
+results = []
+for threads in map(int, sys.argv[1:]):
+    sim = Simulation(tables, threads=threads)
+    assert sim.threads == threads, sim.threads
+    sortings, slabs, prints = 0, sim.bodies[0].slabs, []
+    for _ in range(4):
+        for _ in range(6):
+            advance(sim, 1)
+            sortings += sim.bodies[0].slabs is not slabs
+            slabs = sim.bodies[0].slabs
+        prints.append(fingerprint(sim))
+    results.append({"prints": prints, "sortings": sortings, "slabs": len(slabs.layer) - 1, "points": sim.bodies[0].n_points})
+print(json.dumps(results))
+"""
+
+
+def run(*threads):
+    """The results of the program above for each number of threads, in a process of its own."""
+    environment = os.environ | {
+        "NUMBA_NUM_THREADS": "4",
+        "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *map(str, threads)], env=environment, capture_output=True, text=True, timeout=250
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def one_two_four():
+    return run(1, 2, 4)
+
+
+def test_the_case_is_worth_it(one_two_four):
+    assert one_two_four[0]["points"] > 19_000
+    assert one_two_four[0]["slabs"] >= 8
+    assert one_two_four[0]["sortings"] >= 1
+
+
+def test_threads_do_not_change_a_bit(one_two_four):
+    one, two, four = one_two_four
+    assert one == two
+    assert one == four
+
+
+def test_another_process_gets_the_same_bits(one_two_four):
+    assert run(3) == [one_two_four[0]]
