@@ -13,7 +13,7 @@ from pellucid.conditions.support import Support
 from pellucid.grid.momentum import ExternalAction, external_action_with
 from pellucid.grid.velocity_field import VelocityField
 
-GRIPPING = ("driven_mass", "driven_momentum", "grip")
+GRIPPING = ("driven_mass", "driven_momentum", "impulse")
 
 
 class Environment:

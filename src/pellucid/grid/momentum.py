@@ -37,7 +37,7 @@ class ExternalAction(NamedTuple):
     absorption: np.ndarray  # (n, 3) rate at which an absorbing face takes momentum [1/s]
     driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
     driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
-    grip: np.ndarray  # (n, 3) impulse of the grips on unit driven mass over the step [m/s]
+    impulse: np.ndarray  # (n, 3) impulse of the grips on unit driven mass over the step [m/s]
 
 
 def no_external_action() -> ExternalAction:
