@@ -1,125 +1,198 @@
-"""The books of a run: where mass, momentum and energy are and what came from outside."""
+"""The balance of mass, momentum and energy: one table of works from the kernels to `history.csv`, and one place that sums it.
+
+Every kernel that does work on behalf of a cause adds it to the column of that cause in a row of works [J]. A row begins with
+the columns below; the columns behind them belong to the loads of the run, one for each channel that loads name.
+"""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-OUTSIDE = {"gravity": 1.0, "support": 1.0, "load": 1.0, "motion": 1.0, "contact": 1.0, "absorbed": -1.0, "impact_heat": -1.0}
-"""Energy that comes in, and with a minus what goes out."""
+INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, FIRST_LOAD = range(8)
+"""Columns of a row of works; INTERNAL is the work of internal forces, which exchanges kinetic and stored energy."""
 
-COLUMNS = {
-    "load": "load_work",
-    "motion": "motion_work",
-    "contact": "contact_work",
-    "absorbed": "absorbed_energy",
-    "impact_heat": "impact_heat",
-}
+
+class Channel(NamedTuple):
+    """A way in which energy comes from outside: its name in `history.csv`, 1, or -1 where it counts what goes out; its column."""
+
+    name: str
+    sign: float
+    column: int
+
+
+GRAVITY_WORK, SUPPORT_WORK = Channel("gravity_work", 1.0, GRAVITY), Channel("support_work", 1.0, SUPPORT)
+MOTION_WORK, CONTACT_WORK = Channel("motion_work", 1.0, MOTION), Channel("contact_work", 1.0, CONTACT)
+ABSORBED_ENERGY, IMPACT_HEAT = Channel("absorbed_energy", -1.0, ABSORBED), Channel("impact_heat", -1.0, IMPACT)
+
+
+class StepWork(NamedTuple):
+    """What acted over a step."""
+
+    works: np.ndarray  # (columns,) [J]
+    gravity_mass: float  # of the nodes that gravity pulls on [kg]
+    reactions: np.ndarray  # (supports + 1, 3) impulses of the supports, in the last row those across thin axes [N s]
+    impulse: np.ndarray  # (3,) of loads and absorbing faces [N s]
+    motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
+
+
+def no_work(columns: int, n_supports: int) -> StepWork:
+    """Nothing done, in rows of works with so many columns."""
+    return StepWork(np.zeros(columns), 0.0, np.zeros((n_supports + 1, 3)), np.zeros(3), {})
+
+
+def row_length(columns: int, n_impulses: int) -> int:
+    """Length of what a kernel sums: the columns of works, the mass on which gravity acts, impulses of three components."""
+    return columns + 1 + 3 * n_impulses
+
+
+def step_work(sums: np.ndarray, columns: int) -> StepWork:
+    """Sums of such rows, with the impulses of the supports and thin axes first and that of loads and absorbing faces last."""
+    impulses = sums[columns + 1 :].reshape(-1, 3)
+    return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})
+
+
+def total_work(parts: Sequence[StepWork]) -> StepWork:
+    """The sum of what several parts did, added in their order."""
+    works, gravity_mass, reactions, impulse, _ = parts[0]
+    motions: dict[str, np.ndarray] = {}
+    for part in parts[1:]:
+        works, gravity_mass = works + part.works, gravity_mass + part.gravity_mass
+        reactions, impulse = reactions + part.reactions, impulse + part.impulse
+    for part in parts:
+        for name, given in part.motions.items():
+            motions[name] = motions[name] + given if name in motions else given
+    return StepWork(works, gravity_mass, reactions, impulse, motions)
+
+
+class Totals:
+    """Sums over a body: its state as a whole, renewed in each step.
+
+    kinetic [J]; momentum, shape (3,), and momentum_size, Σ m|v| [kg m/s]; stored: internal or strain energy in all, and of it
+    those `parts` that have an entry of their own [J]; heating: power of the artificial viscosity [W]; rate: the reciprocal of
+    the largest stable step [1/s].
+    """
+
+    def __init__(self) -> None:
+        self.kinetic = self.stored = self.heating = self.rate = self.momentum_size = 0.0
+        self.momentum = np.zeros(3)
+        self.parts: dict[str, float] = {}
+
+    def to_data(self) -> dict[str, Any]:
+        """What a checkpoint keeps."""
+        return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
+
+    def restore(self, data: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint."""
+        vars(self).update({**data, "momentum": np.array(data["momentum"]), "parts": dict(data["parts"])})
+
+
+class Balanced(Protocol):
+    """What the balance asks of a body: its totals, its mass [kg], and whether it stores "internal" or "strain" energy."""
+
+    totals: Totals
+
+    @property
+    def mass(self) -> float: ...
+
+    @property
+    def energy_kind(self) -> str: ...
 
 
 class EnergyBudget:
-    """Energies and momentum after each step, against what external forces did.
+    """Energies and momentum after each step, against what came from outside through the `channels` of the run.
 
     The error of the energy has two causes that are kept apart: `transfer`, kinetic energy lost or won when velocities go
     between points and grid (walls included), and `time_integration`, the work of internal forces on the grid that the
     points' stored energy does not show. Both are of the method and vanish under refinement.
     """
 
-    ACCUMULATED = (*OUTSIDE, "transfer", "time_integration", "artificial_heat")
-
-    def __init__(self, bodies: Sequence[Any], gravity: Sequence[float], works: Sequence[str] = ()) -> None:
+    def __init__(
+        self, bodies: Sequence[Balanced], gravity: tuple[float, float, float], channels: Sequence[Channel] = ()
+    ) -> None:
         self.gravity = np.array(gravity)
-        self.works = works  # which of COLUMNS this run has
-        self.kinetic, self.stored = self._totals(bodies)
+        self.channels = (GRAVITY_WORK, SUPPORT_WORK, *channels)
+        self.kinetic, self.stored = self._energies(bodies)
         self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
         self.initial_momentum = self._momentum(bodies)
         self.impulse = np.zeros(3)
-        self.sums = dict.fromkeys(self.ACCUMULATED, 0.0)
+        self.sums = {channel.name: 0.0 for channel in self.channels}
+        self.transfer = self.time_integration = self.artificial_heat = 0.0
         self.support_impulses: list[list[float]] = []
-        self.motion_impulses: dict[str, list[float]] = {}
-        self.contact_impulses: dict[str, list[float]] = {}
+        self.named_impulses: dict[str, list[float]] = {}
         self.energy_scale = self.kinetic
-        self.momentum_scale = sum(body.sums["speed"] for body in bodies)
+        self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
-    def record(self, bodies: Sequence[Any], work: Any, constraints: Any, contact: Any, dt: float) -> None:
-        """Book a step; `work` is the StepWork of the nodes, `constraints` the ConstraintWork of the points, `contact` the
-        ContactWork of the fields."""
-        kinetic, stored = self._totals(bodies)
-        done = {
-            "gravity": work.gravity,
-            "support": work.support,
-            "load": work.load,
-            "motion": work.grip + constraints.work,
-            "contact": contact.work,
-            "absorbed": work.absorbed,
-            "impact_heat": work.grip_loss + constraints.loss,
-        }
-        for name, amount in done.items():
-            self.sums[name] += amount
-        external = sum(OUTSIDE[name] * amount for name, amount in done.items())
-        self.sums["transfer"] += kinetic - self.kinetic - (work.internal + external)
-        self.sums["time_integration"] += stored - self.stored + work.internal
-        self.sums["artificial_heat"] += dt * sum(body.sums["heating"] for body in bodies)
+    def record(
+        self, bodies: Sequence[Balanced], done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float
+    ) -> None:
+        """Enter a step: the bodies as they are now, what was done, and the impulses of named contacts, (3,) each [N s]."""
+        kinetic, stored = self._energies(bodies)
+        internal, external = float(done.works[INTERNAL]), 0.0
+        for channel in self.channels:
+            amount = float(done.works[channel.column])
+            self.sums[channel.name] += amount
+            external += channel.sign * amount
+        self.transfer += kinetic - self.kinetic - (internal + external)
+        self.time_integration += stored - self.stored + internal
+        self.artificial_heat += dt * sum(body.totals.heating for body in bodies)
         self.kinetic, self.stored = kinetic, stored
-        self._record_impulses(work, constraints, contact, dt)
-        exchanged = abs(stored - self.initial["stored"]) + sum(abs(self.sums[name]) for name in OUTSIDE)
+        self._record_impulses(done, contact_impulses, dt)
+        exchanged = abs(stored - self.initial["stored"]) + sum(abs(amount) for amount in self.sums.values())
         self.energy_scale = max(self.energy_scale, kinetic + exchanged)
-        speed = sum(body.sums["speed"] for body in bodies)
-        self.momentum_scale = max(self.momentum_scale, speed, float(np.abs(self.impulse).max()))
+        size = sum(body.totals.momentum_size for body in bodies)
+        self.momentum_scale = max(self.momentum_scale, size, float(np.abs(self.impulse).max()))
 
-    def _record_impulses(self, work: Any, constraints: Any, contact: Any, dt: float) -> None:
-        self.impulse += work.impulses.sum(axis=0) + dt * work.mass * self.gravity + work.absorbed_impulse + work.load_impulse
-        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(work.impulses)
-        self.support_impulses = (np.array(so_far) + work.impulses).tolist()
-        for name, impulse in contact.impulses.items():
-            self.contact_impulses[name] = (np.array(self.contact_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
-        for name, impulse in constraints.impulses.items():
+    def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float) -> None:
+        self.impulse += done.reactions.sum(axis=0) + dt * done.gravity_mass * self.gravity + done.impulse
+        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(done.reactions)
+        self.support_impulses = (np.array(so_far) + done.reactions).tolist()
+        for name, impulse in done.motions.items():
             self.impulse += impulse
-            self.motion_impulses[name] = (np.array(self.motion_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
+            self._add_named(name, impulse)
+        for name, impulse in contacts.items():
+            self._add_named(name, impulse)
+
+    def _add_named(self, name: str, impulse: np.ndarray) -> None:
+        self.named_impulses[name] = (np.array(self.named_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
         """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name.
 
         Those of supports of one name add up.
         """
-        known = {**self.motion_impulses, **self.contact_impulses}
-        result = {name: np.array(impulse) for name, impulse in known.items()}
+        result = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
         for name, impulse in zip(support_names, self.support_impulses, strict=False):
             if name is not None:
                 result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
         return result
 
-    def energies(self, bodies: Sequence[Any]) -> dict[str, float]:
-        """The ledger [J]: kinetic, internal and strain energy; energy that damage took, where there can be any; works from
-        outside; energy that absorbing faces and inelastic impact on driven points took; heat of the artificial viscosity, which
-        is part of the internal energy; the two errors of the method."""
-        parts = {"internal": 0.0, "strain": 0.0}
+    def energies(self, bodies: Sequence[Balanced]) -> dict[str, float]:
+        """The balance [J]: kinetic, internal and strain energy, with parts of the latter that have entries of their own (work
+        against hourglass modes, energy that damage took); what came through each channel; heat of the artificial viscosity,
+        which is part of the internal energy; the two errors of the method."""
+        stored = {"internal": 0.0, "strain": 0.0}
         for body in bodies:
-            parts[body.energy_kind] += body.sums["stored"]
-            if "hourglass" in body.sums:
-                parts["strain"] -= body.sums["hourglass"]
-                parts["hourglass"] = parts.get("hourglass", 0.0) + body.sums["hourglass"]
-            if "dissipated" in body.sums:  # part of the work of the stress that cannot be had back
-                parts["strain"] -= body.sums["dissipated"]
-                parts["dissipated"] = parts.get("dissipated", 0.0) + body.sums["dissipated"]
+            stored[body.energy_kind] += body.totals.stored
+            for name, part in body.totals.parts.items():
+                stored[body.energy_kind] -= part
+                stored[name] = stored.get(name, 0.0) + part
         return {
             "kinetic": self.kinetic,
-            **parts,
-            "gravity_work": self.sums["gravity"],
-            "support_work": self.sums["support"],
-            **{column: self.sums[name] for name, column in COLUMNS.items() if name in self.works},
-            "artificial_heat": self.sums["artificial_heat"],
-            "transfer_error": self.sums["transfer"],
-            "time_integration_error": self.sums["time_integration"],
+            **stored,
+            **self.sums,
+            "artificial_heat": self.artificial_heat,
+            "transfer_error": self.transfer,
+            "time_integration_error": self.time_integration,
         }
 
     def energy_error(self) -> float:
-        """Energy that no book explains, relative to the largest energy that moved so far."""
+        """Energy that no channel explains, relative to the largest energy that moved so far."""
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"]
-        error = change - sum(sign * self.sums[name] for name, sign in OUTSIDE.items())
+        error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
         return float(error / self.energy_scale) if self.energy_scale > 0.0 else 0.0
 
-    def conservation(self, bodies: Sequence[Any]) -> dict[str, float]:
+    def conservation(self, bodies: Sequence[Balanced]) -> dict[str, float]:
         """Relative errors of mass, momentum (by Σ m|v|) and energy."""
         lost = np.abs(self._momentum(bodies) - self.initial_momentum - self.impulse).max()
         return {
@@ -130,38 +203,22 @@ class EnergyBudget:
 
     def state_numbers(self) -> dict[str, Any]:
         """What a checkpoint keeps."""
-        return {
-            "kinetic": self.kinetic,
-            "stored": self.stored,
-            "initial": self.initial,
-            "initial_momentum": self.initial_momentum.tolist(),
-            "impulse": self.impulse.tolist(),
-            "sums": self.sums,
-            "support_impulses": self.support_impulses,
-            "motion_impulses": self.motion_impulses,
-            "contact_impulses": self.contact_impulses,
-            "energy_scale": self.energy_scale,
-            "momentum_scale": self.momentum_scale,
-        }
+        arrays = {"initial_momentum": self.initial_momentum.tolist(), "impulse": self.impulse.tolist()}
+        return {name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint."""
-        self.kinetic, self.stored = numbers["kinetic"], numbers["stored"]
-        self.initial, self.sums = dict(numbers["initial"]), dict(numbers["sums"])
-        self.initial_momentum, self.impulse = np.array(numbers["initial_momentum"]), np.array(numbers["impulse"])
-        self.support_impulses = [list(impulse) for impulse in numbers["support_impulses"]]
-        self.motion_impulses = dict(numbers["motion_impulses"])
-        self.contact_impulses = dict(numbers["contact_impulses"])
-        self.energy_scale, self.momentum_scale = numbers["energy_scale"], numbers["momentum_scale"]
+        arrays = {name: np.array(numbers[name]) for name in ("initial_momentum", "impulse")}
+        vars(self).update({**numbers, **arrays})
 
     @staticmethod
-    def _totals(bodies: Sequence[Any]) -> tuple[float, float]:
-        return sum(body.sums["kinetic"] for body in bodies), sum(body.sums["stored"] for body in bodies)
+    def _energies(bodies: Sequence[Balanced]) -> tuple[float, float]:
+        return sum(body.totals.kinetic for body in bodies), sum(body.totals.stored for body in bodies)
 
     @staticmethod
-    def _momentum(bodies: Sequence[Any]) -> np.ndarray:
-        return np.asarray(sum(body.momentum() for body in bodies))
+    def _momentum(bodies: Sequence[Balanced]) -> np.ndarray:
+        return np.asarray(sum(body.totals.momentum for body in bodies))
 
     @staticmethod
-    def _mass(bodies: Sequence[Any]) -> float:
-        return float(sum(body.points.mass.sum() for body in bodies))
+    def _mass(bodies: Sequence[Balanced]) -> float:
+        return float(sum(body.mass for body in bodies))

@@ -1,8 +1,8 @@
 """Shape functions between points and nodes: one file each."""
 
 from collections.abc import Callable
-from typing import Any
 
+from pellucid.approximants.axis import GridFunction, GridFunctions
 from pellucid.approximants.cubic_bspline import CubicBSpline
 from pellucid.approximants.flat import Flat
 from pellucid.approximants.gimp import Gimp
@@ -10,7 +10,7 @@ from pellucid.approximants.quadratic_bspline import QuadraticBSpline
 from pellucid.approximants.trilinear import Trilinear
 
 # along one axis, by the name in the case file; each takes the points per cell along the axis
-GRID_FUNCTIONS: dict[str, Callable[[int], Any]] = {
+GRID_FUNCTIONS: dict[str, Callable[[int], GridFunction]] = {
     "trilinear": lambda per_cell: Trilinear(),
     "gimp": lambda per_cell: Gimp(0.5 / per_cell),
     "quadratic-bspline": lambda per_cell: QuadraticBSpline(),
@@ -18,7 +18,7 @@ GRID_FUNCTIONS: dict[str, Callable[[int], Any]] = {
 }
 
 
-def grid_functions(name: str, per_cell: tuple[int, int, int], thin: tuple[bool, bool, bool]) -> tuple[Any, Any, Any]:
+def grid_functions(name: str, per_cell: tuple[int, int, int], thin: tuple[bool, bool, bool]) -> GridFunctions:
     """The functions along x, y, z, whose product is the shape function; flat along thin axes."""
     x, y, z = (Flat() if flat else GRID_FUNCTIONS[name](n) for n, flat in zip(per_cell, thin, strict=True))
     return x, y, z

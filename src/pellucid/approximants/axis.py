@@ -5,12 +5,23 @@ fields, and makes the wall's node interpolate there (Steffen, Kirby & Berzins 20
 the same boundary functions for cubic splines).
 """
 
-from typing import Any
+from typing import Any, Protocol
 
 from pellucid.jit import generic, pointwise
 
 # cells squared; close to a wall the weights hardly spread, and dividing by less would lose the digits of a linear field
 LEAST_SPREAD = 1e-4
+
+
+class GridFunction(Protocol):
+    """The parameters of a function along one axis, a NamedTuple; `stencil`: how many nodes it reaches."""
+
+    @property
+    def stencil(self) -> int: ...
+
+
+GridFunctions = tuple[GridFunction, GridFunction, GridFunction]
+"""Functions along x, y, z, whose product is the shape function."""
 
 
 @generic

@@ -28,19 +28,15 @@ class Nodes(NamedTuple):
     momentum: np.ndarray  # (n, 3) mapped from the points [kg m/s]
     force: np.ndarray  # (n, 3) internal force [N]
     velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
-    velocity_increment: np.ndarray  # (n, 3) change of nodal velocity over the step [m/s]
+    velocity_increment: np.ndarray  # (n, 3) over the step [m/s]; of a body with its own nodes, by contact alone
     strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
     constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that holds this direction
-    contact: np.ndarray  # (n, 3) change of velocity by ties and contact over the step [m/s], of bodies with nodes of their own
 
 
 class Grid:
-    """A uniform grid and its nodal arrays in one velocity field.
+    """A uniform grid and its nodal arrays in one velocity field."""
 
-    own_nodes: whether the field is that of a body with nodes of its own, which takes from the grid nothing but contact.
-    """
-
-    def __init__(self, case: GridCase, own_nodes: bool = False) -> None:
+    def __init__(self, case: GridCase) -> None:
         counts, thin = case.counts(), case.thin()
         slab_axis = int(np.argmax(counts))
         order = [slab_axis] + [axis for axis in range(3) if axis != slab_axis]
@@ -62,8 +58,7 @@ class Grid:
         self.n_nodes = n
         momentum, force, velocity, velocity_increment, strain_velocity = (np.zeros((n, 3)) for _ in range(5))
         constrained = np.zeros((n, 3), np.int16)
-        contact = np.zeros((n if own_nodes else 0, 3))
-        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, velocity_increment, strain_velocity, constrained, contact)
+        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, velocity_increment, strain_velocity, constrained)
 
     def clear_inertia(self) -> None:
         """Forget mass and momentum."""

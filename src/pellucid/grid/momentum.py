@@ -1,12 +1,23 @@
-"""The nodes' equation of motion, with supports."""
+"""The momentum equation of the nodes, with what acts on them from outside and what constrains them."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
 from pellucid.bundle import Bundle
+from pellucid.energy import (
+    ABSORBED,
+    FIRST_LOAD,
+    GRAVITY,
+    IMPACT,
+    INTERNAL,
+    MOTION,
+    SUPPORT,
+    StepWork,
+    row_length,
+    step_work,
+)
 from pellucid.grid.lattice import Nodes
 from pellucid.jit import kernel
 from pellucid.reductions import ordered_sum
@@ -14,12 +25,10 @@ from pellucid.reductions import ordered_sum
 CHUNK = 4096
 FIRM = 0.05  # share of driven points in the mass of a node that they hold firmly
 NOTHING = 1e-290  # kg; a node below this carries no point
-INTERNAL, GRAVITY, SUPPORT, LOAD, ABSORBED, GRIP, GRIP_LOSS, MASS, WORKS = range(9)
-ABSORBING, LOADING, EXTRA_ROWS = range(3)  # rows of impulses behind those of the supports
 
 
 class Supports(NamedTuple):
-    """What holds nodes; `Nodes.hold` counts its rows from 1."""
+    """What constrains nodes; `Nodes.constrained` counts its rows from 1."""
 
     velocity: np.ndarray  # (supports, 3) [m/s]
     mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a grip within it
@@ -33,69 +42,29 @@ class ExternalAction(NamedTuple):
     every cell that a body crosses; one that stayed in proportion would give way to a lasting force.
     """
 
-    load: np.ndarray  # (n, 3) external force [N]
+    loads: np.ndarray  # (channels, n, 3) external forces [N], those of each channel apart
     absorption: np.ndarray  # (n, 3) rate at which an absorbing face takes momentum [1/s]
     driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
     driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
     impulse: np.ndarray  # (n, 3) impulse of the grips on unit driven mass over the step [m/s]
 
 
-def no_external_action() -> ExternalAction:
-    """Neither loads nor absorbing faces nor prescribed motions."""
-    return external_action_with((), 0)
-
-
-def external_action_with(parts: Sequence[str], n_nodes: int) -> ExternalAction:
-    """What acts from outside, all zero; only the parts that are named have rows."""
-    return ExternalAction(*(np.zeros((n_nodes if name in parts else 0, 3)) for name in ExternalAction._fields))
-
-
-class StepWork(NamedTuple):
-    """What the nodes did over a step."""
-
-    internal: float  # dt Σ f·v̄ of the internal forces [J]
-    gravity: float  # [J]
-    support: float  # work of the supports' reactions on moving supports [J]
-    load: float  # work of external forces [J]
-    absorbed: float  # energy that left through absorbing faces [J]
-    grip: float  # work of prescribed motions on the nodes [J]
-    grip_loss: float  # part of it that is lost in the inelastic impact of nodes on driven points [J]
-    mass: float  # on the nodes [kg]
-    impulses: np.ndarray  # (supports, 3) impulses of the reactions [N s]
-    absorbed_impulse: np.ndarray  # (3,) of absorbing faces [N s]
-    load_impulse: np.ndarray  # (3,) of external forces [N s]
-
-
-def no_work(n_supports: int) -> StepWork:
-    """Nothing done."""
-    return StepWork(
-        internal=0.0,
-        gravity=0.0,
-        support=0.0,
-        load=0.0,
-        absorbed=0.0,
-        grip=0.0,
-        grip_loss=0.0,
-        mass=0.0,
-        impulses=np.zeros((n_supports, 3)),
-        absorbed_impulse=np.zeros(3),
-        load_impulse=np.zeros(3),
-    )
-
-
-def total_work(works: Sequence[StepWork]) -> StepWork:
-    """The sum of what several sets of nodes did."""
-    return StepWork(*(sum(parts[1:], start=parts[0]) for parts in zip(*works, strict=True)))
+def external_action(n_nodes: int, n_loads: int, absorbs: bool, driven: bool) -> ExternalAction:
+    """What acts from outside, all zero; parts that the nodes of a velocity field do not have, have no rows."""
+    loads, absorption = np.zeros((n_loads, n_nodes, 3)), np.zeros((n_nodes if absorbs else 0, 3))
+    return ExternalAction(loads, absorption, *(np.zeros((n_nodes if driven else 0, 3)) for _ in range(3)))
 
 
 @kernel()
 def _advance_chunk(bundle, chunk, dt, small, flip):
-    nodes, walls, mirror, gravity, outside, work = bundle.content
+    nodes, walls, mirror, gravity, external, work = bundle.content
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
-    loaded, absorbing, driven = len(outside.load) > 0, len(outside.absorption) > 0, len(outside.driven_mass) > 0
-    internal = fall = pushed = total = lifted = absorbed = gripped = lost = 0.0
-    extra = WORKS + 3 * len(walls)
+    loads, absorbing, driven = external.loads, len(external.absorption) > 0, len(external.driven_mass) > 0
+    internal = fall = pushed = total = absorbed = moved = lost = 0.0
+    columns = FIRST_LOAD + len(loads)
+    first = columns + 1  # of the impulses
+    other = first + 3 * len(walls)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         if m < NOTHING:
@@ -107,34 +76,36 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
             s = constrained[I, d]
             mapped = momentum[I, d] / m
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
-            # beside their mirror image; points in a grip take the velocity of the grip
+            # beside their mirror image; points in a clamp take the velocity of the clamp
             v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
             f = force[I, d]
-            load = outside.load[I, d] if loaded else 0.0
+            load = 0.0
+            for k in range(len(loads)):
+                load += loads[k, I, d]
             light = v + dt * gravity[d]
             new = light + dt * (f + load) / m
             taken = given = goal = 0.0
             if absorbing and s == 0:
-                half = 0.5 * dt * outside.absorption[I, d]  # of the mean velocity over the step: stable for any step
+                half = 0.5 * dt * external.absorption[I, d]  # of the mean velocity over the step: stable for any step
                 taken = m * ((new - half * v) / (1.0 + half) - new)
                 new += taken / m
                 light = (light - half * v) / (1.0 + half)
             if driven and s == 0:
-                outside.impulse[I, d] = 0.0
-                if outside.driven_mass[I, d] > 0.0:
-                    firmness = min(1.0, outside.driven_mass[I, d] / (FIRM * m))
-                    goal = outside.driven_momentum[I, d] / outside.driven_mass[I, d]
+                external.impulse[I, d] = 0.0
+                if external.driven_mass[I, d] > 0.0:
+                    firmness = min(1.0, external.driven_mass[I, d] / (FIRM * m))
+                    goal = external.driven_momentum[I, d] / external.driven_mass[I, d]
                     given = m * firmness * (goal - new)
                     new += firmness * (goal - new)
                     light += firmness * (goal - light)
-                    outside.impulse[I, d] = given / outside.driven_mass[I, d]
+                    external.impulse[I, d] = given / external.driven_mass[I, d]
             if s > 0:
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
-                if mirror[s - 1]:  # FLIP hands on the change of velocity, PIC the velocity itself
+                if mirror[s - 1]:  # FLIP hands on the increment of velocity, PIC the velocity itself
                     impulse += m * (1.0 - flip) * (wall - mapped)
                 pushed += impulse * wall
-                work[chunk, WORKS + 3 * (s - 1) + d] += impulse
+                work[chunk, first + 3 * (s - 1) + d] += impulse
                 new = wall
             velocity_increment[I, d] = new - v
             velocity[I, d] = new
@@ -144,20 +115,19 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
             mean = 0.5 * (v + strain_velocity[I, d])
             internal += dt * f * mean
             fall += dt * m * gravity[d] * mean
-            lifted += dt * load * mean
+            for k in range(len(loads)):
+                work[chunk, FIRST_LOAD + k] += dt * loads[k, I, d] * mean
             absorbed -= taken * mean
-            gripped += given * goal
+            moved += given * goal
             lost += given * (goal - mean)
-            work[chunk, extra + 3 * ABSORBING + d] += taken
-            work[chunk, extra + 3 * LOADING + d] += dt * load
+            work[chunk, other + d] += taken + dt * load
     work[chunk, INTERNAL] = internal
     work[chunk, GRAVITY] = fall
     work[chunk, SUPPORT] = pushed
-    work[chunk, LOAD] = lifted
     work[chunk, ABSORBED] = absorbed
-    work[chunk, GRIP] = gripped
-    work[chunk, GRIP_LOSS] = lost
-    work[chunk, MASS] = total
+    work[chunk, MOTION] = moved
+    work[chunk, IMPACT] = lost
+    work[chunk, columns] = total
 
 
 @kernel(parallel=True)
@@ -168,9 +138,9 @@ def _advance(chunks, bundle, dt, small, flip):
 
 @kernel()
 def _project_chunk(bundle, chunk):
-    nodes, walls, _, _, outside, _ = bundle.content
+    nodes, walls, _, _, external, _ = bundle.content
     mass, momentum, strain_velocity, constrained = nodes.mass, nodes.momentum, nodes.strain_velocity, nodes.constrained
-    driven = len(outside.driven_mass) > 0
+    driven = len(external.driven_mass) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         for d in range(3):
@@ -179,9 +149,9 @@ def _project_chunk(bundle, chunk):
                 strain_velocity[I, d] = walls[s - 1, d]
             else:
                 v = momentum[I, d] / m if m >= NOTHING else 0.0
-                if driven and m >= NOTHING and outside.driven_mass[I, d] > 0.0:
-                    goal = outside.driven_momentum[I, d] / outside.driven_mass[I, d]
-                    v += min(1.0, outside.driven_mass[I, d] / (FIRM * m)) * (goal - v)
+                if driven and m >= NOTHING and external.driven_mass[I, d] > 0.0:
+                    goal = external.driven_momentum[I, d] / external.driven_mass[I, d]
+                    v += min(1.0, external.driven_mass[I, d] / (FIRM * m)) * (goal - v)
                 strain_velocity[I, d] = v
 
 
@@ -192,9 +162,9 @@ def _project(chunks, bundle):
 
 
 class NodalMomentum:
-    """Moves the nodes of one velocity field.
+    """Advances the momentum of the nodes of one velocity field.
 
-    supports: their velocities [m/s] are read at every step, and so is `outside`; small_mass [kg]: nodes with less do not
+    supports: their velocities [m/s] are read at every step, and so is `external`; small_mass [kg]: nodes with less do not
     strain points by their internal forces; flip: share of FLIP in the transfer to the points.
     """
 
@@ -205,34 +175,20 @@ class NodalMomentum:
         gravity: tuple[float, float, float],
         small_mass: float,
         flip: float,
-        outside: ExternalAction | None = None,
+        external: ExternalAction,
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
-        self._work = np.zeros((self._chunks, WORKS + 3 * (len(supports.velocity) + EXTRA_ROWS)))
-        self._bundle = Bundle(nodes, supports.velocity, supports.mirror, gravity, outside or no_external_action(), self._work)
+        self._columns = FIRST_LOAD + len(external.loads)
+        self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
+        self._bundle = Bundle(nodes, supports.velocity, supports.mirror, gravity, external, self._sums)
 
     def advance(self, dt: float) -> StepWork:
-        """p + dt (f + m g) on every node, then the supports; fills velocity, change and strain_velocity."""
-        self._work.fill(0.0)
+        """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""
+        self._sums.fill(0.0)
         _advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
-        sums = ordered_sum(self._work)
-        impulses = sums[WORKS:].reshape(-1, 3)
-        first = len(impulses) - EXTRA_ROWS
-        return StepWork(
-            internal=float(sums[INTERNAL]),
-            gravity=float(sums[GRAVITY]),
-            support=float(sums[SUPPORT]),
-            load=float(sums[LOAD]),
-            absorbed=float(sums[ABSORBED]),
-            grip=float(sums[GRIP]),
-            grip_loss=float(sums[GRIP_LOSS]),
-            mass=float(sums[MASS]),
-            impulses=impulses[:first],
-            absorbed_impulse=impulses[first + ABSORBING],
-            load_impulse=impulses[first + LOADING],
-        )
+        return step_work(ordered_sum(self._sums), self._columns)
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""

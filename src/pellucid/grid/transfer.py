@@ -342,3 +342,64 @@ def update_positions(n, mapped, velocity, dt):
     """New positions alone, by nodal velocities [m/s], shape (nodes, 3), for what is strained otherwise or before it moves."""
     for s in prange(n):
         _update_positions_slab(mapped, velocity, s, dt)
+
+
+@kernel()
+def _sum_slab(mapped, s):
+    _, _, _, _, points, slabs, _ = mapped.content
+    v = points.velocity
+    kinetic = px = py = pz = speed = 0.0
+    for p in range(slabs.first[s], slabs.first[s + 1]):
+        m = points.mass[p]
+        vv = v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2]
+        kinetic += 0.5 * m * vv
+        px += m * v[p, 0]
+        py += m * v[p, 1]
+        pz += m * v[p, 2]
+        speed += m * sqrt(vv)
+    slabs.sums[s, KINETIC] = kinetic
+    slabs.sums[s, MOMENTUM_X] = px
+    slabs.sums[s, MOMENTUM_Y] = py
+    slabs.sums[s, MOMENTUM_Z] = pz
+    slabs.sums[s, SPEED] = speed
+
+
+@kernel(parallel=True)
+def sum_motion(n, mapped):
+    """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
+    for s in prange(n):
+        _sum_slab(mapped, s)
+
+
+@kernel()
+def _scatter_momentum_slab(mapped, s):
+    fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
+    x, v, momentum = points.position, points.velocity, nodes.momentum
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    for signed in range(slabs.first[s], slabs.first[s + 1]):
+        p = uintp(signed)
+        X, Y, Z = (x[p, 0] - low[0]) * h, (x[p, 1] - low[1]) * h, (x[p, 2] - low[2]) * h
+        i, wx, _ = axis_weights(fn[0], X, n[0])
+        j, wy, _ = axis_weights(fn[1], Y, n[1])
+        k, wz, _ = axis_weights(fn[2], Z, n[2])
+        C = affine_of(transfer, affine, p)
+        for a in range(len(wx)):
+            dx = (i + a - X) * lattice.cell
+            for b in range(len(wy)):
+                dy = (j + b - Y) * lattice.cell
+                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
+                for c in range(len(wz)):
+                    dz = (k + c - Z) * lattice.cell
+                    I = uintp(row + c * stride[2])
+                    w = wx[a] * wy[b] * wz[c] * points.mass[p]
+                    momentum[I, 0] += w * affine_velocity(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
+                    momentum[I, 1] += w * affine_velocity(transfer, v[p, 1], C[3], C[4], C[5], dx, dy, dz)
+                    momentum[I, 2] += w * affine_velocity(transfer, v[p, 2], C[6], C[7], C[8], dx, dy, dz)
+
+
+@kernel(parallel=True)
+def scatter_momentum(n, mapped):
+    """Momentum of the points of n slabs to the nodes, after their velocities were changed (MUSL)."""
+    for colour in range(2):
+        for half in prange((n + 1 - colour) // 2):
+            _scatter_momentum_slab(mapped, 2 * half + colour)

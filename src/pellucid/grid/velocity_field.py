@@ -1,58 +1,64 @@
-"""The grid as one set of bodies sees it."""
+"""A velocity field: the nodes of the grid that some bodies share, and their momentum."""
 
-from collections.abc import Sequence
-from typing import Any
+import numpy as np
 
+from pellucid.energy import StepWork
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction, NodalMomentum, StepWork, Supports
+from pellucid.grid.momentum import ExternalAction, NodalMomentum, Supports
 
 
 class VelocityField:
-    """Nodal arrays with what moves them: of the bodies that share a velocity field, or of one with nodes of its own.
+    """Nodal arrays with what acts on them: of the bodies that share a velocity field, or of one with its own nodes.
 
-    The nodes of a velocity field move as if no other were there; `pellucid.contact.pairs` says what they do to each other.
+    The nodes of a field move as if no other were there; `pellucid.contact.pairs` then says what fields do to each other.
+    moves_points: whether the nodes move the points of the field. Those of a body with its own nodes move by its own equation of
+    motion, and take from the grid what contact gave it.
     """
 
-    def __init__(self, field: str, grid: Grid, bodies: Sequence[Any], supports: Supports) -> None:
-        self.field, self.grid, self.bodies = field, grid, bodies
-        self.own_nodes = any(body.own_nodes for body in bodies)
-        self._supports = supports
+    def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
+        self.name, self.grid, self.moves_points = name, grid, moves_points
 
-    def act(self, outside: ExternalAction, gravity: tuple[float, float, float], small_mass: float, flip: float) -> None:
-        """Say what acts on the nodes: `outside` beside gravity [m/s²] and supports; see `NodalMomentum` for the others."""
-        self.outside = outside
-        self._motion = NodalMomentum(self.grid.nodes, self._supports, gravity, small_mass, flip, outside)
-        for body in self.bodies:
-            if body.own_nodes:
-                body.gravity = gravity
+    def act(
+        self,
+        supports: Supports,
+        external: ExternalAction,
+        gravity: tuple[float, float, float],
+        small_mass: float,
+        flip: float,
+    ) -> None:
+        """Say what acts on the nodes; see `NodalMomentum`."""
+        self.external = external
+        pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
+        self._momentum = NodalMomentum(self.grid.nodes, supports, pull, small_mass, flip, external)
 
-    def advance(self, dt: float) -> StepWork:
-        """Move the nodes, but for contact, and say what they did. What the own nodes of a body do is in its own books."""
-        work = self._motion.advance(dt)
-        if self.own_nodes:
-            self.grid.nodes.contact.fill(0.0)
-            self.outside.impulse.fill(0.0)  # what grips do to such nodes is in the body's books too, but for contact
-        return work
-
-    def project(self) -> None:
-        """Nodal velocities of the momentum mapped last."""
-        self._motion.project()
-
-
-class VelocityFields(list[VelocityField]):
-    """All velocity_fields of a simulation."""
-
-    def clear_inertia(self) -> None:
-        """Forget mass and momentum."""
-        for velocity_field in self:
-            velocity_field.grid.clear_inertia()
+    def clear(self) -> None:
+        """Forget mass, momentum and forces."""
+        nodes = self.grid.nodes
+        for array in (nodes.mass, nodes.momentum, nodes.force):
+            array.fill(0.0)
 
     def clear_momentum(self) -> None:
         """Forget momentum alone, before it is mapped again."""
-        for velocity_field in self:
-            velocity_field.grid.clear_momentum()
+        self.grid.nodes.momentum.fill(0.0)
 
-    def clear_force(self) -> None:
-        """Forget internal forces."""
-        for velocity_field in self:
-            velocity_field.grid.clear_force()
+    def clear_external(self) -> None:
+        """Forget what acts from outside, before the conditions of a step."""
+        for array in (self.external.loads, self.external.driven_mass, self.external.driven_momentum):
+            array.fill(0.0)
+
+    def advance(self, dt: float) -> StepWork | None:
+        """Advance the momentum of the nodes without contact, and say what acted; nothing where a body has its own nodes."""
+        work = self._momentum.advance(dt)
+        if self.moves_points:
+            return work
+        self.grid.nodes.velocity_increment.fill(0.0)
+        self.external.impulse.fill(0.0)  # what prescribed motions do to own nodes is in the body's works, but for contact
+        return None
+
+    def project(self) -> None:
+        """Nodal velocities of the momentum mapped last."""
+        self._momentum.project()
+
+    def load_row(self, row: int) -> np.ndarray:
+        """External forces of one channel on the nodes [N], shape (nodes, 3)."""
+        return np.asarray(self.external.loads[row])

@@ -28,6 +28,9 @@ class Apic(NamedTuple):
     flip: float = 0.0
 
 
+VelocityTransfer = Flip | Blend | Apic
+
+
 @generic
 def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:
     """A velocity component after the step, from the old one, the grid's new velocity, and the grid's change [m/s]."""
@@ -91,7 +94,7 @@ def _affine_velocity(transfer, v, C0, C1, C2, dx, dy, dz):
 
 
 # by the name in the case file; each takes the case's flip fraction
-TRANSFERS: dict[str, Callable[[float], Any]] = {
+TRANSFERS: dict[str, Callable[[float], VelocityTransfer]] = {
     "flip": lambda fraction: Flip(),
     "pic": lambda fraction: Blend(0.0),
     "blend": lambda fraction: Blend(fraction),

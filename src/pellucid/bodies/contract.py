@@ -1,0 +1,220 @@
+"""What the clock, the balances, contact, conditions and results ask of every body, and the two families of bodies.
+
+Bodies whose unknowns live **on the grid** keep points, sorted by cell, and share a velocity field with others: the scheme calls
+their verbs one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation of
+motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from pellucid.energy import StepWork, Totals
+from pellucid.errors import RunStopped
+from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES
+from pellucid.grid.points import FAULTS
+
+Places = Callable[[np.ndarray], np.ndarray]
+"""Which of some positions [m], shape (n, 3), are meant, shape (n,)."""
+
+
+class HeldNodes(NamedTuple):
+    """A support as bodies with their own nodes see it."""
+
+    places: Places
+    axes: tuple[bool, bool, bool]  # directions that are held
+    velocity: tuple[float, float, float]  # [m/s]
+    wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
+
+
+class PointConstraint(Protocol):
+    """A prescribed motion or the rigidity of a body's points, which overrules what the grid gave them."""
+
+    strains: bool
+    """Whether the points are strained by the grid; not where the body is rigid."""
+    top_speed: float
+    """Largest prescribed velocity along an axis [m/s]."""
+
+    def prescribe_velocities(self) -> None:
+        """After grid-to-particle: prescribed velocities."""
+
+    def prescribe_positions(self) -> None:
+        """After the points moved: prescribed positions."""
+
+
+class Body(ABC):
+    """A body of a simulation, of either family."""
+
+    name: str
+    energy_kind: str
+    """What it stores: "internal" or "strain" energy."""
+    totals: Totals
+    """Sums over the body at the end of the step, its largest stable step among them."""
+    is_surface = False
+    """Whether it is a membrane, which has two sides."""
+    areal_density = 0.0
+    """Of a membrane at rest [kg/m²]."""
+    arrays: dict[str, np.ndarray]
+    """What its points or nodes carry, first axis n; `id` is their number in the order of seeding or of the mesh."""
+    element_arrays: Mapping[str, np.ndarray] = {}
+    """What its elements carry, in the order of the mesh; most bodies have none."""
+    quads, triangles = NO_QUADS, NO_TRIANGLES
+    constraint: PointConstraint | None = None
+
+    @property
+    def n_points(self) -> int:
+        """Number of points or nodes."""
+        return len(self.arrays["mass"])
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return float(self.arrays["mass"].sum())
+
+    # the step
+
+    def begin(self, dt: float) -> None:
+        """Before the conditions of a step dt [s]: forget the external forces of the last one."""
+
+    @abstractmethod
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the point, where something impossible was found in this step."""
+
+    # what conditions ask
+
+    @abstractmethod
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Add external forces on the points [N], shape (n, 3), in the order in which they are stored, over this step.
+
+        column: that of their channel in a row of works, see `pellucid.energy`.
+        """
+
+    @abstractmethod
+    def add_pressure(self, pressure: float, column: int) -> None:
+        """Add the forces of a pressure [Pa] along the normals of a membrane over this step."""
+
+    def hold(self, supports: Sequence[HeldNodes]) -> None:
+        """Be held by supports; the nodes of the grid hold a body whose unknowns live there."""
+
+    def follow(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Let points follow prescribed motions.
+
+        numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
+        """
+
+    def prescribe(self, velocity: np.ndarray) -> None:
+        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+
+    def renew_totals(self) -> None:
+        """Find the totals of the state as it is, after conditions changed what bounds the step."""
+
+    # checkpoint
+
+    @abstractmethod
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Every array that the next step depends on, by name."""
+
+    @abstractmethod
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays, bit for bit."""
+
+    # contact: see `pellucid.contact.surface`
+
+    def vector_areas(self) -> np.ndarray:
+        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
+        return np.zeros((0, 3))
+
+    def contact_warning(self, nodes: np.ndarray) -> str | None:
+        """What is to be said of the body where it touches others at these nodes of the grid, shape (n,); mostly nothing."""
+        return None
+
+    # results
+
+    @property
+    @abstractmethod
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+
+    @abstractmethod
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+
+    def frame(self) -> dict[str, np.ndarray]:
+        """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""
+        back = np.argsort(self.arrays["id"])
+        return {name: self.field(name)[back] for name in self.field_names}
+
+    def kinetic_energies(self) -> np.ndarray:
+        """Of each point [J], shape (n,)."""
+        velocity = self.arrays["velocity"]
+        return np.asarray(0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity))
+
+    def stop(self, code: int, p: int, n_steps: int, time: float) -> None:
+        """Raise `RunStopped` for a fault (of `pellucid.grid.points`) at point p."""
+        state = {name: array[p].tolist() for name, array in self.arrays.items()}
+        place = ", ".join(f"{value:.6g}" for value in state["position"])
+        fault = FAULTS[int(code)]
+        raise RunStopped(
+            f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` at ({place}) m: "
+            f"{fault.meaning}; {fault.remedy}",
+            step=n_steps,
+            time=time,
+            body=self.name,
+            point=state["id"],
+            state=state,
+        )
+
+
+class GridBody(Body):
+    """A body whose unknowns live on the grid."""
+
+    @abstractmethod
+    def sort_if_needed(self) -> None:
+        """Sort the points by cell where one left its slab."""
+
+    @abstractmethod
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum (where `inertia`) and internal forces (where `force`) to the nodes."""
+
+    @abstractmethod
+    def update_velocities(self, remap: bool) -> None:
+        """Grid-to-particle: new velocities; where `remap`, their momentum back on the nodes."""
+
+    @abstractmethod
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients, volumes, stresses; where `move`, new positions."""
+
+    @abstractmethod
+    def update_positions(self, dt: float) -> None:
+        """New positions alone."""
+
+
+class NodalBody(Body):
+    """A body with its own nodes and its own equation of motion."""
+
+    uses_grid: bool
+    """Whether it was given a grid, on which other bodies may touch it."""
+
+    @abstractmethod
+    def predict(self, dt: float) -> None:
+        """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, hand over what contact
+        needs there: mass, and the momentum that the nodes would have at the end of the step.
+
+        That may be the trial momentum itself, or the momentum as it is and the forces that change it, internal and external
+        ones and gravity.
+        """
+
+    @abstractmethod
+    def correct(self, remap: bool) -> None:
+        """Take the nodal velocity increments of contact, if any, and end the step with new velocities; where `remap`, their
+        momentum on the nodes of the grid anew."""
+
+    @abstractmethod
+    def update(self, dt: float) -> None:
+        """New positions, and what follows from them: stresses, energies, the bound on the step."""
+
+    @abstractmethod
+    def work(self) -> StepWork:
+        """What acted over this step, in the layout of `pellucid.energy`."""

@@ -1,0 +1,188 @@
+"""What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+
+import numpy as np
+
+from pellucid.approximants import GridFunctions
+from pellucid.bodies.contract import GridBody
+from pellucid.bundle import Bundle
+from pellucid.energy import FIRST_LOAD, Totals
+from pellucid.grid import transfer as kernels
+from pellucid.grid.points import HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
+from pellucid.grid.sorting import empty_slabs, sort_by_cell
+from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
+from pellucid.reductions import ordered_sum
+
+HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
+
+
+class PointsOnGrid(GridBody):
+    """Points whose unknowns live on the grid, sorted by cell whenever one leaves its slab.
+
+    A kind of body gives the initial arrays and says how its points are strained (`update_stress`), what they store
+    (`energy_kind`), and fields of its own.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        velocity_field: VelocityField,
+        functions: GridFunctions,
+        velocity_transfer: VelocityTransfer,
+        arrays: dict[str, np.ndarray],
+    ) -> None:
+        self.name = name
+        self.velocity_field = velocity_field
+        self.grid = velocity_field.grid
+        self.functions = functions
+        self._stencil = max(function.stencil for function in functions)
+        self.transfer = velocity_transfer
+        self.arrays = arrays
+        arrays["velocity"][:, np.array(self.grid.thin)] = 0.0
+        if isinstance(velocity_transfer, Apic):
+            arrays["affine"] = np.zeros((len(arrays["mass"]), 9))
+        self._scratch: dict[int, np.ndarray] = {}
+        self.totals = Totals()
+        self.bind()
+        self.sort()
+        self.renew_totals()
+
+    def bind(self) -> None:
+        """Take up arrays that were replaced."""
+        self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
+        self._affine = self.arrays.get("affine", np.zeros((0, 9)))
+
+    def _share(self, slabs: Slabs) -> None:
+        """Hand points and slabs to the kernels."""
+        self.slabs = slabs
+        lattice, nodes = self.grid.lattice, self.grid.nodes
+        self.mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
+        self.n_slabs = len(slabs.layer) - 1
+
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the edge of a point's cube, as `pellucid.contact.surface` puts it."""
+        thin = sum(self.grid.thin)
+        return -1.0, self.grid.lattice.cell**-thin, 1.0 / (3 - thin)
+
+    # sorting
+
+    def sort(self) -> None:
+        """Sort the points by cell and share them out in slabs."""
+        self._share(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self._stencil))
+
+    def sort_if_needed(self) -> None:
+        """Sort again where a point left its slab."""
+        if self.slabs.left_slab.any():
+            self.sort()
+
+    # the verbs of a step
+
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum, internal forces."""
+        kernels.scatter(self.n_slabs, self.mapped, int(inertia), int(force))
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Add external forces on the points [N] to those on the nodes."""
+        scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
+
+    def update_velocities(self, remap: bool) -> None:
+        """New velocities; where `remap`, their momentum back on the nodes."""
+        if len(self._affine):
+            # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
+            nodes = self.grid.nodes
+            kernels.gather_affine(self.n_slabs, self.mapped, nodes.strain_velocity if self._stencil == 2 else nodes.velocity)
+        free = self.constraint is None
+        kernels.update_velocities(self.n_slabs, self.mapped, int(remap and free))
+        if self.constraint is not None:
+            self.constraint.prescribe_velocities()
+            kernels.sum_motion(self.n_slabs, self.mapped)
+            if remap:
+                kernels.scatter_momentum(self.n_slabs, self.mapped)
+        self._collect_motion_sums()
+
+    def _collect_motion_sums(self) -> None:
+        sums = ordered_sum(self.slabs.sums)
+        totals = self.totals
+        totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
+        totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
+
+    @abstractmethod
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients, volumes, stresses; where `move`, new positions. Ends with `_collect_strain_sums`."""
+
+    def update_positions(self, dt: float) -> None:
+        """New positions alone."""
+        kernels.update_positions(self.n_slabs, self.mapped, self.grid.nodes.velocity, dt)
+        self.prescribe_positions()
+
+    def prescribe_positions(self) -> None:
+        """Put the points where a prescribed motion or rigidity wants them, after they moved with the grid."""
+        if self.constraint is not None:
+            self.constraint.prescribe_positions()
+
+    def _collect_strain_sums(self) -> None:
+        sums = ordered_sum(self.slabs.sums)
+        self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
+        self._bound_rate(float(self.slabs.sums[:, RATE].max()))
+
+    def _bound_rate(self, rate: float) -> None:
+        """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
+        prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
+        self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell)
+
+    def renew_totals(self) -> None:
+        """Find the totals of the state as it is."""
+        kernels.sum_motion(self.n_slabs, self.mapped)
+        self._collect_motion_sums()
+        self.grid.nodes.strain_velocity.fill(0.0)
+        self.grid.nodes.velocity.fill(0.0)
+        self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
+        found = np.flatnonzero(self.slabs.fault[:, 0])
+        if len(found):
+            code, p = self.slabs.fault[found[0]]
+            self.stop(int(code), int(p), n_steps, time)
+
+    # checkpoint
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Arrays of the points and elements, and how they are shared out in slabs."""
+        slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in ("first", "layer", "left_slab")}
+        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
+        return {**self.arrays, **elements, **slabs}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        for name in self.arrays:
+            self.arrays[name] = np.ascontiguousarray(arrays[name])
+        for name, array in self.element_arrays.items():
+            array[...] = arrays[f"elements/{name}"]
+        self.bind()
+        slabs = empty_slabs(arrays["slabs/first"], arrays["slabs/layer"])
+        slabs.left_slab[:] = arrays["slabs/left_slab"]
+        self._share(slabs)
+
+    # results
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
+
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+        if name == "density":
+            return self.arrays["mass"] / self.arrays["volume"]
+        if name == "pressure":
+            return -self.arrays["stress"][:, :3].mean(axis=1)
+        if name == "kinetic_energy":
+            return self.kinetic_energies()
+        if name == "stored_energy":
+            return self.arrays["mass"] * self.arrays["strain_energy"]
+        return self.arrays[name]

@@ -1,0 +1,156 @@
+"""Contact impulses at the nodes that two velocity fields share, equal and opposite: kernels.
+
+Bodies that touch and approach take an impulse that stops the approach; with friction it has a tangential part too, at most μ
+times the normal one. Source: Lian, Liu & Zhang 2014, eqs. 52-58, with the misprints put right: f = (m_a p_b - m_b p_a)/((m_a +
+m_b) dt) on a, friction only under compression. Constrained nodes are as heavy as need be.
+"""
+
+from math import sqrt
+
+from numba import prange
+
+from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
+from pellucid.grid.momentum import FIRM
+from pellucid.jit import kernel, pointwise
+
+STICK, SLIP = 0, 1
+"""Kinds of contact while bodies press: together, or sliding with friction (or none)."""
+CHUNK = 1024  # nodes that are summed together
+
+
+@kernel(parallel=True)
+def measure_mobility(node, mass, constrained, driven_mass, mobility):
+    """1/m of the nodes along each axis [1/kg], 0 where they are constrained, by supports or firmly by driven points."""
+    for e in prange(len(node)):
+        I = node[e]
+        m = mass[I]
+        for d in range(3):
+            firm = constrained[I, d] > 0 or (len(driven_mass) > 0 and driven_mass[I, d] >= FIRM * m)
+            mobility[e, d] = 0.0 if firm else 1.0 / m
+
+
+@pointwise
+def _impulse(kind, friction, n, u, w):
+    """The impulse on the first side, from the normal, the relative velocity (first minus second) and the sum of mobilities."""
+    approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
+    if not approach > 0.0:
+        return 0.0, 0.0, 0.0
+    jx = -u[0] / w[0] if w[0] > 0.0 else 0.0
+    jy = -u[1] / w[1] if w[1] > 0.0 else 0.0
+    jz = -u[2] / w[2] if w[2] > 0.0 else 0.0
+    if kind != SLIP:
+        return jx, jy, jz
+    give = w[0] * n[0] * n[0] + w[1] * n[1] * n[1] + w[2] * n[2] * n[2]
+    if not give > 0.0:
+        return 0.0, 0.0, 0.0
+    press = approach / give
+    # what is left of the impulse that would stop all slip: it does not act on the approach, also where some axes are held
+    tx, ty, tz = jx + press * n[0], jy + press * n[1], jz + press * n[2]
+    along = tx * n[0] + ty * n[1] + tz * n[2]
+    size = sqrt((tx - along * n[0]) ** 2 + (ty - along * n[1]) ** 2 + (tz - along * n[2]) ** 2)
+    most = size + friction * along  # share * size <= friction * (press - share * along)
+    share = min(1.0, friction * press / most) if most > 0.0 else 1.0
+    return share * tx - press * n[0], share * ty - press * n[1], share * tz - press * n[2]
+
+
+@pointwise
+def _impulse_at(kind, friction, e, I, normal, one, other, w1, w2):
+    """The impulse on the first side that the velocities of both at node I ask for."""
+    n = (normal[e, 0], normal[e, 1], normal[e, 2])
+    u = (one[I, 0] - other[I, 0], one[I, 1] - other[I, 1], one[I, 2] - other[I, 2])
+    w = (w1[e, 0] + w2[e, 0], w1[e, 1] + w2[e, 1], w1[e, 2] + w2[e, 2])
+    return _impulse(kind, friction, n, u, w)
+
+
+@kernel(parallel=True)
+def stop_approach(kind, friction, node, normal, one, other, w1, w2):
+    """Give two sides the impulses that their velocities ask for."""
+    for e in prange(len(node)):
+        I = node[e]
+        impulse = _impulse_at(kind, friction, e, I, normal, one, other, w1, w2)
+        for d in range(3):
+            one[I, d] += w1[e, d] * impulse[d]
+            other[I, d] -= w2[e, d] * impulse[d]
+
+
+@kernel(inline=True)
+def _add_to_node(I, d, more, velocity, velocity_increment, strain_velocity):
+    if strain_velocity[I, d] == velocity[I, d]:  # else a light node, whose forces must not strain points
+        strain_velocity[I, d] += more
+    velocity[I, d] += more
+    velocity_increment[I, d] += more
+
+
+@kernel(parallel=True)
+def resolve(kind, friction, node, normal, one, other, w1, w2, total):
+    """Give the nodes of two sides the impulses that their velocities ask for, and add these up; what is held does not move."""
+    v1, increment1, strain_velocity1 = one
+    v2, increment2, strain_velocity2 = other
+    for e in prange(len(node)):
+        I = node[e]
+        impulse = _impulse_at(kind, friction, e, I, normal, v1, v2, w1, w2)
+        for d in range(3):
+            _add_to_node(I, d, w1[e, d] * impulse[d], v1, increment1, strain_velocity1)
+            _add_to_node(I, d, -w2[e, d] * impulse[d], v2, increment2, strain_velocity2)
+            total[e, d] += impulse[d]
+
+
+@kernel()
+def _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, chunk):
+    nodes, external, moved_by_grid = side.content
+    velocity, force, constrained = nodes.velocity, nodes.force, nodes.constrained
+    driven_mass, driven_impulse, loads = external.driven_mass, external.impulse, external.loads
+    n_loads = len(loads) if loads.shape[1] > 0 else 0
+    contact = internal = fall = support = moved = 0.0
+    first = FIRST_LOAD + len(loads) + 1  # of the impulses
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            j, w, new = sign * impulse[e, d], mobility[e, d], velocity[I, d]
+            if w > 0.0:
+                if moved_by_grid:  # the works of other forces were taken with velocities without contact
+                    internal += 0.5 * dt * force[I, d] * w * j
+                    fall += 0.5 * dt * gravity[d] * j
+                    for k in range(n_loads):
+                        works[chunk, FIRST_LOAD + k] += 0.5 * dt * loads[k, I, d] * w * j
+                continue
+            contact += j * new
+            if constrained[I, d] > 0:
+                works[chunk, first + 3 * (constrained[I, d] - 1) + d] -= j
+                support -= j * new
+            else:
+                driven_impulse[I, d] -= j / driven_mass[I, d]
+                moved -= j * new
+    works[chunk, CONTACT] += contact
+    works[chunk, INTERNAL] += internal
+    works[chunk, GRAVITY] += fall
+    works[chunk, SUPPORT] += support
+    works[chunk, MOTION] += moved
+
+
+@kernel(parallel=True)
+def sum_works(chunks, side, node, mobility, impulse, sign, gravity, dt, works):
+    """What impulses change in the works of other forces; supports and prescribed motions give back what they take.
+
+    side: the bundle (nodes, external action, whether the grid moves the points). works: rows as `pellucid.energy` lays them out.
+    """
+    for chunk in prange(chunks):
+        _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, chunk)
+
+
+@kernel()
+def _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work, chunk):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            if mobility[e, d] > 0.0:
+                work[chunk, 0] += (
+                    0.5 * sign * impulse[e, d] * (velocity[I, d] - velocity_increment[I, d] + momentum[I, d] / mass[I])
+                )
+
+
+@kernel(parallel=True)
+def work_on_points(chunks, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work):
+    """Work of impulses on the points that they reach, from the momentum that these have before and after the step."""
+    for chunk in prange(chunks):
+        _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work, chunk)

@@ -1,0 +1,46 @@
+"""What contact asks of a body: its points, how they reach the nodes, and where its surface is."""
+
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.approximants import GridFunctions
+from pellucid.bundle import Bundle
+
+
+class ContactBody(Protocol):
+    """A body that touches others on the grid."""
+
+    name: str
+    is_surface: bool
+    """Whether the points are those of a membrane, which has two sides."""
+    areal_density: float
+    """Of a membrane at rest [kg/m²]; of a volume 0."""
+
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+
+    @property
+    def functions(self) -> GridFunctions:
+        """Shape functions between its points and the nodes of the grid."""
+
+    @property
+    def mapped(self) -> Bundle:
+        """Its points as the kernels of `pellucid.grid.transfer` take them."""
+
+    @property
+    def n_slabs(self) -> int:
+        """Number of slabs in which its points are shared out."""
+
+    def vector_areas(self) -> np.ndarray:
+        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
+
+    def half_width(self) -> tuple[float, float, float]:
+        """How far the body reaches beyond its points: this [m], or where negative half the edge of a point's cube.
+
+        The edge is (volume · the second number) to the power of the third.
+        """
+
+    def contact_warning(self, nodes: np.ndarray) -> str | None:
+        """What is to be said of the body where it touches others at these nodes of the grid, shape (n,)."""
