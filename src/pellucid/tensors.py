@@ -47,6 +47,34 @@ def determinant(A: Tensor) -> float:
 
 
 @pointwise
+def cofactor(A: Tensor) -> Tensor:
+    """cof A = det(A) A⁻ᵀ, also where A has no inverse."""
+    return (
+        A[4] * A[8] - A[5] * A[7],
+        A[5] * A[6] - A[3] * A[8],
+        A[3] * A[7] - A[4] * A[6],
+        A[2] * A[7] - A[1] * A[8],
+        A[0] * A[8] - A[2] * A[6],
+        A[1] * A[6] - A[0] * A[7],
+        A[1] * A[5] - A[2] * A[4],
+        A[2] * A[3] - A[0] * A[5],
+        A[0] * A[4] - A[1] * A[3],
+    )
+
+
+@pointwise
+def full(s: Symmetric) -> Tensor:
+    """All nine components of a symmetric tensor."""
+    return (s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+
+
+@pointwise
+def piola_transform(s: Symmetric, F: Tensor) -> Tensor:
+    """P = J σ F⁻ᵀ: the first Piola-Kirchhoff stress of a Cauchy stress at a deformation gradient."""
+    return multiply(full(s), cofactor(F))
+
+
+@pointwise
 def left_cauchy_green(F: Tensor) -> Symmetric:
     """b = F Fᵀ."""
     return (
@@ -85,7 +113,7 @@ def spin_rotation(L: Tensor, dt: float) -> Tensor:
 @pointwise
 def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
     """Q s Qᵀ."""
-    m = multiply(Q, (s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2]))
+    m = multiply(Q, full(s))
     return (
         m[0] * Q[0] + m[1] * Q[1] + m[2] * Q[2],
         m[3] * Q[3] + m[4] * Q[4] + m[5] * Q[5],

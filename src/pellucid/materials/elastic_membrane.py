@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import model_validator
 
 from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
-from pellucid.materials.linear_elastic import ElasticMaterial
+from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.membrane import initial_shape, plane_wave_speed
 from pellucid.materials.wrinkling import TensionField
 from pellucid.model import parameter
@@ -15,6 +15,7 @@ from pellucid.model import parameter
 class ElasticMembraneMaterial(ElasticMaterial):
     """What isotropic elastic membranes share."""
 
+    kind: str
     damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
     wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
 

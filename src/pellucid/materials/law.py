@@ -1,15 +1,29 @@
-"""What every law answers, pointwise: kernels and plain Python call the same functions.
+"""What a law answers at a point: kernels and plain Python call the same functions.
 
-A law is a NamedTuple of numbers; the state of a point under it is a NamedTuple too (`FluidState`, `HypoelasticState`, ...),
-and every state has a `stress` (Cauchy, 6-tuple xx, yy, zz, yz, xz, xy) [Pa].
+A law is a NamedTuple of its parameters. The state of a point under it is a NamedTuple too, declared with
+`pellucid.materials.point_state`; every state has a `stress` (Cauchy, 6-tuple xx, yy, zz, yz, xz, xy) [Pa].
+
+Material points ask for the rate form: `update` and what stands beside it. `rate_type` registers what most laws have in
+common, so that a law only registers what it has of its own. A hyperelastic law is stated by `energy`, `cauchy_stress` and
+`wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic` derives its rate form.
 """
 
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
-from pellucid.jit import generic
-from pellucid.tensors import Tensor
+from pellucid.jit import generic, point_function
+from pellucid.tensors import Symmetric, Tensor
 
 AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Law(Protocol):
+    """A law as kernels take it: a NamedTuple of its parameters."""
+
+    @property
+    def _fields(self) -> tuple[str, ...]: ...
+
+
+LawType = TypeVar("LawType", bound=Law)
 
 
 @generic
@@ -43,3 +57,58 @@ def stored_energy(law: Any, state: Any, density: float) -> float:
 @generic
 def artificial_heating(law: Any, state: Any, density: float, L: Tensor, length: float) -> float:
     """Power of the artificial viscosity on unit mass [W/kg]; part of the internal energy's rate, recorded apart."""
+
+
+@generic
+def point_pressure(law: Any, state: Any, density: float) -> float:
+    """Pressure [Pa] that results show: of a fluid that of its equation of state, of a solid minus the mean stress."""
+
+
+@generic
+def energy(law: Any, F: Any) -> float:
+    """Strain energy W of unit reference volume [J/m³] at the deformation gradient F: a 9-tuple, in the plane of a membrane
+    the 4-tuple (11, 12, 21, 22)."""
+
+
+@generic
+def cauchy_stress(law: Any, F: Tensor) -> Symmetric:
+    """Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa]."""
+
+
+@generic
+def first_piola_kirchhoff(law: Any, F: Tensor) -> Tensor:
+    """First Piola-Kirchhoff stress P = ∂W/∂F [Pa]: force in the current by area in the reference configuration."""
+
+
+@generic
+def wave_speed(law: Any, F: Tensor) -> float:
+    """Fastest plane wave relative to the material in the current configuration [m/s], or a bound above it."""
+
+
+def rate_type(law: type[LawType]) -> type[LawType]:
+    """Class decorator: register for a law what most laws driven by the velocity gradient share.
+
+    Volume grows by 1 + dt tr L, the pressure is minus the mean stress, and there is neither viscosity nor artificial
+    viscosity. What the law registers of its own stands instead.
+    """
+    point_function(volume_growth, law)(_linear_growth)
+    point_function(diffusivity, law)(_no_diffusivity)
+    point_function(artificial_heating, law)(_no_heating)
+    point_function(point_pressure, law)(_minus_mean_stress)
+    return law
+
+
+def _linear_growth(law, L, dt):
+    return 1.0 + dt * (L[0] + L[4] + L[8])
+
+
+def _no_diffusivity(law, density):
+    return 0.0
+
+
+def _no_heating(law, state, density, L, length):
+    return 0.0
+
+
+def _minus_mean_stress(law, state, density):
+    return -(state.stress[0] + state.stress[1] + state.stress[2]) / 3.0

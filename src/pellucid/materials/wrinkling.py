@@ -13,6 +13,7 @@ wavy surface the material then has the stress and thickness of its own law, and 
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function
+from pellucid.materials.law import energy
 from pellucid.materials.membrane import (
     initial_shape,
     largest_strain,
@@ -71,6 +72,12 @@ def _plane_response(law, shape):
     s11, s22, s12, ratio = plane_response(law.law, smooth)
     # the thickness over the outline: its volume is that of the material
     return s11, s22, s12, folded * ratio
+
+
+@point_function(energy, TensionField)
+def _relaxed_energy(law, F):
+    smooth, _ = unwrinkled(law.law, F)
+    return energy(law.law, smooth)
 
 
 @point_function(largest_strain, TensionField)
