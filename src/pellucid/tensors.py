@@ -10,12 +10,39 @@ Tensor = tuple[float, float, float, float, float, float, float, float, float]
 
 
 IDENTITY: Tensor = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+SYMMETRIC_IDENTITY: Symmetric = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+NO_STRESS: Symmetric = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @pointwise
 def symmetric_part(A: Tensor) -> Symmetric:
     """½ (A + Aᵀ)."""
     return (A[0], A[4], A[8], 0.5 * (A[5] + A[7]), 0.5 * (A[2] + A[6]), 0.5 * (A[1] + A[3]))
+
+
+@pointwise
+def add(a: Symmetric, b: Symmetric) -> Symmetric:
+    """a + b of two symmetric tensors."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
+
+
+@pointwise
+def scale(factor: float, a: Symmetric) -> Symmetric:
+    """A symmetric tensor times a number."""
+    return (factor * a[0], factor * a[1], factor * a[2], factor * a[3], factor * a[4], factor * a[5])
+
+
+@pointwise
+def trace(a: Symmetric) -> float:
+    """tr a of a symmetric tensor."""
+    return a[0] + a[1] + a[2]
+
+
+@pointwise
+def deviator(a: Symmetric) -> Symmetric:
+    """a - tr(a)/3 I of a symmetric tensor."""
+    mean = (a[0] + a[1] + a[2]) / 3.0
+    return (a[0] - mean, a[1] - mean, a[2] - mean, a[3], a[4], a[5])
 
 
 @pointwise

@@ -22,7 +22,7 @@ from pellucid.materials.law import (
     wave_speed,
 )
 from pellucid.materials.point_state import point_state
-from pellucid.tensors import IDENTITY, Symmetric, Tensor, deformed, determinant, piola_transform
+from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, deformed, determinant, piola_transform
 
 
 @point_state()
@@ -38,7 +38,7 @@ class HyperelasticMaterial(PointMaterial):
 
     def initial_state(self) -> FiniteStrainState:
         """No stress, no deformation."""
-        return FiniteStrainState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), IDENTITY)
+        return FiniteStrainState(NO_STRESS, IDENTITY)
 
 
 def finite_strain(law: type[LawType]) -> type[LawType]:

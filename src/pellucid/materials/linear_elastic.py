@@ -8,7 +8,7 @@ from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic import ElasticMaterial, lame
 from pellucid.materials.law import rate_type, signal_speed, stored_energy, update
 from pellucid.materials.point_state import point_state
-from pellucid.tensors import Symmetric, double_dot, rotate, spin_rotation, symmetric_part
+from pellucid.tensors import NO_STRESS, Symmetric, double_dot, rotate, spin_rotation, symmetric_part
 
 
 @rate_type
@@ -41,7 +41,7 @@ class LinearElasticMaterial(ElasticMaterial, PointMaterial):
 
     def initial_state(self) -> HypoelasticState:
         """No stress."""
-        return HypoelasticState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0)
+        return HypoelasticState(NO_STRESS, 0.0)
 
 
 @point_function(update, LinearElastic)
