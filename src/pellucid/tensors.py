@@ -1,13 +1,14 @@
 """Pointwise algebra on small tuples.
 
-A second-order tensor is a 9-tuple row by row; a symmetric one a 6-tuple (xx, yy, zz, yz, xz, xy).
+A second-order tensor is a 9-tuple row by row; a symmetric one a 6-tuple (xx, yy, zz, yz, xz, xy); one in a plane a 4-tuple
+(11, 12, 21, 22).
 """
 
 from pellucid.jit import pointwise
 
 Symmetric = tuple[float, float, float, float, float, float]
 Tensor = tuple[float, float, float, float, float, float, float, float, float]
-
+PlaneTensor = tuple[float, float, float, float]
 
 IDENTITY: Tensor = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 SYMMETRIC_IDENTITY: Symmetric = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)

@@ -8,10 +8,11 @@ common, so that a law only registers what it has of its own. A hyperelastic law 
 `wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic` derives its rate form.
 """
 
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from pellucid.jit import generic, point_function
-from pellucid.tensors import Symmetric, Tensor
+from pellucid.materials.point_state import PointState
+from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
 AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -27,7 +28,7 @@ LawType = TypeVar("LawType", bound=Law)
 
 
 @generic
-def update(law: Any, state: Any, density: float, L: Tensor, dt: float, length: float) -> Any:
+def update(law: Law, state: PointState, density: float, L: Tensor, dt: float, length: float) -> PointState:
     """The state after a step dt [s] with velocity gradient L [1/s].
 
     density: at the end of the step [kg/m³]; length: that of a grid cell [m], for artificial viscosity.
@@ -35,53 +36,53 @@ def update(law: Any, state: Any, density: float, L: Tensor, dt: float, length: f
 
 
 @generic
-def volume_growth(law: Any, L: Tensor, dt: float) -> float:
+def volume_growth(law: Law, L: Tensor, dt: float) -> float:
     """Volume after the step over volume before, consistent with what the law makes of L."""
 
 
 @generic
-def signal_speed(law: Any, state: Any, density: float, L: Tensor, length: float) -> float:
+def signal_speed(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Fastest signal relative to the material [m/s], artificial viscosity included: it bounds the step."""
 
 
 @generic
-def diffusivity(law: Any, density: float) -> float:
+def diffusivity(law: Law, density: float) -> float:
     """Kinematic viscosity (2μ + λ)/ρ of plane waves [m²/s]."""
 
 
 @generic
-def stored_energy(law: Any, state: Any, density: float) -> float:
+def stored_energy(law: Law, state: PointState, density: float) -> float:
     """Internal or strain energy of unit mass [J/kg]."""
 
 
 @generic
-def artificial_heating(law: Any, state: Any, density: float, L: Tensor, length: float) -> float:
+def artificial_heating(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Power of the artificial viscosity on unit mass [W/kg]; part of the internal energy's rate, recorded apart."""
 
 
 @generic
-def point_pressure(law: Any, state: Any, density: float) -> float:
+def point_pressure(law: Law, state: PointState, density: float) -> float:
     """Pressure [Pa] that results show: of a fluid that of its equation of state, of a solid minus the mean stress."""
 
 
 @generic
-def energy(law: Any, F: Any) -> float:
+def energy(law: Law, F: Tensor | PlaneTensor) -> float:
     """Strain energy W of unit reference volume [J/m³] at the deformation gradient F: a 9-tuple, in the plane of a membrane
     the 4-tuple (11, 12, 21, 22)."""
 
 
 @generic
-def cauchy_stress(law: Any, F: Tensor) -> Symmetric:
+def cauchy_stress(law: Law, F: Tensor) -> Symmetric:
     """Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa]."""
 
 
 @generic
-def first_piola_kirchhoff(law: Any, F: Tensor) -> Tensor:
+def first_piola_kirchhoff(law: Law, F: Tensor) -> Tensor:
     """First Piola-Kirchhoff stress P = ∂W/∂F [Pa]: force in the current by area in the reference configuration."""
 
 
 @generic
-def wave_speed(law: Any, F: Tensor) -> float:
+def wave_speed(law: Law, F: Tensor) -> float:
     """Fastest plane wave relative to the material in the current configuration [m/s], or a bound above it."""
 
 

@@ -33,12 +33,12 @@ StateType = TypeVar("StateType", bound=PointState)
 
 
 @generic
-def load(arrays: Any, p: int) -> Any:
+def load(arrays: PointState, p: int) -> PointState:
     """The state of point p."""
 
 
 @generic
-def store(arrays: Any, p: int, state: Any) -> None:
+def store(arrays: PointState, p: int, state: PointState) -> None:
     """Keep the state of point p."""
 
 

@@ -10,11 +10,12 @@ Any law may be wrapped. All that it has to say is what it looks like when its wr
 wavy surface the material then has the stress and thickness of its own law, and there is more of it than the outline spans.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pellucid.jit import generic, point_function
-from pellucid.materials.law import energy
+from pellucid.materials.law import Law, energy
 from pellucid.materials.membrane import (
+    Shape,
     initial_shape,
     largest_strain,
     plane_response,
@@ -29,11 +30,11 @@ from pellucid.materials.membrane import (
 class TensionField(NamedTuple):
     """A membrane of another law that bears no compression."""
 
-    law: Any
+    law: Law
 
 
 @generic
-def unwrinkled(law: Any, shape: Any) -> Any:
+def unwrinkled(law: Law, shape: Shape) -> tuple[Shape, float]:
     """The in-plane shape with its wrinkles smoothed out, a 4-tuple, and the area of that over the area of the shape itself."""
 
 
