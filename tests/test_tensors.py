@@ -5,15 +5,25 @@ import pytest
 from algebra import matrix
 
 from pellucid.tensors import (
+    IDENTITY,
+    NO_STRESS,
+    SYMMETRIC_IDENTITY,
+    add,
+    cofactor,
     deformed,
     determinant,
+    deviator,
     double_dot,
+    full,
     largest_row_sum,
     left_cauchy_green,
     multiply,
+    piola_transform,
     rotate,
+    scale,
     spin_rotation,
     symmetric_part,
+    trace,
 )
 
 ROUNDING = 1e-13  # a few products of numbers of order one
@@ -38,6 +48,29 @@ def test_products_and_parts(pair):
     assert matrix(deformed(A, 0.1, B)) == pytest.approx((np.eye(3) + 0.1 * a) @ b, abs=ROUNDING)
     s, t = symmetric_part(A), symmetric_part(B)
     assert double_dot(s, t) == pytest.approx(np.sum(matrix(s) * matrix(t)), abs=ROUNDING)
+
+
+def test_symmetric_tensors(pair):
+    s, t = symmetric_part(pair[0]), symmetric_part(pair[1])
+    a = matrix(s)
+    assert matrix(full(s)) == pytest.approx(a, abs=0.0)
+    assert matrix(add(s, t)) == pytest.approx(a + matrix(t), abs=ROUNDING)
+    assert matrix(scale(-3.0, s)) == pytest.approx(-3.0 * a, abs=ROUNDING)
+    assert trace(s) == pytest.approx(np.trace(a), abs=ROUNDING)
+    assert matrix(deviator(s)) == pytest.approx(a - np.trace(a) / 3.0 * np.eye(3), abs=ROUNDING)
+    assert np.array_equal(matrix(IDENTITY), np.eye(3))
+    assert full(SYMMETRIC_IDENTITY) == IDENTITY
+    assert not np.any(matrix(NO_STRESS))
+
+
+def test_cofactor_and_piola_transform(pair):
+    """cof A = det(A) A⁻ᵀ, P = J σ F⁻ᵀ."""
+    A, s = pair[0], symmetric_part(pair[1])
+    inverse = np.linalg.inv(matrix(A)).T
+    # an inverse loses what the condition of A costs, here at most 1e2
+    assert matrix(cofactor(A)) == pytest.approx(determinant(A) * inverse, abs=1e2 * ROUNDING)
+    assert matrix(piola_transform(s, A)) == pytest.approx(determinant(A) * matrix(s) @ inverse, abs=1e2 * ROUNDING)
+    assert matrix(cofactor((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0))) == pytest.approx(np.diag([0.0, 2.0, 0.0]))
 
 
 def test_rotated_tensors(pair):

@@ -28,7 +28,7 @@ FIELDS: dict[str, Field] = {
     "pressure": Field(1, "Pa", "pressure of the equation of state; of solids, minus the mean stress"),
     "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy"),
     "internal_energy": Field(1, "J/kg", "specific internal energy"),
-    "strain_energy": Field(1, "J/kg", "work of the stress on unit mass, of solids in rate form"),
+    "strain_energy": Field(1, "J/kg", "strain energy; of solids in rate form and of membranes, the work of the stress"),
     "kinetic_energy": Field(1, "J", "kinetic energy of the point; summed, that of the body"),
     "stored_energy": Field(1, "J", "internal or strain energy of the point; summed, that of the body"),
     "driven": Field(1, "1", "number of the prescribed motion that the point follows, from 1; 0 where it is free"),

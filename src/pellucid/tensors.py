@@ -1,21 +1,49 @@
 """Pointwise algebra on small tuples.
 
-A second-order tensor is a 9-tuple row by row; a symmetric one a 6-tuple (xx, yy, zz, yz, xz, xy).
+A second-order tensor is a 9-tuple row by row; a symmetric one a 6-tuple (xx, yy, zz, yz, xz, xy); one in a plane a 4-tuple
+(11, 12, 21, 22).
 """
 
 from pellucid.jit import pointwise
 
 Symmetric = tuple[float, float, float, float, float, float]
 Tensor = tuple[float, float, float, float, float, float, float, float, float]
-
+PlaneTensor = tuple[float, float, float, float]
 
 IDENTITY: Tensor = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+SYMMETRIC_IDENTITY: Symmetric = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+NO_STRESS: Symmetric = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @pointwise
 def symmetric_part(A: Tensor) -> Symmetric:
     """½ (A + Aᵀ)."""
     return (A[0], A[4], A[8], 0.5 * (A[5] + A[7]), 0.5 * (A[2] + A[6]), 0.5 * (A[1] + A[3]))
+
+
+@pointwise
+def add(a: Symmetric, b: Symmetric) -> Symmetric:
+    """a + b of two symmetric tensors."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
+
+
+@pointwise
+def scale(factor: float, a: Symmetric) -> Symmetric:
+    """A symmetric tensor times a number."""
+    return (factor * a[0], factor * a[1], factor * a[2], factor * a[3], factor * a[4], factor * a[5])
+
+
+@pointwise
+def trace(a: Symmetric) -> float:
+    """tr a of a symmetric tensor."""
+    return a[0] + a[1] + a[2]
+
+
+@pointwise
+def deviator(a: Symmetric) -> Symmetric:
+    """a - tr(a)/3 I of a symmetric tensor."""
+    mean = (a[0] + a[1] + a[2]) / 3.0
+    return (a[0] - mean, a[1] - mean, a[2] - mean, a[3], a[4], a[5])
 
 
 @pointwise
@@ -44,6 +72,34 @@ def multiply(A: Tensor, B: Tensor) -> Tensor:
 def determinant(A: Tensor) -> float:
     """det A."""
     return A[0] * (A[4] * A[8] - A[5] * A[7]) - A[1] * (A[3] * A[8] - A[5] * A[6]) + A[2] * (A[3] * A[7] - A[4] * A[6])
+
+
+@pointwise
+def cofactor(A: Tensor) -> Tensor:
+    """cof A = det(A) A⁻ᵀ, also where A has no inverse."""
+    return (
+        A[4] * A[8] - A[5] * A[7],
+        A[5] * A[6] - A[3] * A[8],
+        A[3] * A[7] - A[4] * A[6],
+        A[2] * A[7] - A[1] * A[8],
+        A[0] * A[8] - A[2] * A[6],
+        A[1] * A[6] - A[0] * A[7],
+        A[1] * A[5] - A[2] * A[4],
+        A[2] * A[3] - A[0] * A[5],
+        A[0] * A[4] - A[1] * A[3],
+    )
+
+
+@pointwise
+def full(s: Symmetric) -> Tensor:
+    """All nine components of a symmetric tensor."""
+    return (s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
+
+
+@pointwise
+def piola_transform(s: Symmetric, F: Tensor) -> Tensor:
+    """P = J σ F⁻ᵀ: the first Piola-Kirchhoff stress of a Cauchy stress at a deformation gradient."""
+    return multiply(full(s), cofactor(F))
 
 
 @pointwise
@@ -85,7 +141,7 @@ def spin_rotation(L: Tensor, dt: float) -> Tensor:
 @pointwise
 def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
     """Q s Qᵀ."""
-    m = multiply(Q, (s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2]))
+    m = multiply(Q, full(s))
     return (
         m[0] * Q[0] + m[1] * Q[1] + m[2] * Q[2],
         m[3] * Q[3] + m[4] * Q[4] + m[5] * Q[5],

@@ -1,14 +1,15 @@
-"""One or more of every registered material and equation of state, in units of their usual size."""
+"""One or more of every registered material and equation of state, and laws of users, in units of their usual size."""
 
 from typing import get_args
 
 import pytest
+from user_laws import DecoupledMaterial, KelvinVoigtMaterial, StandardLinearMaterial
 
-from pellucid.materials import Material
+from pellucid import materials
+from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.eos import EquationOfState
 from pellucid.materials.fluid import FluidMaterial
-from pellucid.materials.linear_elastic import LinearElasticMaterial
-from pellucid.materials.neo_hookean import NeoHookeanMaterial
+from pellucid.materials.hyperelastic import HyperelasticMaterial
 
 EOS = {
     "ideal-gas": (1.2, 1e5, {"kind": "ideal-gas", "gamma": 1.4}),
@@ -29,9 +30,18 @@ def fluid(eos="ideal-gas", **changes):
     return FluidMaterial.model_validate({"density": density, "pressure": pressure} | changes | {"eos": table})
 
 
+SOFT = {"density": 1100.0, "young_modulus": 17.9e3, "poisson_ratio": 0.45}
+ALUMINIUM = {"density": 2700.0, "young_modulus": 7e10, "poisson_ratio": 0.33}
+USERS = {
+    "decoupled": DecoupledMaterial(**SOFT),
+    "kelvin-voigt": KelvinVoigtMaterial(**SOFT, viscosity=10.0),
+    "standard-linear": StandardLinearMaterial(**SOFT, branch_modulus=3e3, relaxation_time=0.5),
+}
+# every registered solid that needs no more than elastic constants
 SOLIDS = {
-    "linear-elastic": LinearElasticMaterial(density=2700.0, young_modulus=7e10, poisson_ratio=0.33),
-    "neo-hookean": NeoHookeanMaterial(density=1100.0, young_modulus=17.9e3, poisson_ratio=0.45),
+    kind: model(**(SOFT if issubclass(model, HyperelasticMaterial) else ALUMINIUM))
+    for kind, model in materials.MATERIALS.items()
+    if issubclass(model, ElasticMaterial)
 }
 INVISCID = {name: fluid(name) for name in EOS}
 MATERIALS = {
@@ -39,11 +49,14 @@ MATERIALS = {
     "viscous": fluid("stiffened-gas", viscosity=8.9e-4),
     "shocked": fluid("ideal-gas", viscosity=1.0, artificial_viscosity={"quadratic": 2.0, "linear": 1.0}),
     **SOLIDS,
+    **USERS,
 }
+HYPERELASTIC = {name: material for name, material in MATERIALS.items() if isinstance(material, HyperelasticMaterial)}
 
 every_material = pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
 every_inviscid_fluid = pytest.mark.parametrize("material", INVISCID.values(), ids=INVISCID)
 every_solid = pytest.mark.parametrize("material", SOLIDS.values(), ids=SOLIDS)
+every_hyperelastic = pytest.mark.parametrize("material", HYPERELASTIC.values(), ids=HYPERELASTIC)
 
 
 def members(union):
@@ -53,8 +66,8 @@ def members(union):
 
 def unsampled():
     """Registered classes that no sample above covers."""
-    materials = members(Material) - {type(material) for material in MATERIALS.values()}
-    return materials | (members(EquationOfState) - {type(material.eos) for material in INVISCID.values()})
+    missing = set(materials.MATERIALS.values()) - {type(material) for material in MATERIALS.values()}
+    return missing | (members(EquationOfState) - {type(material.eos) for material in INVISCID.values()})
 
 
 # velocity gradients [1/s] that strain by up to a tenth in a step of 1 ms

@@ -2,16 +2,28 @@
 
 import numpy as np
 import pytest
-from samples import INVISCID, RATES, SOLIDS, fluid
+from samples import INVISCID, RATES, SOLIDS, USERS, every_hyperelastic, fluid
 
 from pellucid.jit import kernel
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.law import (
+    artificial_heating,
+    cauchy_stress,
+    diffusivity,
+    energy,
+    first_piola_kirchhoff,
+    point_pressure,
+    signal_speed,
+    stored_energy,
+    update,
+    wave_speed,
+)
 
 CELL, DT = 0.01, 1e-3
 SHOCKED = {"quadratic": 2.0, "linear": 1.0}
 # each equation of state once, each energy update once: the combinations compile alike
 LAWS = {
     **SOLIDS,
+    **USERS,
     **{name: fluid(name, viscosity=3.0, artificial_viscosity=SHOCKED) for name in INVISCID},
     "iterated": fluid("mie-gruneisen", viscosity=3.0, artificial_viscosity=SHOCKED, energy_update="iterated"),
     "explicit": fluid("ideal-gas", viscosity=3.0, artificial_viscosity=SHOCKED, energy_update="explicit"),
@@ -20,12 +32,16 @@ LAWS = {
 
 def step(law, state, density, L, dt, cell):
     after = update(law, state, density, L, dt, cell)
-    energy = stored_energy(law, after, density)
+    stored, pressure = stored_energy(law, after, density), point_pressure(law, after, density)
     heating = artificial_heating(law, after, density, L, cell)
-    return after, energy, heating, signal_speed(law, after, density, L, cell), diffusivity(law, density)
+    return after, stored, pressure, heating, signal_speed(law, after, density, L, cell), diffusivity(law, density)
 
 
-compiled = kernel()(step)
+def response(law, F):
+    return energy(law, F), cauchy_stress(law, F), first_piola_kirchhoff(law, F), wave_speed(law, F)
+
+
+compiled, compiled_response = kernel()(step), kernel()(response)
 
 
 def flat(found):
@@ -44,3 +60,9 @@ def test_compiled_laws_are_the_plain_ones(material):
         assert flat(compiled(*arguments)) == pytest.approx(flat(plain), rel=1e-9, abs=1e-5)
         state = plain[0]
     assert np.all(np.isfinite(flat(plain)))
+
+
+@every_hyperelastic
+def test_compiled_responses_are_the_plain_ones(material):
+    law, F = material.law(), (1.2, 0.1, -0.2, 0.3, 0.9, 0.1, 0.0, -0.1, 1.1)
+    assert flat(compiled_response(law, F)) == pytest.approx(flat(response(law, F)), rel=1e-12, abs=1e-9)

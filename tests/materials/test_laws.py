@@ -8,7 +8,7 @@ from samples import MATERIALS, every_inviscid_fluid, every_material, every_solid
 from pellucid.materials.energy_update import pressure
 from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
 from pellucid.materials.linear_elastic import LinearElasticMaterial
-from pellucid.materials.neo_hookean import FiniteStrainState, NeoHookeanMaterial
+from pellucid.materials.neo_hookean import NeoHookeanMaterial
 from pellucid.tensors import double_dot, symmetric_part
 
 CELL = 0.01
@@ -35,10 +35,12 @@ def gradient(seed, size):
 
 def turned(state, Q):
     """The state of the same point seen after a superposed rotation."""
-    changes = {"stress": symmetric(Q @ matrix(state.stress) @ Q.T)}
-    if isinstance(state, FiniteStrainState):
-        changes["deformation_gradient"] = tensor(Q @ matrix(state.deformation_gradient))
-    return state._replace(**changes)
+    turns = {
+        1: lambda number: number,
+        6: lambda s: symmetric(Q @ matrix(s) @ Q.T),
+        9: lambda F: tensor(Q @ matrix(F)),  # the deformation gradient: one foot in the reference configuration
+    }
+    return type(state)(*(turns[np.size(value)](value) for value in state))
 
 
 @every_material
@@ -106,29 +108,6 @@ def test_simple_shear_and_its_transpose_turn_stress_alike(material):
     assert one[0] == pytest.approx(other[1], abs=strain**3 * material.young_modulus)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_neo_hookean_stress_is_the_derivative_of_its_energy(seed):
-    """P = ∂W/∂F by central differences."""
-    material = NeoHookeanMaterial(density=1100.0, young_modulus=1.0, poisson_ratio=0.3)
-    law = material.law()
-    F = np.eye(3) + np.random.default_rng(seed).uniform(-0.4, 0.4, (3, 3))
-
-    def energy(F):
-        return 1100.0 * stored_energy(law, FiniteStrainState((0.0,) * 6, tensor(F)), 1100.0)
-
-    step = 1e-5
-    P = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            dF = np.zeros((3, 3))
-            dF[i, j] = step
-            P[i, j] = (energy(F + dF) - energy(F - dF)) / (2.0 * step)
-    J = np.linalg.det(F)
-    state = update(law, FiniteStrainState((0.0,) * 6, tensor(F)), 1100.0 / J, STILL, 0.0, CELL)
-    # differences: step² = 1e-10 and rounding/step = 1e-11, times derivatives that grow as J falls
-    assert J * matrix(state.stress) @ np.linalg.inv(F).T == pytest.approx(P, abs=1e-8 * max(1.0, J**-3))
-
-
 def acoustic_speed(material, state, density, n):
     """The fastest plane wave along n, from differences of the first Piola stress about the current state."""
     law, step = material.law(), 1e-6
@@ -144,9 +123,7 @@ def acoustic_speed(material, state, density, n):
     return np.sqrt(np.linalg.eigvals(np.array(columns)).real.max() / density)
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, m in MATERIALS.items() if m not in (MATERIALS["viscous"], MATERIALS["shocked"])]
-)
+@pytest.mark.parametrize("name", [name for name in MATERIALS if name not in ("viscous", "shocked", "kelvin-voigt")])
 def test_signal_speed_at_rest_is_the_acoustic_one(name):
     material = MATERIALS[name]
     state = material.initial_state()
@@ -155,41 +132,19 @@ def test_signal_speed_at_rest_is_the_acoustic_one(name):
     assert signal_speed(material.law(), state, material.density, STILL, CELL) == pytest.approx(speed, rel=1e-5)
 
 
-@pytest.mark.parametrize("stretches", [(1.0, 1.0, 2.0), (0.5, 1.0, 1.0), (0.4, 0.5, 0.6), (1.5, 2.0, 2.5), (3.0, 3.0, 4.0)])
-def test_signal_speed_of_a_stretched_solid(stretches):
-    material = NeoHookeanMaterial(density=1.0, young_modulus=1.0, poisson_ratio=0.3)
-    F = np.diag(stretches)
-    density = 1.0 / np.linalg.det(F)
-    state = update(material.law(), FiniteStrainState((0.0,) * 6, tensor(F)), density, STILL, 0.0, CELL)
-    fastest = max(acoustic_speed(material, state, density, n) for n in np.eye(3))
-    assert signal_speed(material.law(), state, density, STILL, CELL) == pytest.approx(fastest, rel=1e-7)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_signal_speed_of_a_sheared_solid_is_an_upper_bound(seed):
-    material = NeoHookeanMaterial(density=1.0, young_modulus=1.0, poisson_ratio=0.3)
-    F = np.eye(3) + np.random.default_rng(seed).uniform(-0.5, 0.5, (3, 3))
-    density = 1.0 / np.linalg.det(F)
-    state = update(material.law(), FiniteStrainState((0.0,) * 6, tensor(F)), density, STILL, 0.0, CELL)
-    fastest = max(acoustic_speed(material, state, density, rotation(k)[0]) for k in range(20))
-    bound = signal_speed(material.law(), state, density, STILL, CELL)
-    assert fastest <= bound * (1.0 + 1e-7)
-    assert bound < 1.6 * fastest, "a bound so loose would waste steps"
-
-
 @every_inviscid_fluid
 @pytest.mark.parametrize("compression", [0.9, 1.001, 1.3])
 def test_sound_speed_is_the_slope_of_the_isentrope(material, compression):
     """c² = dP/dρ at constant entropy, de = P/ρ² dρ."""
     law = material.law()
     density = material.density * compression
-    energy = material.initial_state().energy * 1.1
+    energy = material.initial_state().internal_energy * 1.1
     step = 1e-5 * density
     P = pressure(law.eos, density, energy)
     slope = sum(
         sign * pressure(law.eos, density + sign * step, energy + sign * step * P / density**2) for sign in (1.0, -1.0)
     ) / (2.0 * step)
-    state = material.initial_state()._replace(energy=energy)
+    state = material.initial_state()._replace(internal_energy=energy)
     # differences: the step squared, 1e-10, and rounding over the step, 1e-11 of numbers some ten times the slope
     assert signal_speed(law, state, density, STILL, CELL) ** 2 == pytest.approx(slope, rel=1e-7)
 

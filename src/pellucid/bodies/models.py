@@ -87,8 +87,7 @@ class MaterialPointsCase(Model):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        own = {"fluid": ("internal_energy",), "linear-elastic": ("strain_energy",)}.get(self.material.kind, ())
-        return (*COMMON_FIELDS, *own)
+        return (*COMMON_FIELDS, *self.material.probed_fields)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""

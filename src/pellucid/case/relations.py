@@ -170,9 +170,10 @@ def _fixed_step(
         return  # its elements bound its step, not the cells: the clock sees them
     material, h = body.material, grid.cell
     speed, spread = material.signals(h)
-    if material.kind == "fluid" and material.pressure < 0.0 and not speed:
-        text = f"the fluid has no real sound speed at density {material.density:g} kg/m^3"
-        yield Finding(("body", index, "material", "pressure"), text, "raise the pressure, or p_infinity where there is one")
+    wrong = list(body.material.problems()) if isinstance(body, MaterialPointsCase) else []
+    for key, text, remedy in wrong:
+        yield Finding(("body", index, "material", key), text, remedy)
+    if wrong:
         return
     crossing = h / (speed + hypot(*body.velocity)) if speed or any(body.velocity) else inf
     limit = min(crossing, h * h / (2.0 * spread) if spread else inf)

@@ -8,13 +8,14 @@ A membrane has a law of damage beside its elastic law; `Undamaged` compiles to n
 """
 
 from math import exp
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import model_validator
 
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.materials.membrane import largest_strain
+from pellucid.materials.law import Law
+from pellucid.materials.membrane import Shape, largest_strain
 from pellucid.model import Model, parameter
 
 
@@ -77,29 +78,29 @@ def stiffness(law, damage):
 
 
 @generic
-def has_failed(law: Any, record: DamageRecord, p: int) -> bool:
+def has_failed(law: Law, record: DamageRecord, p: int) -> bool:
     """Whether point p bears no stress any more."""
 
 
 @generic
-def upright(law: Any, along: float) -> bool:
+def upright(law: Law, along: float) -> bool:
     """Whether a triangle tells where the surface is, from how much of its normal lies along that of its corner before.
 
     About a tear, triangles turn over or vanish while other triangles of the corner still hold."""
 
 
 @generic
-def driving_strain(law: Any, elastic: Any, shape: Any) -> float:
+def driving_strain(law: Law, elastic: Law, shape: Shape) -> float:
     """The strain that drives damage, of a membrane of the elastic law in this shape."""
 
 
 @generic
-def weaken(law: Any, record: DamageRecord, p: int, strain: float) -> Any:
+def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float, float]:
     """Book the strain that drives damage at point p; the share of the stiffness left, and the same by what it was before."""
 
 
 @generic
-def dissipate(law: Any, record: DamageRecord, p: int, work: float, kept: float) -> None:
+def dissipate(law: Law, record: DamageRecord, p: int, work: float, kept: float) -> None:
     """Book the energy that damage took, from the work of the stress so far [J/kg] and the share of the stiffness kept."""
 
 

@@ -1,12 +1,12 @@
 """What a case says of isotropic elastic membranes of any law: elasticity, damage, wrinkling."""
 
 from abc import abstractmethod
-from typing import Any
 
 from pydantic import model_validator
 
 from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
-from pellucid.materials.linear_elastic import ElasticMaterial
+from pellucid.materials.elastic import ElasticMaterial
+from pellucid.materials.law import Law
 from pellucid.materials.membrane import initial_shape, plane_wave_speed
 from pellucid.materials.wrinkling import TensionField
 from pellucid.model import parameter
@@ -15,6 +15,7 @@ from pellucid.model import parameter
 class ElasticMembraneMaterial(ElasticMaterial):
     """What isotropic elastic membranes share."""
 
+    kind: str
     damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
     wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
 
@@ -27,10 +28,10 @@ class ElasticMembraneMaterial(ElasticMaterial):
         return self
 
     @abstractmethod
-    def elastic_law(self) -> Any:
+    def elastic_law(self) -> Law:
         """The elastic law as kernels take it, for a membrane that bears compression."""
 
-    def law(self) -> Any:
+    def law(self) -> Law:
         """The law as kernels take it."""
         return TensionField(self.elastic_law()) if self.wrinkling else self.elastic_law()
 

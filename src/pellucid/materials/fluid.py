@@ -1,7 +1,8 @@
 """Compressible viscous fluid, σ = 2μD + λ tr(D) I - (P+q) I. Source: Gan et al. 2011, eqs. 23–33."""
 
+from collections.abc import Iterator
 from math import sqrt
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import model_validator
 
@@ -12,22 +13,25 @@ from pellucid.materials.artificial_viscosity import (
     artificial_pressure,
     artificial_speed,
 )
+from pellucid.materials.contract import PointMaterial
 from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
 from pellucid.materials.eos.equation import pressure_line, sound_speed
 from pellucid.materials.law import (
-    AT_REST,
     artificial_heating,
     diffusivity,
+    point_pressure,
+    rate_type,
     signal_speed,
     stored_energy,
     update,
-    volume_growth,
 )
-from pellucid.model import Model, parameter
+from pellucid.materials.point_state import point_state
+from pellucid.model import parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
 
 
+@rate_type
 class NewtonianFluid(NamedTuple):
     """Parameters of the law; `eos` and `energy_update` are NamedTuples whose types choose their functions."""
 
@@ -38,18 +42,20 @@ class NewtonianFluid(NamedTuple):
     lam: float
 
 
+@point_state()
 class FluidState(NamedTuple):
     """What a fluid point carries: Cauchy stress [Pa] and specific internal energy [J/kg]."""
 
     stress: Symmetric
-    energy: float
+    internal_energy: float
 
 
-class FluidMaterial(Model):
+class FluidMaterial(PointMaterial):
     """Compressible viscous fluid with an equation of state."""
 
+    energy_kind: ClassVar[Literal["internal", "strain"]] = "internal"
+
     kind: Literal["fluid"] = "fluid"
-    density: float = parameter("kg/m^3", "initial density", gt=0)
     pressure: float = parameter("Pa", "initial pressure", 0.0)
     eos: EquationOfState = parameter("", "equation of state")
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
@@ -61,7 +67,7 @@ class FluidMaterial(Model):
 
     @model_validator(mode="after")
     def _pressure_is_possible(self) -> "FluidMaterial":
-        eos, energy = self.law().eos, self.initial_state().energy
+        eos, energy = self.law().eos, self.initial_state().internal_energy
         found = pressure(eos, self.density, energy)
         # rounding of the terms that cancel in a stiff liquid
         if abs(found - self.pressure) > 1e-9 * (abs(self.pressure) + abs(pressure_line(eos, self.density)[0])):
@@ -98,21 +104,22 @@ class FluidMaterial(Model):
         P = self.pressure
         return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
 
-    def signals(self, length: float) -> tuple[float, float]:
-        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
-        law = self.law()
-        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
-
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of plane pressure and shear waves at the start [m/s]; a fluid has no shear waves."""
         return self.signals(1.0)[0], 0.0
+
+    def problems(self) -> Iterator[tuple[str, str, str]]:
+        """A tension at which the equation of state has no real sound speed."""
+        if self.pressure < 0.0 and not self.signals(1.0)[0]:
+            text = f"the fluid has no real sound speed at density {self.density:g} kg/m^3"
+            yield "pressure", text, "raise the pressure, or p_infinity where there is one"
 
 
 @point_function(update, NewtonianFluid)
 def _update(law, state, density, L, dt, length):
     D = symmetric_part(L)
     trD = D[0] + D[1] + D[2]
-    a = sound_speed(law.eos, density, state.energy)
+    a = sound_speed(law.eos, density, state.internal_energy)
     q = artificial_pressure(law.artificial_viscosity, density, a, trD, length)
     bulk = law.lam * trD
     viscous_power = 2.0 * law.mu * double_dot(D, D) + bulk * trD
@@ -121,8 +128,8 @@ def _update(law, state, density, L, dt, length):
     if law.artificial_viscosity.work > 0.0:
         old_work = dt / density * double_dot(state.stress, D)
     else:  # the old stress holds the old q: take its pressure anew
-        old_work = dt / density * (viscous_power - pressure(law.eos, density * (1.0 + dt * trD), state.energy) * trD)
-    energy = new_energy(law.energy_update, law.eos, state.energy, density, trD, old_work, other_work, dt)
+        old_work = dt / density * (viscous_power - pressure(law.eos, density * (1.0 + dt * trD), state.internal_energy) * trD)
+    energy = new_energy(law.energy_update, law.eos, state.internal_energy, density, trD, old_work, other_work, dt)
     normal = bulk - pressure(law.eos, density, energy) - q
     two_mu = 2.0 * law.mu
     stress = (
@@ -136,14 +143,9 @@ def _update(law, state, density, L, dt, length):
     return FluidState(stress, energy)
 
 
-@point_function(volume_growth, NewtonianFluid)
-def _volume_growth(law, L, dt):
-    return 1.0 + dt * (L[0] + L[4] + L[8])
-
-
 @point_function(signal_speed, NewtonianFluid)
 def _signal_speed(law, state, density, L, length):
-    a = sound_speed(law.eos, density, state.energy)
+    a = sound_speed(law.eos, density, state.internal_energy)
     Q = artificial_speed(law.artificial_viscosity, a, L[0] + L[4] + L[8], length)
     return Q + sqrt(Q * Q + a * a)
 
@@ -155,12 +157,17 @@ def _diffusivity(law, density):
 
 @point_function(stored_energy, NewtonianFluid)
 def _stored_energy(law, state, density):
-    return state.energy
+    return state.internal_energy
 
 
 @point_function(artificial_heating, NewtonianFluid)
 def _artificial_heating(law, state, density, L, length):
     av = law.artificial_viscosity
     trD = L[0] + L[4] + L[8]
-    a = sound_speed(law.eos, density, state.energy)
+    a = sound_speed(law.eos, density, state.internal_energy)
     return -av.work * artificial_pressure(av, density, a, trD, length) * trD / density
+
+
+@point_function(point_pressure, NewtonianFluid)
+def _point_pressure(law, state, density):
+    return pressure(law.eos, density, state.internal_energy)

@@ -1,19 +1,34 @@
-"""What every law answers, pointwise: kernels and plain Python call the same functions.
+"""What a law answers at a point: kernels and plain Python call the same functions.
 
-A law is a NamedTuple of numbers; the state of a point under it is a NamedTuple too (`FluidState`, `HypoelasticState`, ...),
-and every state has a `stress` (Cauchy, 6-tuple xx, yy, zz, yz, xz, xy) [Pa].
+A law is a NamedTuple of its parameters. The state of a point under it is a NamedTuple too, declared with
+`pellucid.materials.point_state`; every state has a `stress` (Cauchy, 6-tuple xx, yy, zz, yz, xz, xy) [Pa].
+
+Material points ask for the rate form: `update` and what stands beside it. `rate_type` registers what most laws have in
+common, so that a law only registers what it has of its own. A hyperelastic law is stated by `energy`, `cauchy_stress` and
+`wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic` derives its rate form.
 """
 
-from typing import Any
+from typing import Protocol, TypeVar
 
-from pellucid.jit import generic
-from pellucid.tensors import Tensor
+from pellucid.jit import generic, point_function
+from pellucid.materials.point_state import PointState
+from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
 AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
+class Law(Protocol):
+    """A law as kernels take it: a NamedTuple of its parameters."""
+
+    @property
+    def _fields(self) -> tuple[str, ...]: ...
+
+
+LawType = TypeVar("LawType", bound=Law)
+
+
 @generic
-def update(law: Any, state: Any, density: float, L: Tensor, dt: float, length: float) -> Any:
+def update(law: Law, state: PointState, density: float, L: Tensor, dt: float, length: float) -> PointState:
     """The state after a step dt [s] with velocity gradient L [1/s].
 
     density: at the end of the step [kg/m³]; length: that of a grid cell [m], for artificial viscosity.
@@ -21,25 +36,80 @@ def update(law: Any, state: Any, density: float, L: Tensor, dt: float, length: f
 
 
 @generic
-def volume_growth(law: Any, L: Tensor, dt: float) -> float:
+def volume_growth(law: Law, L: Tensor, dt: float) -> float:
     """Volume after the step over volume before, consistent with what the law makes of L."""
 
 
 @generic
-def signal_speed(law: Any, state: Any, density: float, L: Tensor, length: float) -> float:
+def signal_speed(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Fastest signal relative to the material [m/s], artificial viscosity included: it bounds the step."""
 
 
 @generic
-def diffusivity(law: Any, density: float) -> float:
+def diffusivity(law: Law, density: float) -> float:
     """Kinematic viscosity (2μ + λ)/ρ of plane waves [m²/s]."""
 
 
 @generic
-def stored_energy(law: Any, state: Any, density: float) -> float:
+def stored_energy(law: Law, state: PointState, density: float) -> float:
     """Internal or strain energy of unit mass [J/kg]."""
 
 
 @generic
-def artificial_heating(law: Any, state: Any, density: float, L: Tensor, length: float) -> float:
+def artificial_heating(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Power of the artificial viscosity on unit mass [W/kg]; part of the internal energy's rate, recorded apart."""
+
+
+@generic
+def point_pressure(law: Law, state: PointState, density: float) -> float:
+    """Pressure [Pa] that results show: of a fluid that of its equation of state, of a solid minus the mean stress."""
+
+
+@generic
+def energy(law: Law, F: Tensor | PlaneTensor) -> float:
+    """Strain energy W of unit reference volume [J/m³] at the deformation gradient F: a 9-tuple, in the plane of a membrane
+    the 4-tuple (11, 12, 21, 22)."""
+
+
+@generic
+def cauchy_stress(law: Law, F: Tensor) -> Symmetric:
+    """Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa]."""
+
+
+@generic
+def first_piola_kirchhoff(law: Law, F: Tensor) -> Tensor:
+    """First Piola-Kirchhoff stress P = ∂W/∂F [Pa]: force in the current by area in the reference configuration."""
+
+
+@generic
+def wave_speed(law: Law, F: Tensor) -> float:
+    """Fastest plane wave relative to the material in the current configuration [m/s], or a bound above it."""
+
+
+def rate_type(law: type[LawType]) -> type[LawType]:
+    """Class decorator: register for a law what most laws driven by the velocity gradient share.
+
+    Volume grows by 1 + dt tr L, the pressure is minus the mean stress, and there is neither viscosity nor artificial
+    viscosity. What the law registers of its own stands instead.
+    """
+    point_function(volume_growth, law)(_linear_growth)
+    point_function(diffusivity, law)(_no_diffusivity)
+    point_function(artificial_heating, law)(_no_heating)
+    point_function(point_pressure, law)(_minus_mean_stress)
+    return law
+
+
+def _linear_growth(law, L, dt):
+    return 1.0 + dt * (L[0] + L[4] + L[8])
+
+
+def _no_diffusivity(law, density):
+    return 0.0
+
+
+def _no_heating(law, state, density, L, length):
+    return 0.0
+
+
+def _minus_mean_stress(law, state, density):
+    return -(state.stress[0] + state.stress[1] + state.stress[2]) / 3.0

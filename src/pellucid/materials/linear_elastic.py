@@ -4,38 +4,14 @@ from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.law import (
-    AT_REST,
-    artificial_heating,
-    diffusivity,
-    signal_speed,
-    stored_energy,
-    update,
-    volume_growth,
-)
-from pellucid.model import Model, parameter
-from pellucid.tensors import Symmetric, double_dot, rotate, spin_rotation, symmetric_part
+from pellucid.materials.contract import PointMaterial
+from pellucid.materials.elastic import ElasticMaterial, lame
+from pellucid.materials.law import rate_type, signal_speed, stored_energy, update
+from pellucid.materials.point_state import point_state
+from pellucid.tensors import NO_STRESS, Symmetric, double_dot, rotate, spin_rotation, symmetric_part
 
 
-def lame(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
-    """Lamé's λ and μ [Pa]."""
-    mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
-    return 2.0 * mu * poisson_ratio / (1.0 - 2.0 * poisson_ratio), mu
-
-
-class ElasticMaterial(Model):
-    """What isotropic elastic solids share."""
-
-    density: float = parameter("kg/m^3", "initial density", gt=0)
-    young_modulus: float = parameter("Pa", "Young's modulus E", gt=0)
-    poisson_ratio: float = parameter("", "Poisson's ratio ν", gt=-1, lt=0.5)
-
-    def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s]."""
-        lam, mu = lame(self.young_modulus, self.poisson_ratio)
-        return sqrt((lam + 2.0 * mu) / self.density), sqrt(mu / self.density)
-
-
+@rate_type
 class LinearElastic(NamedTuple):
     """Lamé's constants [Pa]."""
 
@@ -43,6 +19,7 @@ class LinearElastic(NamedTuple):
     mu: float
 
 
+@point_state()
 class HypoelasticState(NamedTuple):
     """What a point of a rate-form solid carries: Cauchy stress [Pa] and the work done on it [J/kg].
 
@@ -50,10 +27,10 @@ class HypoelasticState(NamedTuple):
     """
 
     stress: Symmetric
-    work: float
+    strain_energy: float
 
 
-class LinearElasticMaterial(ElasticMaterial):
+class LinearElasticMaterial(ElasticMaterial, PointMaterial):
     """Linear elastic solid in rate form (Jaumann), for small strains and any rotation."""
 
     kind: Literal["linear-elastic"] = "linear-elastic"
@@ -64,12 +41,7 @@ class LinearElasticMaterial(ElasticMaterial):
 
     def initial_state(self) -> HypoelasticState:
         """No stress."""
-        return HypoelasticState((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0)
-
-    def signals(self, length: float) -> tuple[float, float]:
-        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
-        law = self.law()
-        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
+        return HypoelasticState(NO_STRESS, 0.0)
 
 
 @point_function(update, LinearElastic)
@@ -89,12 +61,7 @@ def _update(law, state, density, L, dt, length):
     )
     # stress and volume of the middle of the step
     power = 0.5 * (double_dot(s, D) + double_dot(stress, D))
-    return HypoelasticState(stress, state.work + dt * power * (1.0 - 0.5 * dt * trD) / density)
-
-
-@point_function(volume_growth, LinearElastic)
-def _volume_growth(law, L, dt):
-    return 1.0 + dt * (L[0] + L[4] + L[8])
+    return HypoelasticState(stress, state.strain_energy + dt * power * (1.0 - 0.5 * dt * trD) / density)
 
 
 @point_function(signal_speed, LinearElastic)
@@ -102,16 +69,6 @@ def _signal_speed(law, state, density, L, length):
     return sqrt((law.lam + 2.0 * law.mu) / density)
 
 
-@point_function(diffusivity, LinearElastic)
-def _diffusivity(law, density):
-    return 0.0
-
-
 @point_function(stored_energy, LinearElastic)
 def _stored_energy(law, state, density):
-    return state.work
-
-
-@point_function(artificial_heating, LinearElastic)
-def _artificial_heating(law, state, density, L, length):
-    return 0.0
+    return state.strain_energy

@@ -5,11 +5,12 @@ Cauchy stress in the frame and the ratio of thickness to its initial value. Sour
 """
 
 from math import sqrt
-from typing import Any
 
 from pellucid.jit import generic, pointwise
+from pellucid.materials.law import Law
 
 InPlane = tuple[float, float, float]
+Shape = tuple[float, float, float, float]  # strain or deformation gradient in the plane, as the law has it
 
 
 @pointwise
@@ -23,40 +24,40 @@ def turned_to(a11, a22, a12, major, minor):
 
 
 @generic
-def stretched(law: Any, shape: Any, D: Any, dt: float) -> Any:
+def stretched(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
     """The in-plane shape, a 4-tuple that is the law's own, after a step with stretching D [1/s]."""
 
 
 @generic
-def stretched_midway(law: Any, shape: Any, D: Any, dt: float) -> Any:
+def stretched_midway(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
     """As `stretched`, with D in the geometry at the middle of the step, not at its start: second order in dt."""
 
 
 @generic
-def shape_of(law: Any, axes: Any, major: float, minor: float) -> Any:
+def shape_of(law: Law, axes: InPlane, major: float, minor: float) -> Shape:
     """The in-plane shape, a 4-tuple, of two principal stretches along the principal directions of the tensor `axes`."""
 
 
 @generic
-def smoothed(law: Any, shape: Any, major: float, minor: float) -> Any:
+def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float, float]:
     """The principal stretches of a shape with its wrinkles smoothed out: as they are where the law knows no wrinkles."""
 
 
 @generic
-def plane_response(law: Any, shape: Any) -> Any:
+def plane_response(law: Law, shape: Shape) -> tuple[float, float, float, float]:
     """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of a membrane without damage."""
 
 
 @generic
-def largest_strain(law: Any, shape: Any) -> float:
+def largest_strain(law: Law, shape: Shape) -> float:
     """Largest principal strain in the plane; where strains are finite, the logarithmic one."""
 
 
 @generic
-def plane_wave_speed(law: Any, shape: Any, density: float) -> float:
+def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
     """Fastest wave in the plane [m/s]."""
 
 
 @generic
-def initial_shape(law: Any) -> Any:
+def initial_shape(law: Law) -> Shape:
     """The in-plane shape of the undeformed membrane, a 4-tuple."""

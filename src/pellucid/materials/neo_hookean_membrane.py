@@ -4,8 +4,9 @@ from math import exp, log, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
+from pellucid.materials.elastic import lame
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.linear_elastic import lame
+from pellucid.materials.law import energy
 from pellucid.materials.membrane import (
     initial_shape,
     largest_strain,
@@ -114,6 +115,15 @@ def _plane_response(law, shape):
         m * (F[0] * F[2] + F[1] * F[3]),
         sqrt(c),
     )
+
+
+@point_function(energy, NeoHookeanMembrane)
+def _energy(law, F):
+    area = F[0] * F[3] - F[1] * F[2]
+    c = _thickness_squared(law, area)
+    ln_J = log(area * sqrt(c))
+    I1 = F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3] + c
+    return 0.5 * law.mu * (I1 - 3.0) - law.mu * ln_J + 0.5 * law.lam * ln_J * ln_J
 
 
 @point_function(largest_strain, NeoHookeanMembrane)

@@ -1,93 +1,109 @@
-"""Between the arrays of a body and the state of one point: what each family of laws carries beside volume."""
+"""What points carry for their law: the state of one point, and the same of all points as arrays.
 
-from typing import Any, NamedTuple
+A state is a NamedTuple of numbers and of tuples of numbers, decorated with `point_state`. The same type holds the arrays of a
+body: `FluidState(stress, internal_energy)` of one point is (6-tuple, float), of n points (array (n, 6), array (n,)). The names
+of its fields are those of the arrays, which results show and checkpoints keep.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Protocol, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from pellucid.jit import generic, point_function
-from pellucid.materials.fluid import FluidState
-from pellucid.materials.linear_elastic import HypoelasticState
-from pellucid.materials.neo_hookean import FiniteStrainState
+from pellucid.state import FIELDS, Field
+from pellucid.tensors import Symmetric
+
+SHARED = ("stress", "internal_energy", "strain_energy", "deformation_gradient")  # what states may hold of `FIELDS`
 
 
-class FluidArrays(NamedTuple):
-    """Arrays of a fluid."""
+class PointState(Protocol):
+    """The state of a point under any law: a NamedTuple with the Cauchy stress [Pa] among its fields."""
 
-    stress: np.ndarray  # (n, 6) [Pa]
-    internal_energy: np.ndarray  # (n,) [J/kg]
+    @property
+    def _fields(self) -> tuple[str, ...]: ...
 
+    @property
+    def stress(self) -> Symmetric: ...
 
-class HypoelasticArrays(NamedTuple):
-    """Arrays of a solid in rate form."""
-
-    stress: np.ndarray  # (n, 6) [Pa]
-    strain_energy: np.ndarray  # (n,) [J/kg]
+    def __iter__(self) -> Iterator[Any]: ...
 
 
-class FiniteStrainArrays(NamedTuple):
-    """Arrays of a hyperelastic solid."""
-
-    stress: np.ndarray  # (n, 6) [Pa]
-    deformation_gradient: np.ndarray  # (n, 9)
-
-
-# which arrays hold which state; their fields stand in the same order
-ARRAYS_OF: dict[type, Any] = {
-    FluidState: FluidArrays,
-    HypoelasticState: HypoelasticArrays,
-    FiniteStrainState: FiniteStrainArrays,
-}
+StateType = TypeVar("StateType", bound=PointState)
 
 
 @generic
-def load(arrays: Any, p: int) -> Any:
+def load(arrays: PointState, p: int) -> PointState:
     """The state of point p."""
 
 
 @generic
-def store(arrays: Any, p: int, state: Any) -> None:
+def store(arrays: PointState, p: int, state: PointState) -> None:
     """Keep the state of point p."""
 
 
-@point_function(load, HypoelasticArrays)
-def _load_hypoelastic(arrays, p):
-    s = arrays.stress
-    return HypoelasticState((s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5]), arrays.strain_energy[p])
+def initial_arrays(state: PointState, n: int) -> dict[str, np.ndarray]:
+    """The arrays of n points, by name, that are all in one state."""
+    pairs = zip(state._fields, state, strict=True)
+    return {name: np.full((n, *np.shape(value)), value, dtype=float) for name, value in pairs}
 
 
-@point_function(store, HypoelasticArrays)
-def _store_hypoelastic(arrays, p, state):
-    for k in range(6):
-        arrays.stress[p, k] = state.stress[k]
-    arrays.strain_energy[p] = state.work
+def in_arrays(state: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    """The state of all points of a body, as `load` and `store` take it, from the body's arrays by name."""
+    return state(*(arrays[name] for name in state._fields))
 
 
-@point_function(load, FluidArrays)
-def _load_fluid(arrays, p):
-    s = arrays.stress
-    return FluidState((s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5]), arrays.internal_energy[p])
+def point_state(**own: tuple[str, str]) -> Callable[[type[StateType]], type[StateType]]:
+    """Class decorator: let points carry states of a type, in arrays of as many components as its annotations say.
+
+    own: unit and meaning of each field that `pellucid.state.FIELDS` does not know yet, as
+    `@point_state(overstress=("Pa", "stress of the Maxwell branch"))`. Raises TypeError for a state that cannot be carried.
+    """
+
+    def declare(state: type[StateType]) -> type[StateType]:
+        sizes = {name: _components(state, name, kind) for name, kind in get_type_hints(state).items()}
+        if sizes.get("stress") != 6:
+            raise TypeError(f"{state.__name__} has no `stress: Symmetric`, which every state of a point has")
+        if surplus := own.keys() - sizes.keys():
+            raise TypeError(f"{state.__name__} has no field `{min(surplus)}`, of which point_state is told the unit")
+        for name, size in sizes.items():
+            _declare_field(state, name, size, own.get(name))
+        _register(state, sizes)
+        return state
+
+    return declare
 
 
-@point_function(store, FluidArrays)
-def _store_fluid(arrays, p, state):
-    for k in range(6):
-        arrays.stress[p, k] = state.stress[k]
-    arrays.internal_energy[p] = state.energy
+def _components(state: type, name: str, kind: object) -> int:
+    if kind is float:
+        return 1
+    parts = get_args(kind)
+    if get_origin(kind) is tuple and len(parts) > 1 and set(parts) == {float}:
+        return len(parts)
+    raise TypeError(f"{state.__name__}.{name} must be a float, or a tuple of two or more floats whose number is fixed")
 
 
-@point_function(load, FiniteStrainArrays)
-def _load_finite_strain(arrays, p):
-    s = arrays.stress
-    F = arrays.deformation_gradient
-    return FiniteStrainState(
-        (s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5]),
-        (F[p, 0], F[p, 1], F[p, 2], F[p, 3], F[p, 4], F[p, 5], F[p, 6], F[p, 7], F[p, 8]),
-    )
+def _declare_field(state: type, name: str, size: int, unit_and_meaning: tuple[str, str] | None) -> None:
+    if unit_and_meaning is not None:
+        field = Field(size, *unit_and_meaning)
+        if FIELDS.setdefault(name, field) != field:
+            raise TypeError(f"{state.__name__}.{name}: there is a field of this name, {FIELDS[name].meaning}; choose another")
+    elif name not in SHARED:
+        raise TypeError(f'{state.__name__}.{name}: declare it with @point_state({name}=("unit", "meaning"))')
+    elif FIELDS[name].components != size:
+        raise TypeError(f"{state.__name__}.{name} has {FIELDS[name].components} components, not {size}")
 
 
-@point_function(store, FiniteStrainArrays)
-def _store_finite_strain(arrays, p, state):
-    for k in range(6):
-        arrays.stress[p, k] = state.stress[k]
-    for k in range(9):
-        arrays.deformation_gradient[p, k] = state.deformation_gradient[k]
+def _register(state: type, sizes: dict[str, int]) -> None:
+    """Write `load` and `store`: numba needs every component spelled out."""
+    values, lines = [], []
+    for name, size in sizes.items():
+        places = [f"arrays.{name}[p]"] if size == 1 else [f"arrays.{name}[p, {k}]" for k in range(size)]
+        values.append(places[0] if size == 1 else f"({', '.join(places)})")
+        lines += [f"{place} = state.{name}" + (f"[{k}]" if size > 1 else "") for k, place in enumerate(places)]
+    source = f"def load(arrays, p):\n    return {state.__name__}({', '.join(values)})\n"
+    source += "\ndef store(arrays, p, state):\n" + "".join(f"    {line}\n" for line in lines)
+    names: dict[str, Any] = {state.__name__: state, "__name__": state.__module__}
+    exec(source, names)
+    point_function(load, state)(names["load"])
+    point_function(store, state)(names["store"])

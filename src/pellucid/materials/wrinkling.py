@@ -10,10 +10,12 @@ Any law may be wrapped. All that it has to say is what it looks like when its wr
 wavy surface the material then has the stress and thickness of its own law, and there is more of it than the outline spans.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pellucid.jit import generic, point_function
+from pellucid.materials.law import Law, energy
 from pellucid.materials.membrane import (
+    Shape,
     initial_shape,
     largest_strain,
     plane_response,
@@ -28,11 +30,11 @@ from pellucid.materials.membrane import (
 class TensionField(NamedTuple):
     """A membrane of another law that bears no compression."""
 
-    law: Any
+    law: Law
 
 
 @generic
-def unwrinkled(law: Any, shape: Any) -> Any:
+def unwrinkled(law: Law, shape: Shape) -> tuple[Shape, float]:
     """The in-plane shape with its wrinkles smoothed out, a 4-tuple, and the area of that over the area of the shape itself."""
 
 
@@ -71,6 +73,12 @@ def _plane_response(law, shape):
     s11, s22, s12, ratio = plane_response(law.law, smooth)
     # the thickness over the outline: its volume is that of the material
     return s11, s22, s12, folded * ratio
+
+
+@point_function(energy, TensionField)
+def _relaxed_energy(law, F):
+    smooth, _ = unwrinkled(law.law, F)
+    return energy(law.law, smooth)
 
 
 @point_function(largest_strain, TensionField)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pellucid.bodies.models import MaterialPointsCase
+from pellucid.materials.elastic import ElasticMaterial
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -29,7 +30,7 @@ class StandingWave:
         """The wave that the first body of a case starts with. In a bar held sideways the wave's modulus is λ + 2μ."""
         body = case.body[0]
         material, wave = body.material, body.velocity_wave if isinstance(body, MaterialPointsCase) else None
-        if wave is None or material.kind == "fluid":
+        if wave is None or not isinstance(material, ElasticMaterial):
             raise ValueError(f"body {body.name!r} must be an elastic solid with a velocity_wave")
         nu = material.poisson_ratio
         modulus = material.young_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))

@@ -17,10 +17,11 @@ every_transfer = pytest.mark.parametrize("transfer", TRANSFERS)
 every_scheme = pytest.mark.parametrize("scheme", SCHEMES)
 
 
-def flying(velocity=(0.6, -0.3, 0.2), material=SOLID, **more):
+def flying(velocity=(0.6, -0.3, 0.2), material=SOLID, velocity_wave=None, **more):
     """A block that crosses several cells within its steps."""
     settings = {"counts": (8, 6, 6), "lower": (0, -1, 0), "end": 100.0, "step": 0.125} | more
-    return simulation(box((1.1, 1.2, 1.3), (3.3, 3.1, 2.9), material, velocity=velocity), **settings)
+    body = box((1.1, 1.2, 1.3), (3.3, 3.1, 2.9), material, velocity=velocity, velocity_wave=velocity_wave)
+    return simulation(body, **settings)
 
 
 @every_function
@@ -174,6 +175,26 @@ def test_frames_are_in_the_original_order(material):
         assert frame["pressure"] == pytest.approx(0.4 * frame["density"] * frame["internal_energy"], rel=1e-14)
     else:
         assert frame["pressure"] == pytest.approx(-frame["stress"][:, :3].mean(axis=1), abs=1e-12)
+
+
+@pytest.mark.parametrize("material", [SOLID, RATE_SOLID], ids=["neo-hookean", "linear-elastic"])
+def test_strain_energy_of_unit_mass(material):
+    """A field of every solid and open to probes; that of a neo-Hookean solid is its potential, W/ρ₀."""
+    wave = {"amplitude": (0.5, 0, 0), "wave_vector": (1.0, 0.5, 0)}
+    sim = flying(material=material, velocity_wave=wave)
+    assert "strain_energy" in sim.case.body[0].probed
+    body = advance(sim, 16).bodies[0]
+    frame = body.frame()
+    assert "strain_energy" in body.field_names
+    assert frame["mass"] @ frame["strain_energy"] == pytest.approx(body.sums["stored"], rel=1e-12)
+    assert body.field("stored_energy").sum() == pytest.approx(body.sums["stored"], rel=1e-12)
+    assert body.sums["stored"] > 0.0
+    if material is SOLID:
+        mu, lam = 1e4 / 2.6, 1e4 * 0.3 / (1.3 * 0.4)
+        F = frame["deformation_gradient"].reshape(-1, 3, 3)
+        ln_J = np.log(np.linalg.det(F))
+        W = 0.5 * mu * ((F**2).sum(axis=(1, 2)) - 3.0) - mu * ln_J + 0.5 * lam * ln_J**2
+        assert frame["strain_energy"] == pytest.approx(W / 1000.0, rel=1e-9, abs=1e-12)
 
 
 def test_a_shape_between_the_points_is_an_error():

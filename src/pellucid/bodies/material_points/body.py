@@ -15,8 +15,7 @@ from pellucid.grid import transfer as kernels
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
-from pellucid.materials.fluid import FluidMaterial
-from pellucid.materials.point_state import ARRAYS_OF
+from pellucid.materials.point_state import in_arrays, initial_arrays
 
 
 class MaterialPoints(GridBody):
@@ -25,7 +24,7 @@ class MaterialPoints(GridBody):
     def __init__(self, case: MaterialPointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
         self.material = case.material
         self.law: Any = case.material.law()
-        self.energy_kind = "internal" if isinstance(case.material, FluidMaterial) else "strain"
+        self.energy_kind = case.material.energy_kind
         per_cell = points_along_axes(case.points_per_cell, grid.thin)
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell))
         super().__init__(case.name, grid, grid_functions(grid_case.functions, per_cell, grid.thin), velocity_transfer, arrays)
@@ -33,8 +32,7 @@ class MaterialPoints(GridBody):
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
-        state = ARRAYS_OF[type(self.material.initial_state())]
-        self._carried = state(*(self.arrays[name] for name in state._fields))
+        self._carried = in_arrays(type(self.material.initial_state()), self.arrays)
 
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
@@ -53,12 +51,21 @@ class MaterialPoints(GridBody):
             self.place()
         self._collect_strain_sums()
 
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        names = super().field_names
+        energy = self.material.energy_field
+        return names if energy in names else [*names, energy]
+
     def field(self, name: str) -> np.ndarray:
-        """As for every body; the pressure of a fluid is that of its equation of state."""
-        if name == "pressure" and isinstance(self.material, FluidMaterial):
-            return point_pressures(self.law.eos, self.field("density"), self.arrays["internal_energy"])
+        """As for every body; pressure and stored energy are those of the law."""
+        if name == "pressure":
+            return point_pressures(self.law, self._carried, self.field("density"))
         if name == "stored_energy":
-            return self.arrays["mass"] * point_energies(self.law, self._carried, self.field("density"))
+            return self.arrays["mass"] * self.field(self.material.energy_field)
+        if name == self.material.energy_field and name not in self.arrays:
+            return point_energies(self.law, self._carried, self.field("density"))
         return super().field(name)
 
 
@@ -84,15 +91,11 @@ def _initial_arrays(case: MaterialPointsCase, position: np.ndarray, volume: np.n
     velocity += np.cross(case.angular_velocity, position - case.shape.geometry().centre())
     if case.velocity_wave is not None:
         velocity += case.velocity_wave.at(position)
-    arrays = {
+    return {
         "id": np.arange(n),
         "position": position,
         "velocity": velocity,
         "mass": case.material.density * volume,
         "volume": volume,
+        **initial_arrays(case.material.initial_state(), n),
     }
-    state = case.material.initial_state()
-    for name, value in zip(ARRAYS_OF[type(state)]._fields, state, strict=True):
-        shape = (n, len(value)) if isinstance(value, tuple) else (n,)
-        arrays[name] = np.broadcast_to(np.array(value, dtype=float), shape).copy()
-    return arrays

@@ -3,21 +3,20 @@
 import numpy as np
 
 from pellucid.jit import kernel
-from pellucid.materials.energy_update import pressure
-from pellucid.materials.law import stored_energy
+from pellucid.materials.law import point_pressure, stored_energy
 from pellucid.materials.point_state import load
 
 
 @kernel()
-def _fill_pressures(eos, density, energy, result):
+def _fill_pressures(law, carried, density, result):
     for p in range(len(density)):
-        result[p] = pressure(eos, density[p], energy[p])
+        result[p] = point_pressure(law, load(carried, p), density[p])
 
 
-def point_pressures(eos, density: np.ndarray, energy: np.ndarray) -> np.ndarray:
-    """Pressures of an equation of state [Pa], shape (n,), without artificial viscosity."""
+def point_pressures(law, carried, density: np.ndarray) -> np.ndarray:
+    """Pressures of a law [Pa], shape (n,), without artificial viscosity; `carried` as from `point_state.in_arrays`."""
     result = np.empty_like(density)
-    _fill_pressures(eos, density, energy, result)
+    _fill_pressures(law, carried, density, result)
     return result
 
 
@@ -28,7 +27,7 @@ def _fill_energies(law, carried, density, result):
 
 
 def point_energies(law, carried, density: np.ndarray) -> np.ndarray:
-    """Internal or strain energies of unit mass [J/kg], shape (n,); `carried` as in `point_state.ARRAYS_OF`."""
+    """Internal or strain energies of unit mass [J/kg], shape (n,); `carried` as from `point_state.in_arrays`."""
     result = np.empty_like(density)
     _fill_energies(law, carried, density, result)
     return result

@@ -1,0 +1,61 @@
+"""What a body of material points asks of its material, whatever its law."""
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from typing import ClassVar, Literal
+
+from pellucid.materials.law import AT_REST, Law, diffusivity, signal_speed
+from pellucid.materials.point_state import PointState
+from pellucid.model import Model, parameter
+from pellucid.state import FIELDS
+
+
+class PointMaterial(Model):
+    """A material of material points: what the user says of it, its law, and its state at the start.
+
+    A new material is a subclass with a `kind` of its own, such as `kind: Literal["neo-hookean"] = "neo-hookean"`.
+    """
+
+    energy_kind: ClassVar[Literal["internal", "strain"]] = "strain"
+    """Which energy it stores: the internal energy, with heat, or the strain energy, which can be had back."""
+
+    kind: str
+    density: float = parameter("kg/m^3", "initial density", gt=0)
+
+    @abstractmethod
+    def law(self) -> Law:
+        """The law as kernels take it."""
+
+    @abstractmethod
+    def initial_state(self) -> PointState:
+        """The state of every point at the start."""
+
+    @abstractmethod
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s]."""
+
+    def signals(self, length: float) -> tuple[float, float]:
+        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
+        law = self.law()
+        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
+
+    def problems(self) -> Iterator[tuple[str, str, str]]:
+        """What makes it unfit to run though each key is possible: key, text, remedy."""
+        yield from ()
+
+    @property
+    def energy_field(self) -> str:
+        """The field with its stored energy of unit mass [J/kg], whether its points carry it or it follows from their state."""
+        return f"{self.energy_kind}_energy"
+
+    @property
+    def state_fields(self) -> tuple[str, ...]:
+        """The arrays that its points carry beside position, velocity, mass and volume."""
+        return self.initial_state()._fields
+
+    @property
+    def probed_fields(self) -> tuple[str, ...]:
+        """The fields that probes read beside those of every body: its energy, and what it carries of scalars, vectors and
+        symmetric tensors."""
+        own = (name for name in self.state_fields if name not in ("stress", self.energy_field))
+        return (self.energy_field, *(name for name in own if FIELDS[name].components in (1, 3, 6)))

@@ -1,0 +1,78 @@
+"""Hyperelastic solids: the rate form of material points, derived from energy and stress as functions of F.
+
+The parameters of a law hold the initial density `rho0` [kg/m³]. Its file registers `energy`, `cauchy_stress` and
+`wave_speed`; `neo_hookean` is an example. A law whose stress depends on F and on more is decorated with `finite_strain` and
+registers `update`, `signal_speed` and `stored_energy` itself.
+"""
+
+from typing import NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.contract import PointMaterial
+from pellucid.materials.law import (
+    LawType,
+    cauchy_stress,
+    energy,
+    first_piola_kirchhoff,
+    rate_type,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+    wave_speed,
+)
+from pellucid.materials.point_state import point_state
+from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, deformed, determinant, piola_transform
+
+
+@point_state()
+class FiniteStrainState(NamedTuple):
+    """What a point of a hyperelastic solid carries: Cauchy stress [Pa] and deformation gradient."""
+
+    stress: Symmetric
+    deformation_gradient: Tensor
+
+
+class HyperelasticMaterial(PointMaterial):
+    """What hyperelastic solids share."""
+
+    def initial_state(self) -> FiniteStrainState:
+        """No stress, no deformation."""
+        return FiniteStrainState(NO_STRESS, IDENTITY)
+
+
+def finite_strain(law: type[LawType]) -> type[LawType]:
+    """Class decorator: as `rate_type`, of a law that follows the deformation gradient, F ← (I + dt L) F."""
+    point_function(volume_growth, rate_type(law))(_volume_growth)
+    return law
+
+
+def hyperelastic(law: type[LawType]) -> type[LawType]:
+    """Class decorator: register for a law the rate form and P that follow from its energy, Cauchy stress and wave speed."""
+    finite_strain(law)
+    point_function(update, law)(_update)
+    point_function(signal_speed, law)(_signal_speed)
+    point_function(stored_energy, law)(_stored_energy)
+    point_function(first_piola_kirchhoff, law)(_first_piola_kirchhoff)
+    return law
+
+
+def _volume_growth(law, L, dt):
+    return determinant(deformed(L, dt, IDENTITY))
+
+
+def _update(law, state, density, L, dt, length):
+    F = deformed(L, dt, state.deformation_gradient)
+    return FiniteStrainState(cauchy_stress(law, F), F)
+
+
+def _signal_speed(law, state, density, L, length):
+    return wave_speed(law, state.deformation_gradient)
+
+
+def _stored_energy(law, state, density):
+    return energy(law, state.deformation_gradient) / law.rho0
+
+
+def _first_piola_kirchhoff(law, F):
+    return piola_transform(cauchy_stress(law, F), F)

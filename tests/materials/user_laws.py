@@ -1,0 +1,181 @@
+"""Laws as users write them, in a file of their own: a hyperelastic one, and two viscoelastic ones with states of their own."""
+
+from math import exp, expm1, sqrt
+from typing import ClassVar, Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.contract import PointMaterial
+from pellucid.materials.elastic import ElasticMaterial, lame
+from pellucid.materials.hyperelastic import HyperelasticMaterial, finite_strain, hyperelastic
+from pellucid.materials.law import (
+    cauchy_stress,
+    diffusivity,
+    energy,
+    rate_type,
+    signal_speed,
+    stored_energy,
+    update,
+    wave_speed,
+)
+from pellucid.materials.neo_hookean import NeoHookean
+from pellucid.materials.point_state import point_state
+from pellucid.model import parameter
+from pellucid.tensors import (
+    IDENTITY,
+    NO_STRESS,
+    SYMMETRIC_IDENTITY,
+    Symmetric,
+    Tensor,
+    add,
+    deformed,
+    determinant,
+    deviator,
+    double_dot,
+    largest_row_sum,
+    left_cauchy_green,
+    rotate,
+    scale,
+    spin_rotation,
+    symmetric_part,
+    trace,
+)
+
+
+# W = μ/2 (J^(-2/3) I₁ - 3) + κ/2 (J - 1)²
+@hyperelastic
+class Decoupled(NamedTuple):
+    mu: float
+    kappa: float
+    rho0: float
+
+
+class DecoupledMaterial(ElasticMaterial, HyperelasticMaterial):
+    kind: Literal["decoupled"] = "decoupled"
+
+    def law(self):
+        lam, mu = lame(self.young_modulus, self.poisson_ratio)
+        return Decoupled(mu, lam + 2.0 / 3.0 * mu, self.density)
+
+
+@point_function(energy, Decoupled)
+def _energy(law, F):
+    J, I1 = determinant(F), trace(left_cauchy_green(F))
+    return 0.5 * law.mu * (J ** (-2.0 / 3.0) * I1 - 3.0) + 0.5 * law.kappa * (J - 1.0) * (J - 1.0)
+
+
+@point_function(cauchy_stress, Decoupled)
+def _cauchy_stress(law, F):
+    J = determinant(F)
+    return add(
+        scale(law.mu * J ** (-5.0 / 3.0), deviator(left_cauchy_green(F))), scale(law.kappa * (J - 1.0), SYMMETRIC_IDENTITY)
+    )
+
+
+@point_function(wave_speed, Decoupled)
+def _wave_speed(law, F):
+    # Gershgorin's bound of the acoustic tensor, with the eigenvalues of b between `low` and `high`
+    J, b = determinant(F), left_cauchy_green(F)
+    high, low = largest_row_sum(b), -largest_row_sum(scale(-1.0, b))
+    m, slant = law.mu * J ** (-2.0 / 3.0), (high - low) / 3.0
+    along = law.kappa * J * J + m * (5.0 / 9.0 * trace(b) - low / 3.0 + slant)
+    return sqrt(max(along, m * (high + slant)) / law.rho0)
+
+
+# Kelvin-Voigt: σ = σ(F) of a neo-Hookean solid + 2 η dev D
+@finite_strain
+class KelvinVoigt(NamedTuple):
+    elastic: NeoHookean
+    viscosity: float
+
+
+@point_state(viscous_work=("J/kg", "work that the viscosity turned into heat"))
+class KelvinVoigtState(NamedTuple):
+    stress: Symmetric
+    deformation_gradient: Tensor
+    viscous_work: float
+
+
+class KelvinVoigtMaterial(ElasticMaterial, PointMaterial):
+    kind: Literal["kelvin-voigt"] = "kelvin-voigt"
+    energy_kind: ClassVar[Literal["internal", "strain"]] = "internal"
+    viscosity: float = parameter("Pa*s", "shear viscosity η", ge=0)
+
+    def law(self):
+        return KelvinVoigt(NeoHookean(*lame(self.young_modulus, self.poisson_ratio), self.density), self.viscosity)
+
+    def initial_state(self):
+        return KelvinVoigtState(NO_STRESS, IDENTITY, 0.0)
+
+
+@point_function(update, KelvinVoigt)
+def _update_kelvin_voigt(law, state, density, L, dt, length):
+    F, d = deformed(L, dt, state.deformation_gradient), deviator(symmetric_part(L))
+    viscous = scale(2.0 * law.viscosity, d)
+    heat = dt * double_dot(viscous, d) / density
+    return KelvinVoigtState(add(cauchy_stress(law.elastic, F), viscous), F, state.viscous_work + heat)
+
+
+@point_function(stored_energy, KelvinVoigt)
+def _stored_kelvin_voigt(law, state, density):
+    return stored_energy(law.elastic, state, density) + state.viscous_work
+
+
+@point_function(signal_speed, KelvinVoigt)
+def _speed_kelvin_voigt(law, state, density, L, length):
+    return signal_speed(law.elastic, state, density, L, length)
+
+
+@point_function(diffusivity, KelvinVoigt)
+def _diffusivity_kelvin_voigt(law, density):
+    return 4.0 / 3.0 * law.viscosity / density
+
+
+# The standard linear solid, a Prony series of one term: linear elasticity and a Maxwell branch, q^∇ = 2 μ₁ dev D - q/τ
+@rate_type
+class StandardLinear(NamedTuple):
+    lam: float
+    mu: float
+    branch: float
+    tau: float
+
+
+@point_state(overstress=("Pa", "stress of the Maxwell branch"))
+class StandardLinearState(NamedTuple):
+    stress: Symmetric
+    internal_energy: float
+    overstress: Symmetric
+
+
+class StandardLinearMaterial(ElasticMaterial, PointMaterial):
+    kind: Literal["standard-linear"] = "standard-linear"
+    energy_kind: ClassVar[Literal["internal", "strain"]] = "internal"
+    branch_modulus: float = parameter("Pa", "shear modulus μ₁ of the Maxwell branch", ge=0)
+    relaxation_time: float = parameter("s", "relaxation time τ", gt=0)
+
+    def law(self):
+        return StandardLinear(*lame(self.young_modulus, self.poisson_ratio), self.branch_modulus, self.relaxation_time)
+
+    def initial_state(self):
+        return StandardLinearState(NO_STRESS, 0.0, NO_STRESS)
+
+
+@point_function(update, StandardLinear)
+def _update_standard_linear(law, state, density, L, dt, length):
+    D, Q = symmetric_part(L), spin_rotation(L, dt)
+    fade, faded = exp(-dt / law.tau), -expm1(-dt / law.tau)
+    s, q = rotate(Q, state.stress), rotate(Q, state.overstress)
+    q1 = add(scale(fade, q), scale(2.0 * law.branch * law.tau * faded, deviator(D)))
+    elastic = add(scale(2.0 * law.mu * dt, D), scale(law.lam * trace(D) * dt, SYMMETRIC_IDENTITY))
+    stress = add(add(s, elastic), add(q1, scale(-1.0, q)))
+    power = 0.5 * double_dot(add(s, stress), D) * (1.0 - 0.5 * dt * trace(D))
+    return StandardLinearState(stress, state.internal_energy + dt * power / density, q1)
+
+
+@point_function(stored_energy, StandardLinear)
+def _stored_standard_linear(law, state, density):
+    return state.internal_energy
+
+
+@point_function(signal_speed, StandardLinear)
+def _speed_standard_linear(law, state, density, L, length):
+    return sqrt((law.lam + 2.0 * law.mu + 4.0 / 3.0 * law.branch) / density)
