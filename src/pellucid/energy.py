@@ -14,7 +14,7 @@ INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, FIRST_LOAD = rang
 
 
 class Channel(NamedTuple):
-    """A way in which energy comes from outside: its name in `history.csv`, 1, or -1 where it counts what goes out; its column."""
+    """A way of energy from outside: its name in `history.csv`; 1, or -1 where it counts what goes out; its column."""
 
     name: str
     sign: float
@@ -24,6 +24,11 @@ class Channel(NamedTuple):
 GRAVITY_WORK, SUPPORT_WORK = Channel("gravity_work", 1.0, GRAVITY), Channel("support_work", 1.0, SUPPORT)
 MOTION_WORK, CONTACT_WORK = Channel("motion_work", 1.0, MOTION), Channel("contact_work", 1.0, CONTACT)
 ABSORBED_ENERGY, IMPACT_HEAT = Channel("absorbed_energy", -1.0, ABSORBED), Channel("impact_heat", -1.0, IMPACT)
+
+
+def in_history(channel: Channel) -> tuple[bool, int]:
+    """The order of the channels in `history.csv` behind those of gravity and supports: loads come first."""
+    return channel.column < FIRST_LOAD, channel.column
 
 
 class StepWork(NamedTuple):
@@ -123,9 +128,7 @@ class EnergyBudget:
         self.energy_scale = self.kinetic
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
-    def record(
-        self, bodies: Sequence[Balanced], done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float
-    ) -> None:
+    def record(self, bodies: Sequence[Balanced], done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float) -> None:
         """Enter a step: the bodies as they are now, what was done, and the impulses of named contacts, (3,) each [N s]."""
         kinetic, stored = self._energies(bodies)
         internal, external = float(done.works[INTERNAL]), 0.0

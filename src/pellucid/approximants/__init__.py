@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from pellucid.approximants.axis import GridFunction, GridFunctions
+from pellucid.approximants.axis import GridFunction as GridFunction
+from pellucid.approximants.axis import GridFunctions as GridFunctions
 from pellucid.approximants.cubic_bspline import CubicBSpline
 from pellucid.approximants.flat import Flat
 from pellucid.approximants.gimp import Gimp

@@ -1,8 +1,8 @@
 """What the clock, the balances, contact, conditions and results ask of every body, and the two families of bodies.
 
 Bodies whose unknowns live **on the grid** keep points, sorted by cell, and share a velocity field with others: the scheme calls
-their verbs one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation of
-motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
+their verbs one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation
+of motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
 """
 
 from abc import ABC, abstractmethod
@@ -11,6 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.errors import RunStopped
 from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES
@@ -75,8 +76,8 @@ class Body(ABC):
 
     # the step
 
-    def begin(self, dt: float) -> None:
-        """Before the conditions of a step dt [s]: forget the external forces of the last one."""
+    def begin(self, dt: float) -> None:  # noqa: B027
+        """Before the conditions of a step dt [s]: forget the external forces of the last one, if the body keeps them."""
 
     @abstractmethod
     def check(self, n_steps: int, time: float) -> None:
@@ -91,22 +92,23 @@ class Body(ABC):
         column: that of their channel in a row of works, see `pellucid.energy`.
         """
 
-    @abstractmethod
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals of a membrane over this step."""
+        """Add the forces of a pressure [Pa] along the normals of a membrane over this step; other bodies have none."""
+        raise ValueError(f"body {self.name} is no membrane: it has no normal to push along")
 
-    def hold(self, supports: Sequence[HeldNodes]) -> None:
+    def hold(self, supports: Sequence[HeldNodes]) -> None:  # noqa: B027
         """Be held by supports; the nodes of the grid hold a body whose unknowns live there."""
 
-    def follow(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let points follow prescribed motions.
+    def follow(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:  # noqa: B027
+        """Let points follow prescribed motions; those on the grid are led by their `constraint`.
 
         numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
         """
 
-    def prescribe(self, velocity: np.ndarray) -> None:
+    def prescribe(self, velocity: np.ndarray) -> None:  # noqa: B027
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
+    @abstractmethod
     def renew_totals(self) -> None:
         """Find the totals of the state as it is, after conditions changed what bounds the step."""
 
@@ -120,7 +122,12 @@ class Body(ABC):
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays, bit for bit."""
 
-    # contact: see `pellucid.contact.surface`
+    # contact
+
+    @property
+    def on_grid(self) -> ContactBody | None:
+        """Its points on the grid, where others may touch it; nothing where it was given none."""
+        return None
 
     def vector_areas(self) -> np.ndarray:
         """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
@@ -193,9 +200,6 @@ class GridBody(Body):
 
 class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
-
-    uses_grid: bool
-    """Whether it was given a grid, on which other bodies may touch it."""
 
     @abstractmethod
     def predict(self, dt: float) -> None:

@@ -73,6 +73,15 @@ class MaterialPointsCase(Model):
         aware._left_out = tuple(places[name].occupied() for name in self.outside)
         return aware
 
+    @property
+    def moves_rigidly(self) -> bool:
+        """Whether it moves as a rigid body."""
+        return self.rigid
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s]."""
+        return self.material.wave_speeds()
+
     def occupied(self) -> Geometry:
         """The place that bodies outside it leave out."""
         return self.shape.geometry()
@@ -164,6 +173,15 @@ class MembranePointsCase(Model):
     def knowing(self, bodies: "Sequence[Body]") -> "MembranePointsCase":
         """Itself: a membrane leaves nothing out."""
         return self
+
+    @property
+    def moves_rigidly(self) -> bool:
+        """No: a membrane has no rigidity."""
+        return False
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of pressure and shear waves in its plane at the start [m/s]."""
+        return self.material.wave_speeds()
 
     def occupied(self) -> Geometry:
         """What it encloses: the place that bodies outside it leave out."""

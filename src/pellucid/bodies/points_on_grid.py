@@ -8,6 +8,7 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.bodies.contract import GridBody
 from pellucid.bundle import Bundle
+from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import transfer as kernels
 from pellucid.grid.points import HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
@@ -62,6 +63,11 @@ class PointsOnGrid(GridBody):
         lattice, nodes = self.grid.lattice, self.grid.nodes
         self.mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
         self.n_slabs = len(slabs.layer) - 1
+
+    @property
+    def on_grid(self) -> ContactBody:
+        """Itself."""
+        return self
 
     def half_width(self) -> tuple[float, float, float]:
         """Half the edge of a point's cube, as `pellucid.contact.surface` puts it."""

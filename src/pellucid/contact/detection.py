@@ -13,13 +13,13 @@ half of its point's width, or of the membrane's thickness.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
 from pellucid.bundle import Bundle
 from pellucid.contact import normals
 from pellucid.contact.normals import CENTRE, COLUMNS, NORMAL
+from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Grid
 
 CLOSE = 0.1
@@ -39,7 +39,7 @@ class ContactDetection:
     touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
     """
 
-    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[Any], Sequence[Any]]) -> None:
+    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]) -> None:
         self._grids, self._bodies = grids, bodies
         n = grids[0].n_nodes
         self._shared = np.empty(n, np.int64)

@@ -132,7 +132,7 @@ def _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, ch
 def sum_works(chunks, side, node, mobility, impulse, sign, gravity, dt, works):
     """What impulses change in the works of other forces; supports and prescribed motions give back what they take.
 
-    side: the bundle (nodes, external action, whether the grid moves the points). works: rows as `pellucid.energy` lays them out.
+    side: the bundle (nodes, external action, whether the grid moves the points); works: rows as `pellucid.energy` has them.
     """
     for chunk in prange(chunks):
         _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, chunk)

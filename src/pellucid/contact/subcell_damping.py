@@ -13,7 +13,6 @@ from numba import prange
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_weights
-from pellucid.bodies.membrane_elements.nodes import CONTACT, held_to
 from pellucid.jit import kernel, pointwise
 
 
@@ -35,7 +34,7 @@ def _against_mean(v, contact, mean, I):
 @kernel()
 def _measure_slab(mapped, mean, fluctuation, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    x, contact = points.position, nodes.contact
+    x, contact = points.position, nodes.velocity_increment
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
@@ -53,17 +52,16 @@ def _measure_slab(mapped, mean, fluctuation, s):
 
 
 @kernel()
-def _damp_slab(mapped, acting, mean, taken, dt, s):
+def _loss_slab(mapped, mean, taken, loss, s):
     fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    work = acting.content[0].work
-    x, velocity, contact = points.position, points.velocity, nodes.contact
+    x, velocity, contact = points.position, points.velocity, nodes.velocity_increment
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for signed in range(slabs.first[s], slabs.first[s + 1]):
         p = uintp(signed)
         i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
         j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
         k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
-        m, v = points.mass[p], (velocity[p, 0], velocity[p, 1], velocity[p, 2])
+        v = (velocity[p, 0], velocity[p, 1], velocity[p, 2])
         lx = ly = lz = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -74,21 +72,19 @@ def _damp_slab(mapped, acting, mean, taken, dt, s):
                     lx += part * contact[I, 0]
                     ly += part * contact[I, 1]
                     lz += part * contact[I, 2]
-        loss = (lx, ly, lz)
-        for d in range(3):
-            if loss[d] != 0.0:
-                velocity[p, d], mean_along = held_to(acting, points, lattice, p, d, v[d], v[d] - loss[d], dt, s)
-                work[s, CONTACT] -= m * loss[d] * mean_along
+        loss[p, 0], loss[p, 1], loss[p, 2] = lx, ly, lz
 
 
 @kernel(parallel=True)
-def damp_subcell_motion(n, mapped, acting, contact, momentum, mass, scratch, dt):
-    """Take from the nodes of n slabs what contact takes of their velocities against the mean about them.
+def damp_subcell_motion(n, mapped, scratch, loss):
+    """What contact takes from the nodes of n slabs of their velocities against the mean about them [m/s], into loss, (n, 3).
 
-    v_K - Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: changes of velocity by contact [m/s], and
+    Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: velocity increments by contact [m/s], and
     momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum
     stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). scratch: room of shape (2, nodes of the grid).
     """
+    nodes = mapped.content[3]
+    contact, momentum, mass = nodes.velocity_increment, nodes.momentum, nodes.mass
     mean, fluctuation = scratch[0], scratch[1]
     for I in prange(len(mass)):
         c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
@@ -103,4 +99,4 @@ def damp_subcell_motion(n, mapped, acting, contact, momentum, mass, scratch, dt)
             square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
             fluctuation[I] = part_taken(fluctuation[I] / (mass[I] * square), sqrt(square)) / square
     for s in prange(n):
-        _damp_slab(mapped, acting, mean, fluctuation, dt, s)
+        _loss_slab(mapped, mean, fluctuation, loss, s)

@@ -49,9 +49,9 @@ class ExternalAction(NamedTuple):
     impulse: np.ndarray  # (n, 3) impulse of the grips on unit driven mass over the step [m/s]
 
 
-def external_action(n_nodes: int, n_loads: int, absorbs: bool, driven: bool) -> ExternalAction:
-    """What acts from outside, all zero; parts that the nodes of a velocity field do not have, have no rows."""
-    loads, absorption = np.zeros((n_loads, n_nodes, 3)), np.zeros((n_nodes if absorbs else 0, 3))
+def external_action(n_nodes: int, n_loads: int, loaded: bool, absorbs: bool, driven: bool) -> ExternalAction:
+    """What acts from outside, all zero; what does not act on the nodes of a velocity field has no rows."""
+    loads, absorption = np.zeros((n_loads, n_nodes if loaded else 0, 3)), np.zeros((n_nodes if absorbs else 0, 3))
     return ExternalAction(loads, absorption, *(np.zeros((n_nodes if driven else 0, 3)) for _ in range(3)))
 
 
@@ -62,7 +62,7 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
     loads, absorbing, driven = external.loads, len(external.absorption) > 0, len(external.driven_mass) > 0
     internal = fall = pushed = total = absorbed = moved = lost = 0.0
-    columns = FIRST_LOAD + len(loads)
+    columns, n_loads = FIRST_LOAD + len(loads), len(loads) if loads.shape[1] > 0 else 0
     first = columns + 1  # of the impulses
     other = first + 3 * len(walls)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
@@ -80,7 +80,7 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
             v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
             f = force[I, d]
             load = 0.0
-            for k in range(len(loads)):
+            for k in range(n_loads):
                 load += loads[k, I, d]
             light = v + dt * gravity[d]
             new = light + dt * (f + load) / m
@@ -115,7 +115,7 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
             mean = 0.5 * (v + strain_velocity[I, d])
             internal += dt * f * mean
             fall += dt * m * gravity[d] * mean
-            for k in range(len(loads)):
+            for k in range(n_loads):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, I, d] * mean
             absorbed -= taken * mean
             moved += given * goal

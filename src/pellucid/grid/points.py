@@ -59,5 +59,8 @@ class Slabs(NamedTuple):
     sums: np.ndarray  # (s, columns) partial sums of the reductions
 
 
+NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
+"""Of points that are the nodes of elements: it is the elements that have them."""
+
 # columns of Slabs.sums
 KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, STORED, HEATING, RATE, COLUMNS = range(9)

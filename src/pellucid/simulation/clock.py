@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from pellucid.bodies.contract import Body
 from pellucid.case.spec import STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 
@@ -27,13 +28,13 @@ class Clock:
         self.dt = 0.0
         self.largest = 0.0
 
-    def next_step(self, bodies: Sequence[Any]) -> float:
+    def next_step(self, bodies: Sequence[Body]) -> float:
         """The length of the coming step [s]; the last one ends at the end of the case.
 
         Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed.
         """
-        body = max(bodies, key=lambda b: b.sums["rate"])
-        stable = min(1.0 / body.sums["rate"] if body.sums["rate"] > 0.0 else inf, self.longest)
+        body = max(bodies, key=lambda body: body.totals.rate)
+        stable = min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest)
         if self.case.step is not None:
             self._check_fixed(self.case.step, stable, body.name)
             remaining = self.case.end / self.case.step - self.n_steps

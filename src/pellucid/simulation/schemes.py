@@ -2,67 +2,98 @@
 
 USF, USL and MUSL strain the points first, last, and last with the velocities mapped anew from the points
 (Sulsky, Zhou & Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As there, a point
-uses the shape functions of its place at the start of the step throughout.
+uses the shape functions of its place at the start of the step throughout. Bodies with their own nodes solve their own equation
+of motion; what the grid tells them is contact.
 """
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from pellucid.bodies.contract import GridBody, NodalBody
 
 
-def musl(simulation: Any, dt: float) -> None:
+class Steppable(Protocol):
+    """What a scheme asks of a simulation."""
+
+    has_contact: bool
+
+    @property
+    def grid_bodies(self) -> Sequence[GridBody]: ...
+    @property
+    def nodal_bodies(self) -> Sequence[NodalBody]: ...
+    def clear(self) -> None: ...
+    def clear_momentum(self) -> None: ...
+    def detect_contact(self) -> None: ...
+    def advance(self, dt: float) -> None: ...
+    def project(self) -> None: ...
+
+
+def musl(simulation: Steppable, dt: float) -> None:
     """Modified update stress last, Gan's order."""
-    velocity_fields = simulation.velocity_fields
-    velocity_fields.clear_inertia()
-    velocity_fields.clear_force()
-    for body in simulation.bodies:
+    simulation.clear()
+    for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=True, force=True)  # m, p, f
-    simulation.meet()  # where fields touch
+    for own in simulation.nodal_bodies:
+        own.predict(dt)  # their own equation of motion
+    simulation.detect_contact()
     simulation.advance(dt)  # p + dt f, supports, contact
-    velocity_fields.clear_momentum()
-    for body in simulation.bodies:
+    simulation.clear_momentum()
+    for body in simulation.grid_bodies:
         body.update_velocities(remap=True)  # v of the points, p anew
+    for own in simulation.nodal_bodies:
+        own.correct(remap=simulation.has_contact)
     simulation.project()
-    for body in simulation.bodies:
+    for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)  # x, L, σ
+    for own in simulation.nodal_bodies:
+        own.update(dt)
 
 
-def usl(simulation: Any, dt: float) -> None:
+def usl(simulation: Steppable, dt: float) -> None:
     """Update stress last."""
-    velocity_fields = simulation.velocity_fields
-    velocity_fields.clear_inertia()
-    velocity_fields.clear_force()
-    for body in simulation.bodies:
+    simulation.clear()
+    for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=True, force=True)
-    simulation.meet()
+    for own in simulation.nodal_bodies:
+        own.predict(dt)
+    simulation.detect_contact()
     simulation.advance(dt)
-    if simulation.touching:
-        velocity_fields.clear_momentum()
-    for body in simulation.bodies:
-        body.update_velocities(remap=simulation.touching)  # p anew for contact
-    for body in simulation.bodies:
+    if simulation.has_contact:
+        simulation.clear_momentum()
+    for body in simulation.grid_bodies:
+        body.update_velocities(remap=simulation.has_contact)  # p anew for contact
+    for own in simulation.nodal_bodies:
+        own.correct(remap=simulation.has_contact)
+    for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)
+    for own in simulation.nodal_bodies:
+        own.update(dt)
 
 
-def usf(simulation: Any, dt: float) -> None:
+def usf(simulation: Steppable, dt: float) -> None:
     """Update stress first."""
-    velocity_fields = simulation.velocity_fields
-    velocity_fields.clear_inertia()
-    for body in simulation.bodies:
+    simulation.clear()
+    for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=True, force=False)
-    simulation.meet()
+    for own in simulation.nodal_bodies:
+        own.predict(dt)
+    simulation.detect_contact()
     simulation.project()
-    for body in simulation.bodies:
+    for body in simulation.grid_bodies:
         body.update_stress(dt, move=False)
-    velocity_fields.clear_force()
-    for body in simulation.bodies:
+    for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=False, force=True)
     simulation.advance(dt)
-    if simulation.touching:
-        velocity_fields.clear_momentum()
-    for body in simulation.bodies:
-        body.update_velocities(remap=simulation.touching)
-    for body in simulation.bodies:
+    if simulation.has_contact:
+        simulation.clear_momentum()
+    for body in simulation.grid_bodies:
+        body.update_velocities(remap=simulation.has_contact)
+    for own in simulation.nodal_bodies:
+        own.correct(remap=simulation.has_contact)
+    for body in simulation.grid_bodies:
         body.update_positions(dt)
+    for own in simulation.nodal_bodies:
+        own.update(dt)
 
 
-SCHEMES: dict[str, Callable[[Any, float], None]] = {"musl": musl, "usl": usl, "usf": usf}
+SCHEMES: dict[str, Callable[[Steppable, float], None]] = {"musl": musl, "usl": usl, "usf": usf}

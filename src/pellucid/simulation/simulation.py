@@ -13,18 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.overlong import overlong
-from pellucid.bodies.membrane_elements.surface import ElementBody
-from pellucid.conditions.environment import Environment
+from pellucid.bodies.contract import GridBody, NodalBody
+from pellucid.conditions.acting import ActingConditions, load_channels
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import EnergyBudget
+from pellucid.energy import CONTACT_WORK, EnergyBudget, in_history, total_work
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import total_work
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import mark_cached, set_threads
-from pellucid.simulation.assembly import build_velocity_fields, pairs_of, refuse_overlaps
+from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.overlap import refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 
 if TYPE_CHECKING:
@@ -54,28 +53,35 @@ def _law_kinds(body: Any) -> tuple[str, ...]:
 
 
 class Simulation:
-    """Everything that moves. `step()` once, or `run(recorder)` to the end."""
+    """Everything that moves. `step()` once, or `run(recorder)` to the end.
+
+    bodies: in the order of the case; of these `grid_bodies` have their unknowns on the grid, `nodal_bodies` nodes of their own.
+    """
 
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
         self.case = case
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.velocity_fields = build_velocity_fields(case, transfer)
-        built = {body.name: body for velocity_field in self.velocity_fields for body in velocity_field.bodies}
-        self.bodies = [built[body.name] for body in case.body]
+        self.velocity_fields, self._built = build_bodies(case, transfer)
+        self.bodies = [self._built[body.name][0] for body in case.body]
+        self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
+        self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or self._worthwhile_threads())
-        refuse_overlaps(case, self.velocity_fields)
-        rigid = [body.name for body in case.body if getattr(body, "rigid", False)]
-        self.environment = Environment(self.velocity_fields, case.support, case.motion, rigid, case.absorbing, case.pressure)
-        small_mass = SMALL_MASS * min(float(body.points.mass.min()) for body in self.bodies)
-        for velocity_field, outside in zip(self.velocity_fields, self.environment.outsides, strict=True):
-            velocity_field.act(outside, case.gravity, small_mass, transfer.flip)
-        self.contact_pairs = ContactPairs(pairs_of(self.velocity_fields, case.contact), len(case.support) + 1)
-        self.touching = len(self.contact_pairs) > 0
+        refuse_overlaps(case, self.bodies)
+        self.conditions = ActingConditions(case, self._built)
+        small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
+        for field, supports, external in zip(
+            self.velocity_fields, self.conditions.supports, self.conditions.external, strict=True
+        ):
+            field.act(supports, external, case.gravity, small_mass, transfer.flip)
+        pairs = pairs_of(self.velocity_fields, self._built, case.contact)
+        self.contact_pairs = ContactPairs(pairs, len(case.support), len(load_channels(case)))
+        self.has_contact = len(pairs) > 0
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
-        works = (*self.environment.works, "contact") if self.touching else self.environment.works
-        self.ledger = EnergyBudget(self.bodies, case.gravity, works)
+        contact = (CONTACT_WORK,) if self.has_contact else ()
+        channels = sorted((*self.conditions.channels, *contact), key=in_history)
+        self.budget = EnergyBudget(self.bodies, case.gravity, channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()
         self.timers: dict[str, float] = {}
@@ -90,50 +96,58 @@ class Simulation:
 
     # the verbs of a step that concern the nodes
 
-    def meet(self) -> None:
+    def clear(self) -> None:
+        """Forget mass, momentum and forces of the nodes."""
+        for field in self.velocity_fields:
+            field.clear()
+
+    def clear_momentum(self) -> None:
+        """Forget momentum alone, before it is mapped again."""
+        for field in self.velocity_fields:
+            field.clear_momentum()
+
+    def detect_contact(self) -> None:
         """Find where velocity fields touch."""
-        self.contact_pairs.find()
+        self.contact_pairs.detect()
 
     def advance(self, dt: float) -> None:
-        """Move the nodes, let those that touch push each other, and keep what they did."""
-        works = [velocity_field.advance(dt) for velocity_field in self.velocity_fields]
-        self.work = [
-            work for work, velocity_field in zip(works, self.velocity_fields, strict=True) if not velocity_field.own_nodes
-        ]
-        self.contact = self.contact_pairs.resolve(self.case.gravity, dt)
-        self.work.append(self.contact.nodes)
+        """Advance the momentum of the nodes, and give those that touch their contact impulses."""
+        works = [field.advance(dt) for field in self.velocity_fields]
+        self._contact = self.contact_pairs.resolve(self.case.gravity, dt)
+        self._works = [*(work for work in works if work is not None), self._contact.work]
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""
-        for velocity_field in self.velocity_fields:
-            velocity_field.project()
+        for field in self.velocity_fields:
+            field.project()
         self.contact_pairs.project()
 
     def sort(self) -> None:
-        """Sort the bodies whose points left_slab."""
-        for body in self.bodies:
+        """Sort the points that left their slab."""
+        for body in self.grid_bodies:
             body.sort_if_needed()
 
     def record(self, dt: float) -> None:
-        """Book the step."""
-        own = [body for velocity_field in self.velocity_fields if velocity_field.own_nodes for body in velocity_field.bodies]
-        on_bodies = self.contact_pairs.work() + sum(body.contact_work for body in own)
-        self.contact = self.contact._replace(work=self.contact.work + on_bodies)
-        work = total_work([*self.work, *(body.own_work(len(self.case.support)) for body in own)])
-        self.ledger.record(self.bodies, work, self.environment.collect(), self.contact, dt)
+        """Enter the step into the balance."""
+        if self.has_contact:
+            self._contact = self.contact_pairs.with_work_on_points(self._contact)
+        done = total_work([*self._works, *self.conditions.works(), *(body.work() for body in self.nodal_bodies)])
+        self.budget.record(self.bodies, done, self._contact.impulses, dt)
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
         dt = self.clock.next_step(self.bodies)
         self.sort()
-        self.environment.begin(self.time, dt)
+        for body in self.bodies:
+            body.begin(dt)
+        self.conditions.begin(self.time, dt)
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.time)
         self.record(dt)
         self._check_energy()
-        self._check_elements()
+        self._look_at_contact()
 
     def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
@@ -171,16 +185,15 @@ class Simulation:
             time=self.time,
             dt=self.dt,
             rate=points * steps / seconds,
-            energy_error=self.ledger.energy_error(),
+            energy_error=self.budget.energy_error(),
             eta=left / self.dt * seconds / steps,
         )
 
     def _check_energy(self) -> None:
-        error = abs(self.ledger.energy_error())
+        error = abs(self.budget.energy_error())
         if self.n_steps < SETTLED or error < self.case.energy.warn:
             return
-        books = self.ledger.sums
-        causes = f"transfer {books['transfer']:.3g} J, time integration {books['time_integration']:.3g} J"
+        causes = f"transfer {self.budget.transfer:.3g} J, time integration {self.budget.time_integration:.3g} J"
         text = f"step {self.n_steps}, time {self.time:.6g} s: the energy error is {100 * error:.2g} % ({causes})"
         if error >= self.case.energy.stop:
             raise RunStopped(
@@ -189,13 +202,13 @@ class Simulation:
             )
         self._warn("energy", f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %")
 
-    def _check_elements(self) -> None:
-        if not self.touching or self.n_steps % WATCHED or "elements" in self._warned:
+    def _look_at_contact(self) -> None:
+        if not self.has_contact or self.n_steps % WATCHED or "contact" in self._warned:
             return
         for body, nodes in self.contact_pairs.touching():
-            text = overlong(body, nodes) if isinstance(body, ElementBody) else None
+            text = body.contact_warning(nodes)
             if text is not None:
-                return self._warn("elements", f"step {self.n_steps}, time {self.time:.6g} s: {text}")
+                return self._warn("contact", f"step {self.n_steps}, time {self.time:.6g} s: {text}")
 
     def _warn(self, what: str, text: str) -> None:
         """Warn of this once in a run."""
@@ -226,69 +239,60 @@ class Simulation:
         return self.clock.dt
 
     def energies(self) -> dict[str, float]:
-        """The energy ledger [J]."""
-        return self.ledger.energies(self.bodies)
+        """The energy balance [J]."""
+        return self.budget.energies(self.bodies)
 
     def momentum(self) -> np.ndarray:
         """Total momentum [kg m/s], shape (3,)."""
-        return np.asarray(sum(body.momentum() for body in self.bodies))
+        return np.asarray(sum(body.totals.momentum for body in self.bodies))
 
     def reactions(self) -> dict[str, np.ndarray]:
         """Impulses so far of the supports and motions that have a name, on what they hold [N s], shape (3,)."""
-        return self.ledger.reactions(self._support_names)
+        return self.budget.reactions(self._support_names)
 
     def conservation(self) -> dict[str, float]:
         """Relative errors of mass, momentum and energy."""
-        return self.ledger.conservation(self.bodies)
+        return self.budget.conservation(self.bodies)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
-        arrays: dict[str, np.ndarray] = {}
-        for body in self.bodies:
-            arrays |= {f"{body.name}/{name}": array for name, array in body.arrays.items()}
-            arrays |= {f"{body.name}/elements/{name}": array for name, array in body.element_arrays.items()}
-            for name in ("first", "layer", "left_slab"):
-                arrays[f"{body.name}/slabs/{name}"] = getattr(body.slabs, name)
-        return arrays
+        return {f"{body.name}/{name}": array for body in self.bodies for name, array in body.state_arrays().items()}
 
     def state_numbers(self) -> dict[str, Any]:
         """Every number that the next step depends on, for JSON."""
         return {
             "clock": self.clock.state_numbers(),
-            "ledger": self.ledger.state_numbers(),
-            "bodies": {body.name: body.sums for body in self.bodies},
+            "balance": self.budget.state_numbers(),
+            "bodies": {body.name: body.totals.to_data() for body in self.bodies},
             "warned": sorted(self._warned),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint, bit for bit."""
         for body in self.bodies:
-            for name in body.arrays:
-                body.arrays[name] = np.ascontiguousarray(arrays[f"{body.name}/{name}"])
-            for name in body.element_arrays:
-                body.element_arrays[name] = np.ascontiguousarray(arrays[f"{body.name}/elements/{name}"])
-            body.bind()
-            body.restore_slabs(*(arrays[f"{body.name}/slabs/{name}"] for name in ("first", "layer", "left_slab")))
-            body.sums = dict(numbers["bodies"][body.name])
+            prefix = f"{body.name}/"
+            own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+            body.restore(own)
+            body.totals.restore(numbers["bodies"][body.name])
         self.clock.restore(numbers["clock"])
-        self.ledger.restore(numbers["ledger"])
+        self.budget.restore(numbers["balance"])
         self._warned = set(numbers["warned"])
 
     def _time_verbs(self) -> None:
-        parts = {"sort": "sort", "meet": "contact", "advance": "grid", "project": "grid", "record": "reductions"}
-        for verb, part in parts.items():
+        parts = {"sort": "sort", "detect_contact": "contact", "advance": "grid", "project": "grid", "record": "reductions"}
+        for verb, part in (parts | {"clear": "grid", "clear_momentum": "grid"}).items():
             setattr(self, verb, self._timed(part, getattr(self, verb)))
-        for verb in ("clear_inertia", "clear_momentum", "clear_force"):
-            setattr(self.velocity_fields, verb, self._timed("grid", getattr(self.velocity_fields, verb)))
-        body_parts = {
+        on_grid = {
             "particle_to_grid": "scatter",
             "update_velocities": "velocities",
             "update_stress": "gradients and law",
-            "move": "move",
+            "update_positions": "move",
         }
-        for body in self.bodies:
-            for verb, part in body_parts.items():
-                setattr(body, verb, self._timed(part, getattr(body, verb)))
+        own = {"predict": "scatter", "correct": "velocities", "update": "gradients and law"}
+        for bodies, verbs in ((self.grid_bodies, on_grid), (self.nodal_bodies, own)):
+            for body in bodies:
+                for verb, part in verbs.items():
+                    setattr(body, verb, self._timed(part, getattr(body, verb)))
 
     def _timed(self, part: str, verb: Callable[..., None]) -> Callable[..., None]:
         def timed(*arguments: Any, **named: Any) -> None:

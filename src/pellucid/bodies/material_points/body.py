@@ -1,43 +1,46 @@
 """A fluid or solid body of material points."""
 
-from typing import Any
-
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.grid_body import GridBody
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.models import MaterialPointsCase
+from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bundle import Bundle
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import transfer as kernels
-from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 
 
-class MaterialPoints(GridBody):
+class MaterialPoints(PointsOnGrid):
     """Points that fill a volume and carry what their law asks for."""
 
-    def __init__(self, case: MaterialPointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
+    def __init__(
+        self, case: MaterialPointsCase, grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
+    ) -> None:
         self.material = case.material
-        self.law: Any = case.material.law()
+        self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
-        per_cell = points_along_axes(case.points_per_cell, grid.thin)
+        per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
+        functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell))
-        super().__init__(case.name, grid, grid_functions(grid_case.functions, per_cell, grid.thin), velocity_transfer, arrays)
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
-        self._carried = in_arrays(type(self.material.initial_state()), self.arrays)
+        self._state = in_arrays(type(self.material.initial_state()), self.arrays)
 
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
         lattice, nodes = self.grid.lattice, self.grid.nodes
-        self._strained = Bundle(self.functions, lattice, nodes, self.points, slabs, self.law, self._carried)
+        self._strained = Bundle(self.functions, lattice, nodes, self.points, slabs, self.law, self._state)
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
@@ -48,7 +51,7 @@ class MaterialPoints(GridBody):
             return
         kernels.update_stress(self.n_slabs, self._strained, dt, int(move))
         if move:
-            self.place()
+            self.prescribe_positions()
         self._collect_strain_sums()
 
     @property
@@ -61,11 +64,11 @@ class MaterialPoints(GridBody):
     def field(self, name: str) -> np.ndarray:
         """As for every body; pressure and stored energy are those of the law."""
         if name == "pressure":
-            return point_pressures(self.law, self._carried, self.field("density"))
+            return point_pressures(self.law, self._state, self.field("density"))
         if name == "stored_energy":
             return self.arrays["mass"] * self.field(self.material.energy_field)
         if name == self.material.energy_field and name not in self.arrays:
-            return point_energies(self.law, self._carried, self.field("density"))
+            return point_energies(self.law, self._state, self.field("density"))
         return super().field(name)
 
 

@@ -47,9 +47,9 @@ def pressure_forces(chunks, surface, x, forces, pressure):
 
 
 @kernel()
-def _add_slab(about, corner_values, target, s):
-    slabs, number, fan = about.content
-    for p in range(slabs.first[s], slabs.first[s + 1]):
+def _add_range(about, corner_values, target, s):
+    first, number, fan = about.content
+    for p in range(first[s], first[s + 1]):
         K = number[p]
         for t in range(fan.start[K], fan.start[K + 1]):
             place = fan.places[t]
@@ -59,12 +59,12 @@ def _add_slab(about, corner_values, target, s):
 
 @kernel(parallel=True)
 def add_corners(n, about, corner_values, target):
-    """Add the values at the corners about each node of n slabs, shape (4 m, 3), to `target`, shape (nodes, 3).
+    """Add the values at the corners about each node of n ranges, shape (4 m, 3), to `target`, shape (nodes, 3).
 
-    about: the bundle (slabs, numbers of the nodes, `Fan`).
+    about: the bundle (first nodes of the ranges, numbers of the nodes, `Fan`).
     """
-    for s in prange(n):
-        _add_slab(about, corner_values, target, s)
+    for r in prange(n):
+        _add_range(about, corner_values, target, r)
 
 
 @kernel()

@@ -56,6 +56,15 @@ class MembraneElementsCase(Model):
         """Itself: a membrane leaves nothing out."""
         return self
 
+    @property
+    def moves_rigidly(self) -> bool:
+        """No: a membrane has no rigidity."""
+        return False
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of pressure and shear waves in its plane at the start [m/s]."""
+        return self.material.wave_speeds()
+
     def occupied(self) -> Geometry:
         """What it encloses: the place that bodies outside it leave out."""
         return Inside(surface=self.surface)

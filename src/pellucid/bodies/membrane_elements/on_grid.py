@@ -1,37 +1,81 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
-from typing import Any
-
 import numpy as np
 
-from pellucid.bodies.membrane_elements import nodes as element_nodes
+from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
-from pellucid.bodies.membrane_elements.surface import ElementBody
+from pellucid.bodies.membrane_elements.overlong import overlong
+from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.energy import FIRST_LOAD
 from pellucid.grid import transfer
-from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
+from pellucid.grid.points import NO_STRESS, PointArrays, Slabs
+from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import VelocityTransfer
 
 
-class ElementsOnGrid(ElementBody):
+class ElementsOnGrid(PointsOnGrid):
     """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
 
     Mass, momentum and nodal forces go to the nodes of the grid, velocities come back from there, and the elements are strained
     by how their nodes were moved: by mesh and not by the gradient of the grid's velocity.
     """
 
-    def __init__(self, case: MembraneElementsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
-        super().__init__(case, grid_case, grid, velocity_transfer, {})
+    energy_kind = "strain"
+    is_surface = True
+
+    def __init__(
+        self,
+        case: MembraneElementsCase,
+        grid_case: GridCase,
+        velocity_field: VelocityField,
+        velocity_transfer: VelocityTransfer,
+    ) -> None:
+        self.surface = surface = ElementSurface(case)
+        self.element_arrays, self.quads, self.triangles = surface.arrays, surface.quads, surface.triangles
+        self.areal_density = surface.areal_density
+        n = len(surface.vertices)
+        arrays = {
+            "id": np.arange(n),
+            "position": surface.vertices,
+            "velocity": np.tile(np.array(case.velocity), (n, 1)),
+            "mass": surface.node_mass,
+            "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
+        }
+        # nodes have no extent: GIMP takes half a cell
+        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def bind(self) -> None:
-        """Take up arrays that were replaced; the nodes have volumes, for contact of their field with others."""
-        self.arrays.setdefault("volume", self._mesh.at_nodes(self.element_arrays["volume"]))
-        super().bind()
+        """Take up arrays that were replaced."""
+        a = self.arrays
+        self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
+        self._affine = a.get("affine", np.zeros((0, 9)))
 
-    def press(self, outside_load: np.ndarray, pressure: float) -> None:
-        """Add the forces of a pressure [Pa] along the normals to those on the grid's nodes [N], shape (nodes, 3)."""
+    def _share(self, slabs: Slabs) -> None:
+        super()._share(slabs)
+        self.surface.bind(self.arrays["id"], slabs.first)
+
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the thickness."""
+        return 0.5 * self.surface.thickness, 0.0, 0.0
+
+    def vector_areas(self) -> np.ndarray:
+        """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
+        return self.surface.vector_areas(self.points.position)
+
+    def contact_warning(self, nodes: np.ndarray) -> str | None:
+        """Where its elements have outgrown the cells."""
+        back = np.argsort(self.arrays["id"])
+        return overlong(self.name, self.surface.mesh.corners, self.arrays["position"][back], self.grid, nodes)
+
+    def add_pressure(self, pressure: float, column: int) -> None:
+        """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
         forces = np.zeros((self.n_points, 3))
-        self._add_pressure_forces(forces, pressure)
-        element_nodes.spread(self.n_slabs, self.mapped, forces, outside_load)
+        self.surface.add_pressure_forces(self.points.position, pressure, forces)
+        scatter_vectors(self.n_slabs, self.mapped, forces, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
@@ -39,17 +83,41 @@ class ElementsOnGrid(ElementBody):
             transfer.scatter(self.n_slabs, self.mapped, 1, 0)
         if force:
             forces = np.zeros((self.n_points, 3))
-            self._add_internal_forces(forces)
-            element_nodes.spread(self.n_slabs, self.mapped, forces, self.grid.nodes.force)
+            self.surface.add_internal_forces(self.points.position, forces)
+            scatter_vectors(self.n_slabs, self.mapped, forces, self.grid.nodes.force)
+
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Where `move`, new positions, and what the elements make of them; with dt = 0 what they make of what they carry."""
+        if move or dt == 0.0:
+            self.update_positions(dt)
 
     def update_positions(self, dt: float) -> None:
         """New positions, and what the elements make of them."""
         before = self.points.position.copy()
         # by the velocity that strains points: in MUSL that of the points' own momentum, which costs no energy
         transfer.update_positions(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, dt)
-        self.place()
+        self.prescribe_positions()
         moved = self.points.position - before
-        self._strain(moved / dt if dt > 0.0 else moved, dt)  # without a step nothing moved
-        self.arrays["volume"][:] = self._mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
+        velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved
+        rate = self.surface.strain(self.points.position, velocity, dt, self.totals)
+        self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
-        self._bound_rate(max(self._element_rate, fastest * self.grid.lattice.inverse_cell))
+        self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell))
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the node, where a kernel found a fault in this step."""
+        super().check(n_steps, time)
+        fault = self.surface.fault()
+        if fault is not None:
+            self.stop(*fault, n_steps, time)
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return list(FIELDS)
+
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order in which the nodes are stored at the moment; see `ElementSurface.field`."""
+        if name in OF_NODES:
+            return super().field(name)
+        return self.surface.field(name, self.points.position, self.points.mass)

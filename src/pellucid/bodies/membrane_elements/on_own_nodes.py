@@ -1,154 +1,252 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements import nodes as element_nodes
+from pellucid.approximants import grid_functions
+from pellucid.bodies.contract import HeldNodes, NodalBody
+from pellucid.bodies.membrane_elements import nodes as kernels
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
-from pellucid.bodies.membrane_elements.nodes import CONTACTING, EXTRA_ROWS, LOADING, WORKS, NodeForces
-from pellucid.bodies.membrane_elements.surface import ElementBody
+from pellucid.bodies.membrane_elements.nodes import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, OTHER_IMPULSE, SUMS, NodeForces
+from pellucid.bodies.membrane_elements.overlong import overlong
+from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
 from pellucid.bundle import Bundle
-from pellucid.conditions.driven_points import spread_momentum, sum_motion
-from pellucid.contact.subcell_damping import damp_subcell_motion
-from pellucid.grid import transfer
-from pellucid.grid.lattice import Grid
+from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.surface import ContactBody
+from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
 from pellucid.grid.model import GridCase
-from pellucid.grid.momentum import StepWork, no_work
-from pellucid.grid.points import RATE, Slabs
-from pellucid.grid.sorting import MOST_SLABS
-from pellucid.grid.velocity_transfer import Flip
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.reductions import ordered_sum
 
-NO_WALLS = np.zeros((3, 2), np.int64)
 
-
-class MembraneElements(ElementBody):
+class MembraneElements(NodalBody):
     """Elements that have a velocity field to themselves: their nodes move by their own forces, and the grid tells contact.
 
-    A step: `begin`, `press` for each pressure, `particle_to_grid`, `update_velocities` when `grid.nodes.contact` is
-    known, `update_stress`.
-
-    gravity: acceleration [m/s²]; top_speed: of what is prescribed [m/s], for the bound on the step; prescribed_velocity, shape
-    (rows, 3) [m/s]: read at every step; work: what the nodes did over the step, its `impulses` those of the prescribed rows;
-    contact_work [J] and contact_impulse [N s], shape (3,): of contact over the step.
+    A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
+    gravity: acceleration [m/s²]; n_loads: channels of external forces.
     """
 
-    own_nodes = True
+    energy_kind = "strain"
+    is_surface = True
 
-    def __init__(self, case: MembraneElementsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
-        self.gravity, self.top_speed = (0.0, 0.0, 0.0), 0.0
-        # along thin axes nothing moves
-        self.prescribed_velocity = np.zeros((1, 3))
-        self._walls = NO_WALLS
-        self._work = np.zeros((MOST_SLABS, WORKS + 3 * (EXTRA_ROWS + 1)))
-        self._dt = 0.0
-        n = len(case.mesh().vertices)
-        self._internal, self._external = np.zeros((n, 3)), np.zeros((n, 3))
-        self._sums_within = np.zeros((2, grid.n_nodes))
-        prescribed = np.tile(np.array(grid.thin, np.int64), (n, 1))
-        # nodes of their own keep their velocity, which is what FLIP does
-        super().__init__(case, grid_case, grid, Flip(), {"prescribed": prescribed})
-        self._total_mass = float(self.points.mass.sum())
-        self.work, self.contact_work, self.contact_impulse = self._no_work(), 0.0, np.zeros(3)
+    def __init__(
+        self,
+        case: MembraneElementsCase,
+        grid_case: GridCase,
+        velocity_field: VelocityField,
+        gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        n_loads: int = 0,
+    ) -> None:
+        self.name, self.velocity_field, self.grid = case.name, velocity_field, velocity_field.grid
+        self.surface = surface = ElementSurface(case)
+        self.element_arrays, self.quads, self.triangles = surface.arrays, surface.quads, surface.triangles
+        self.areal_density = surface.areal_density
+        n = len(surface.vertices)
+        velocity = np.tile(np.array(case.velocity), (n, 1))
+        velocity[:, np.array(self.grid.thin)] = 0.0
+        self.arrays = {
+            "id": np.arange(n),
+            "position": surface.vertices,
+            "velocity": velocity,
+            "mass": surface.node_mass,
+            "prescribed": np.zeros((n, 3), np.int64),
+        }
+        # nodes have no extent: GIMP takes half a cell
+        self.functions = grid_functions(grid_case.functions, (2, 2, 2), self.grid.thin)
+        self.coupling = GridCoupling(velocity_field, self.functions, surface.vertices, velocity, surface.node_mass)
+        self._chunks = (n + CHUNK - 1) // CHUNK
+        self._gravity, self._columns = gravity, FIRST_LOAD + n_loads
+        self._internal, self._loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
+        self._sums, self._fault = np.zeros((self._chunks, SUMS)), np.zeros((self._chunks, 2), np.int64)
+        self._left_grid: tuple[int, int] | None = None
+        self._dt = self._crossing = self._top_speed = 0.0
+        self._held: Sequence[HeldNodes] = ()
+        self._motions: list[str] = []
+        self._followed, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
+        self.totals = Totals()
+        surface.bind(self.arrays["id"], np.minimum(np.arange(self._chunks + 1) * CHUNK, n))
+        self._constrain()
+        self.renew_totals()
 
-    def _share(self, slabs: Slabs) -> None:
-        super()._share(slabs)
-        self._bind_forces()
+    # what holds the nodes
 
-    def _bind_forces(self) -> None:
-        prescribed = self.arrays["prescribed"], self.prescribed_velocity, self._walls
-        self._acting = Bundle(NodeForces(self._internal, self._external, *prescribed, self._work))
+    def hold(self, supports: Sequence[HeldNodes]) -> None:
+        """Nodes that lie where a support is at the start are held by it; none passes a face of the grid that is a wall."""
+        self._held = supports
+        self._constrain()
 
-    def set_prescribed(self, numbers: np.ndarray, rows: int, walls: np.ndarray = NO_WALLS) -> None:
-        """Which directions of the nodes have a prescribed velocity, each 0 or one more than its row.
+    def follow(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Let nodes follow prescribed motions, as every body does."""
+        self._motions, self._followed, self._axes = list(names), numbers, axes
+        self._constrain()
 
-        numbers: shape (n, 3), of the nodes in the order of the mesh; rows: their number; walls: the same numbers for the lower
-        and upper faces of the grid that no node passes, shape (3, 2). Thin axes that nobody holds are held by the last row. The
-        velocities of the rows are zero until `prescribed_velocity` is filled.
-        """
-        self._walls = walls
-        held = np.where((numbers == 0) & np.array(self.grid.thin), rows, numbers)
-        self.arrays["prescribed"][:] = held[self.arrays["id"]]
-        self.prescribed_velocity = np.zeros((rows, 3))
-        self._work = np.zeros((MOST_SLABS, WORKS + 3 * (EXTRA_ROWS + rows)))
-        self._bind_forces()
-        self.work = self._no_work()
+    def prescribe(self, velocity: np.ndarray) -> None:
+        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+        first = len(self._held)
+        self._rows[first : first + len(velocity)] = velocity
 
-    # the verbs of a step
+    def _constrain(self) -> None:
+        """Number what is prescribed: the supports, the motions, and last what holds thin axes."""
+        position, prescribed = self.arrays["position"], self.arrays["prescribed"]
+        n_held, n_rows = len(self._held), len(self._held) + len(self._motions) + 1
+        prescribed.fill(0)
+        walls = np.zeros((3, 2), np.int64)
+        for row, held in enumerate(self._held, start=1):
+            prescribed[np.ix_(held.places(position), np.flatnonzero(held.axes))] = row
+            if held.wall is not None:
+                walls[held.wall] = row
+        for number, axes in enumerate(self._axes, start=1):
+            prescribed[np.ix_(self._followed == number, np.flatnonzero(axes))] = n_held + number
+        prescribed[(prescribed == 0) & np.array(self.grid.thin)] = n_rows
+        self._rows = np.zeros((n_rows, 3))
+        self._rows[:n_held] = [held.velocity for held in self._held] or np.zeros((0, 3))
+        self._work = np.zeros((self._chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
+        lattice = self.grid.lattice
+        faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in zip(lattice.lower, lattice.counts, strict=True)])
+        a = self.arrays
+        acting = (self._internal, self._loads, self._gravity, self.coupling.increment, prescribed, self._rows)
+        self._acting = Bundle(NodeForces(a["position"], a["velocity"], a["mass"], *acting, faces, walls, self._work))
+
+    # the step
 
     def begin(self, dt: float) -> None:
-        """Internal forces at the start of a step dt [s]; no external ones yet."""
+        """Forget the external forces of the last step."""
         self._dt = dt
+        self._loads.fill(0.0)
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Add external forces on the nodes [N], shape (n, 3), over this step."""
+        self._loads[column - FIRST_LOAD] += force
+
+    def add_pressure(self, pressure: float, column: int) -> None:
+        """Add the forces of a pressure [Pa] along the normals over this step."""
+        self.surface.add_pressure_forces(self.arrays["position"], pressure, self._loads[column - FIRST_LOAD])
+
+    def predict(self, dt: float) -> None:
+        """Forces of the elements; mass, momentum and all forces to the nodes of the grid."""
         self._internal.fill(0.0)
-        self._external.fill(0.0)
-        self._add_internal_forces(self._internal)
+        self.surface.add_internal_forces(self.arrays["position"], self._internal)
+        force = self._internal + self._loads.sum(axis=0) if len(self._loads) else self._internal
+        if any(self._gravity):
+            force = force + self.arrays["mass"][:, None] * np.array(self._gravity)
+        self.coupling.scatter(force)
 
-    def press(self, outside_load: np.ndarray, pressure: float) -> None:
-        """Add the forces of a pressure [Pa] along the normals; `outside_load`, that of the grid's nodes, stays as it is."""
-        self._add_pressure_forces(self._external, pressure)
-
-    def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum, nodal forces."""
-        if inertia:
-            transfer.scatter(self.n_slabs, self.mapped, 1, 0)
-        if force:
-            element_nodes.spread(self.n_slabs, self.mapped, self._internal + self._external, self.grid.nodes.force)
-
-    def update_velocities(self, remap: bool) -> None:
-        """New velocities of the nodes; where `remap`, their momentum on the grid anew."""
-        element_nodes.update_velocities(self.n_slabs, self.mapped, self._acting, self.gravity, self._dt)
+    def correct(self, remap: bool) -> None:
+        """New velocities of the nodes; where `remap`, their momentum on the grid anew, and the damping within cells."""
+        pressed = bool(self.coupling.gather().any())
+        kernels.accelerate(self._chunks, self._acting, self._dt)
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
         if remap:
-            spread_momentum(self.n_slabs, self.mapped)
-            if self._pressed():
-                nodes = self.grid.nodes
-                about = nodes.contact, nodes.momentum, nodes.mass, self._sums_within
-                damp_subcell_motion(self.n_slabs, self.mapped, self._acting, *about, self._dt)
-        sum_motion(self.n_slabs, self.mapped)
-        self._collect_motion_sums()
-        self._collect_work()
+            self.coupling.scatter_momentum()
+            if pressed:
+                kernels.take(self._chunks, self._acting, self.coupling.subcell_loss(), self._dt)
+        self._sum_motion()
 
-    def update_positions(self, dt: float) -> None:
+    def update(self, dt: float) -> None:
         """New positions, and what the elements make of them."""
-        element_nodes.update_positions(self.n_slabs, self.mapped, dt)
-        self._strain(self.points.velocity, dt)
-        crossing = max(float(self.slabs.sums[:, RATE].max()), self.top_speed * self.grid.lattice.inverse_cell)
-        self.sums["rate"] = max(self._element_rate, crossing)
+        position, velocity = self.arrays["position"], self.arrays["velocity"]
+        kernels.move(self._chunks, position, velocity, dt, self._fault)
+        self._left_grid = self.coupling.look()
+        rate = self.surface.strain(position, velocity, dt, self.totals)
+        self.totals.rate = max(rate, self._crossing)
 
-    # the books
+    def renew_totals(self) -> None:
+        """Find the totals of the state as it is."""
+        self._top_speed = self.constraint.top_speed if self.constraint is not None else 0.0
+        self._sum_motion()
+        self.update(0.0)
 
-    def _pressed(self) -> bool:
-        """Whether contact gave the nodes any impulse in this step."""
-        first = WORKS + 3 * CONTACTING
-        return bool(self._work[: self.n_slabs, first : first + 3].any())
+    def _sum_motion(self) -> None:
+        kernels.sum_motion(self._chunks, self.arrays["velocity"], self.arrays["mass"], self._sums)
+        sums = ordered_sum(self._sums)
+        totals = self.totals
+        totals.kinetic, totals.momentum_size = float(sums[kernels.KINETIC]), float(sums[kernels.SIZE])
+        totals.momentum = sums[kernels.MOMENTUM_X : kernels.MOMENTUM_X + 3].copy()
+        fastest = max(float(self._sums[:, kernels.FASTEST].max()), self._top_speed)
+        self._crossing = fastest * self.grid.lattice.inverse_cell  # no node passes a cell in a step
 
-    def _collect_work(self) -> None:
-        sums = ordered_sum(self._work[: self.n_slabs])
-        impulses = sums[WORKS:].reshape(-1, 3)
-        self.contact_work, self.contact_impulse = float(sums[element_nodes.CONTACT]), impulses[CONTACTING]
-        self.work = self._no_work()._replace(
-            internal=float(sums[element_nodes.INTERNAL]),
-            gravity=float(sums[element_nodes.GRAVITY]),
-            support=float(sums[element_nodes.SUPPORT]),
-            load=float(sums[element_nodes.LOAD]),
-            impulses=impulses[EXTRA_ROWS:],
-            load_impulse=impulses[LOADING],
-        )
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the node, where a fault was found in this step."""
+        found = np.flatnonzero(self._fault[:, 0])
+        if len(found):
+            self.stop(int(self._fault[found[0], 0]), int(self._fault[found[0], 1]), n_steps, time)
+        for fault in (self._left_grid, self.surface.fault()):
+            if fault is not None:
+                self.stop(*fault, n_steps, time)
 
-    def _no_work(self) -> StepWork:
-        return no_work(len(self.prescribed_velocity))._replace(mass=self._total_mass)
-
-    def own_work(self, n_supports: int) -> StepWork:
-        """What the nodes did over the step without what the rows of motions did, which lie behind those of the supports."""
-        impulses = self.work.impulses
-        motions = slice(n_supports, len(impulses) - 1)
-        moved = float(np.sum(impulses[motions] * self.prescribed_velocity[motions]))
-        held = np.concatenate([impulses[:n_supports], impulses[-1:]])
-        return self.work._replace(support=self.work.support - moved, impulses=held)
+    def work(self) -> StepWork:
+        """What acted over this step; what the nodes gave to prescribed motions is the motions' work, not the supports'."""
+        sums = ordered_sum(self._work)
+        impulses = sums[self._columns + 1 :].reshape(-1, 3)
+        n_held, rows = len(self._held), len(self._rows)
+        motions = slice(n_held, rows - 1)
+        moved = float(np.sum(impulses[motions] * self._rows[motions]))
+        held = np.concatenate([impulses[:n_held], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
+        whole = step_work(np.concatenate([sums[: self._columns + 1], held.ravel()]), self._columns)
+        whole.works[SUPPORT] -= moved
+        whole.works[MOTION] += moved
+        return whole._replace(motions=dict(zip(self._motions, impulses[motions], strict=True)))
 
     @property
-    def reactions(self) -> np.ndarray:
-        """Impulses of the prescribed rows over the step on the nodes [N s], shape (rows, 3)."""
-        return self.work.impulses
+    def contact_impulse(self) -> np.ndarray:
+        """Of contact over this step on the nodes [N s], shape (3,)."""
+        impulses = ordered_sum(self._work)[self._columns + 1 :].reshape(-1, 3)
+        return np.asarray(impulses[len(self._rows) + CONTACT_IMPULSE])
+
+    # contact
+
+    @property
+    def on_grid(self) -> ContactBody:
+        """Itself: its nodes have an index by cell."""
+        return self
+
+    @property
+    def mapped(self) -> Bundle:
+        """The nodes as the kernels of `pellucid.grid.transfer` take them."""
+        return self.coupling.mapped
+
+    @property
+    def n_slabs(self) -> int:
+        """Number of slabs in which the index of the nodes is shared out."""
+        return self.coupling.n_slabs
+
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the thickness."""
+        return 0.5 * self.surface.thickness, 0.0, 0.0
+
+    def vector_areas(self) -> np.ndarray:
+        """∫ N_K n dA about each node [m²], shape (n, 3)."""
+        return self.surface.vector_areas(self.arrays["position"])
+
+    def contact_warning(self, nodes: np.ndarray) -> str | None:
+        """Where its elements have outgrown the cells."""
+        return overlong(self.name, self.surface.mesh.corners, self.arrays["position"], self.grid, nodes)
+
+    # checkpoint and results
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Arrays of the nodes and elements, and the index of the nodes by cell."""
+        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
+        index = {f"index/{name}": array for name, array in self.coupling.state_arrays().items()}
+        return {**self.arrays, **elements, **index}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        for name, array in self.arrays.items():
+            array[...] = arrays[name]
+        for name, array in self.element_arrays.items():
+            array[...] = arrays[f"elements/{name}"]
+        self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return list(FIELDS)
+
+    def field(self, name: str) -> np.ndarray:
+        """A field of the nodes; see `ElementSurface.field`."""
+        if name == "kinetic_energy":
+            return self.kinetic_energies()
+        return self.arrays[name] if name in OF_NODES else self.surface.field(name, self.arrays["position"], self.arrays["mass"])

@@ -5,28 +5,32 @@ from typing import Any
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.grid_body import GridBody
-from pellucid.bodies.membrane_points import kernels as kernels
+from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.models import MembranePointsCase
+from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bundle import Bundle
-from pellucid.grid.lattice import Grid
+from pellucid.energy import FIRST_LOAD
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
 
 
-class MembranePoints(GridBody):
+class MembranePoints(PointsOnGrid):
     """Points of a triangulated surface, which carry its tangent frames and its triangles along."""
 
     energy_kind = "strain"
     is_surface = True
 
-    def __init__(self, case: MembranePointsCase, grid_case: GridCase, grid: Grid, velocity_transfer: Any) -> None:
+    def __init__(
+        self, case: MembranePointsCase, grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
+    ) -> None:
         self.material = case.material
         self.law: Any = case.material.law()
         self.thickness = case.thickness
@@ -57,12 +61,13 @@ class MembranePoints(GridBody):
         self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
-        super().__init__(case.name, grid, grid_functions(grid_case.functions, (2, 2, 2), grid.thin), velocity_transfer, arrays)
+        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
-        self._carried = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
+        self._state = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
         self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
 
     def _share(self, slabs: Slabs) -> None:
@@ -77,7 +82,7 @@ class MembranePoints(GridBody):
             fans,
             self._gradient,
             self.law,
-            self._carried,
+            self._state,
             self.thickness,
             self.damage,
             self._record,
@@ -92,22 +97,22 @@ class MembranePoints(GridBody):
         thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 
-    def press(self, outside_load: np.ndarray, pressure: float) -> None:
-        """Add the forces of a pressure [Pa] along the normals to those on the grid's nodes [N], shape (nodes, 3)."""
-        press(self.n_slabs, self.mapped, self.fans, outside_load, pressure)
+    def add_pressure(self, pressure: float, column: int) -> None:
+        """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
+        press(self.n_slabs, self.mapped, self.fans, self.velocity_field.load_row(column - FIRST_LOAD), pressure)
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
         kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
         if move:
-            self.place()
+            self.prescribe_positions()
         if self._mean is None:
             kernels.strain(self.n_slabs, self._surface, dt)
         else:
             self._strain_with_mean(self._mean, dt)
         self._collect_strain_sums()
         if isinstance(self.damage, Elastodamage):
-            self.sums["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
+            self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
 
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]

@@ -1,9 +1,10 @@
-"""Supports on the nodes of the grid."""
+"""Supports at work: on the nodes of the grid, and on those of bodies with their own."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from pellucid.bodies.contract import HeldNodes
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
@@ -33,6 +34,13 @@ def constrain_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
     faces = [support.face() is not None for support in supports]
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))
+
+
+def held_nodes(grid: Grid, support: Support) -> HeldNodes:
+    """A support as bodies with their own nodes see it; a face that it holds along its normal is a wall to them."""
+    face, axes = support.face(), support.axes()
+    wall = face if face is not None and axes[face[0]] else None
+    return HeldNodes(lambda position: nodes_of(support, grid, position), axes, support.velocity, wall)
 
 
 def nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:

@@ -1,0 +1,98 @@
+"""Prescribed motions at work: what they do to the points of a body, and to the nodes that these reach."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.bodies.contract import Body
+from pellucid.bundle import Bundle
+from pellucid.conditions import driven_points
+from pellucid.conditions.prescribed_motion import Motion
+from pellucid.energy import IMPACT, MOTION, StepWork, no_work
+from pellucid.errors import CaseError, Problem
+from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.sorting import MOST_SLABS
+from pellucid.reductions import ordered_sum
+
+
+class PrescribedPoints:
+    """The prescribed motions of one body.
+
+    The body's points carry `driven`, the number of their motion plus one or 0, and `start`, their first position [m]. On the
+    grid, the nodes about driven points are constrained, so that the others and contact find them as firm as they are.
+    """
+
+    def __init__(self, body: Body, motions: Sequence[Motion], external: ExternalAction, thin: Sequence[bool]) -> None:
+        self.body, self._points = body, body.on_grid
+        self.names = [motion.name for motion in motions]
+        self._functions = [motion.functions() for motion in motions]
+        self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
+        self._external = Bundle(external)
+        self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
+        self._axes = np.zeros((len(motions), 3), np.int64)
+        self._impulse = np.zeros((MOST_SLABS, len(motions), 3))
+        self._energy = np.zeros((MOST_SLABS, 2))
+        for number, functions in enumerate(self._functions):
+            self._axes[number, list(functions)] = 1
+        driven = self._marked(body, motions, thin)
+        body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
+        self._bundle: Bundle | None = None
+        # a body that is driven as a whole along every axis is rigid: what the nodes about it do does not strain it
+        self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
+        body.follow(self.names, driven, self._axes)
+
+    @staticmethod
+    def _marked(body: Body, motions: Sequence[Motion], thin: Sequence[bool]) -> np.ndarray:
+        position = body.arrays["position"]
+        driven = np.zeros(len(position), np.int64)
+        x, y, z = (not flat for flat in thin)
+        for number, motion in enumerate(motions, start=1):
+            inside = (
+                np.ones(len(position), bool) if motion.part is None else motion.part.geometry().contains(position, (x, y, z))
+            )
+            if not inside.any():
+                text, remedy = "no point of the body lies in this shape at the start", "make it larger or move it"
+                raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy=remedy))
+            if driven[inside].any():
+                other = motions[int(driven[inside].max()) - 1].name
+                text = f"some points of body {body.name} already follow the motion {other}"
+                raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy="let the parts of a body not overlap"))
+            driven[inside] = number
+        return driven
+
+    def _bound(self) -> Bundle:
+        """The arrays as kernels take them; a checkpoint replaces those of the body."""
+        driven, start = self.body.arrays["driven"], self.body.arrays["start"]
+        if self._bundle is None or self._bundle.content[0] is not driven:
+            self._bundle = Bundle(driven, start, self._velocity, self._displacement, self._axes, self._impulse, self._energy)
+        return self._bundle
+
+    def begin(self, time: float, dt: float) -> None:
+        """The motion over a step from `time` [s]: mean velocities, which lead exactly to the displacements at its end."""
+        for number, functions in enumerate(self._functions):
+            for axis, function in functions.items():
+                self._displacement[number, axis] = function(time + dt)
+                self._velocity[number, axis] = (self._displacement[number, axis] - function(time)) / dt
+        self.body.prescribe(self._velocity)
+        if self._points is not None:
+            driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._external)
+
+    def prescribe_velocities(self) -> None:
+        """Prescribed velocities, and what the nodes about the points took."""
+        if self._points is not None:
+            driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bound(), self._external)
+
+    def prescribe_positions(self) -> None:
+        """Prescribed positions."""
+        if self._points is not None:
+            driven_points.prescribe_positions(self._points.n_slabs, self._points.mapped, self._bound())
+
+    def work(self, columns: int, n_supports: int) -> StepWork:
+        """What this took, without what a body with its own nodes counts itself; as `pellucid.energy.no_work` is laid out."""
+        done = no_work(columns, n_supports)
+        if self._points is None:
+            return done
+        n = self._points.n_slabs
+        impulse = ordered_sum(self._impulse[:n].reshape(n, -1)).reshape(-1, 3)
+        done.works[MOTION], done.works[IMPACT] = ordered_sum(self._energy[:n])
+        return done._replace(motions=dict(zip(self.names, impulse, strict=True)))

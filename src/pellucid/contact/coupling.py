@@ -1,0 +1,128 @@
+"""How a body with its own nodes meets others on the grid: through an index of its nodes by cell."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numba import prange
+from numpy import uintp
+
+from pellucid.approximants import GridFunctions
+from pellucid.bundle import Bundle
+from pellucid.contact.subcell_damping import damp_subcell_motion
+from pellucid.grid import transfer
+from pellucid.grid.points import NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs
+from pellucid.grid.sorting import empty_slabs, sort_by_cell
+from pellucid.grid.transfer import placed
+from pellucid.grid.vectors import gather_vectors, scatter_vectors
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import Flip
+from pellucid.jit import kernel
+
+NO_AFFINE = np.zeros((0, 9))
+
+
+@kernel()
+def _look_slab(mapped, s):
+    body = mapped.content
+    lattice, x, slabs, order = body.lattice, body.points.position, body.slabs, body.index.order
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    left_slab = first_fault = at_fault = 0
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        fault, beyond = placed(lattice, x, uintp(order[q]), 0.0, 0.0, 0.0, lowest, highest)
+        left_slab |= beyond
+        if fault != OK and first_fault == OK:
+            first_fault = fault
+            at_fault = order[q]
+    slabs.left_slab[s] = left_slab
+    slabs.fault[s, 0], slabs.fault[s, 1] = first_fault, at_fault
+
+
+@kernel(parallel=True)
+def _look(n, mapped):
+    for s in prange(n):
+        _look_slab(mapped, s)
+
+
+class GridCoupling:
+    """The nodes of a body on the grid on which others may touch it.
+
+    It reads the body's arrays and keeps an index of its nodes by cell, so that these may stay in the order of their mesh; it
+    hands over their mass and momentum and gathers what contact gave them. position, velocity: shape (n, 3) [m], [m/s]; mass:
+    shape (n,) [kg].
+    """
+
+    def __init__(
+        self,
+        velocity_field: VelocityField,
+        functions: GridFunctions,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        mass: np.ndarray,
+    ) -> None:
+        self.velocity_field, self.functions = velocity_field, functions
+        self._stencil = max(function.stencil for function in functions)
+        self._points = PointArrays(position, velocity, mass, NO_VOLUME, NO_STRESS)
+        self._order = np.arange(len(mass))
+        self._scratch: dict[int, np.ndarray] = {}
+        self._within = np.zeros((2, velocity_field.grid.n_nodes))
+        self.increment = np.zeros((len(mass), 3))
+        """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
+        self.sort()
+
+    def sort(self) -> None:
+        """Make the index anew."""
+        by_cell = {"order": self._order, "position": self._points.position[self._order]}
+        self._share(sort_by_cell(by_cell, self._scratch, self.velocity_field.grid.lattice, self._stencil))
+
+    def _share(self, slabs: Slabs) -> None:
+        self.slabs, self.n_slabs = slabs, len(slabs.layer) - 1
+        grid = self.velocity_field.grid
+        self.mapped = Bundle(
+            MappedPoints(self.functions, Flip(), grid.lattice, grid.nodes, self._points, slabs, NO_AFFINE, ByIndex(self._order))
+        )
+
+    def scatter(self, force: np.ndarray | None = None) -> None:
+        """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3).
+
+        The index is renewed before where a node left its slab.
+        """
+        if self.slabs.left_slab.any():
+            self.sort()
+        transfer.scatter(self.n_slabs, self.mapped, 1, 0)
+        if force is not None:
+            scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.grid.nodes.force)
+
+    def scatter_momentum(self) -> None:
+        """Momentum alone, after the nodes' velocities changed."""
+        transfer.scatter_momentum(self.n_slabs, self.mapped)
+
+    def gather(self) -> np.ndarray:
+        """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
+        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+        return self.increment
+
+    def subcell_loss(self) -> np.ndarray:
+        """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
+
+        To be asked when their momentum is on the grid anew; see `pellucid.contact.subcell_damping`.
+        """
+        loss = np.zeros_like(self.increment)
+        damp_subcell_motion(self.n_slabs, self.mapped, self._within, loss)
+        return loss
+
+    def look(self) -> tuple[int, int] | None:
+        """After the nodes moved: note who left a slab; a fault (of `pellucid.grid.points`) and the node that has it, if any."""
+        _look(self.n_slabs, self.mapped)
+        found = np.flatnonzero(self.slabs.fault[:, 0])
+        return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps."""
+        return {"order": self._order} | {name: getattr(self.slabs, name) for name in ("first", "layer", "left_slab")}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint."""
+        self._order[:] = arrays["order"]
+        slabs = empty_slabs(arrays["first"], arrays["layer"])
+        slabs.left_slab[:] = arrays["left_slab"]
+        self._share(slabs)
