@@ -3,22 +3,23 @@
 Laws, shape functions and tensor algebra are plain scalar Python, marked with `@pointwise` or registered with
 `@point_function`; nothing here imports numba until the first `@kernel` is met, so data models stay light.
 
-Numba's disk cache does not see edits in other files, so the cache folder is named by a hash of the package's sources.
+Numba's disk cache does not see edits in other files; `kernel_cache` keeps kernels for the sources that they depend on.
 """
 
 import contextlib
-import hashlib
 import inspect
 import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple
 
 # Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-_helpers: list[Callable[..., Any]] = []
+_helpers: dict[Callable[..., Any], None] = {}
+_kernels: list[FunctionType] = []
 _generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that dispatches in plain Python
 _active = False
 
@@ -59,69 +60,79 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
 
 def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a small scalar function as callable from kernels."""
-    _helpers.append(function)
+    _helpers[function] = None
     if _active:
         _compile_helper(function)
     return function
 
 
-def kernel(parallel: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a loop over points or nodes; cached on disk under a name that changes with any source of the package.
+def kernel(parallel: bool = False, inline: bool = False, inner: bool = False) -> Callable[[FunctionType], Any]:
+    """Compile a loop over points or nodes; kept on disk for each state of the sources that it depends on.
 
-    inline: a part of other kernels, which becomes part of each of their loops.
+    inner: a kernel that only other kernels call, which spares the compiler what Python needs to call it.
+    inline: an inner kernel that becomes part of each loop that calls it.
     """
 
-    def decorate(function: Callable[..., Any]) -> Any:
+    def decorate(function: FunctionType) -> Any:
         _activate()
         import numba
 
-        previous = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_folder())  # read once, when the decorator runs
-        try:
-            return numba.njit(
-                function,
-                parallel=parallel,
-                inline="always" if inline else "never",
-                cache=True,
-                error_model="numpy",
-                fastmath={"contract"},
-                nogil=True,
-            )
-        finally:
-            numba.config.CACHE_DIR = previous
+        compiled = numba.njit(
+            function,
+            parallel=parallel,
+            inline="always" if inline else "never",
+            error_model="numpy",
+            fastmath={"contract"},
+            nogil=True,
+            no_cpython_wrapper=inner or inline,
+            no_cfunc_wrapper=True,
+        )
+        _kernels.append(function)
+        if not numba.config.DISABLE_JIT:
+            from pellucid.kernel_cache import KernelCache
+
+            compiled._cache = KernelCache(function)
+            if inner or inline:
+                _keep_from_python(compiled)
+        return compiled
 
     return decorate
 
 
+def _keep_from_python(compiled: Any) -> None:
+    """Let a call from Python raise TypeError: numba would jump to the wrapper that there is not, and the process would end."""
+
+    def add_overload(result: Any) -> None:
+        compiled.overloads[tuple(result.signature.args)] = result  # for kernels alone
+
+    def refuse(*arguments: Any, **named: Any) -> None:
+        raise TypeError(f"{compiled.__qualname__} is an inner kernel: only kernels can call it")
+
+    compiled.add_overload = add_overload
+    compiled._compile_for_args = refuse
+
+
 def cache_folder() -> Path:
-    """Where compiled kernels are kept: one folder for each state of the package's sources."""
+    """Where compiled kernels are kept."""
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
         root = os.environ.get("XDG_CACHE_HOME")
         base = str((Path(root) if root else Path.home() / ".cache") / "pellucid")
-    return Path(base) / source_hash()
+    return Path(base) / "kernels"
 
 
-def source_hash() -> str:
-    """A short hash of every Python source of the package and of the versions that shape compiled code."""
-    global _hash
-    if _hash is None:
-        import numba
+def kernel_key(*handed: Any) -> str:
+    """Names the kernels that are called with these bundles and named tuples, in the present state of their sources."""
+    from numba import typeof
 
-        digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
-        package = Path(__file__).parent
-        for path in sorted(package.rglob("*.py")):
-            digest.update(str(path.relative_to(package)).encode())
-            digest.update(path.read_bytes())
-        _hash = digest.hexdigest()[:16]
-    return _hash
+    from pellucid.kernel_sources import sources_of
 
-
-_hash: str | None = None
+    sources = sources_of(_kernels, (typeof(thing) for thing in handed))
+    return "" if sources is None else sources.digest
 
 
 def kernels_are_cached(key: str) -> bool:
-    """Whether the kernels that `key` stands for were compiled before, for this state of the sources on this machine."""
+    """Whether the kernels that `key` stands for were compiled before on this machine."""
     return (cache_folder() / f"{key}.ready").exists()
 
 
@@ -129,6 +140,21 @@ def mark_cached(key: str) -> None:
     """Remember that the kernels that `key` stands for are compiled; silent where the cache cannot be written."""
     with contextlib.suppress(OSError):
         (cache_folder() / f"{key}.ready").touch()
+
+
+def is_operation(value: Any) -> bool:
+    """Whether this is a function declared with `@generic`."""
+    return isinstance(value, FunctionType) and value in _generics
+
+
+def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., Any]]:
+    """The functions registered for an operation, by the type of the first argument."""
+    return _generics[operation].implementations
+
+
+def is_pointwise(value: Any) -> bool:
+    """Whether this function is marked with `@pointwise`."""
+    return value in _helpers
 
 
 def _activate() -> None:
