@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.bundle import Bundle
 from pellucid.conditions.driven_points import spread_momentum, sum_motion
 from pellucid.errors import RunStopped
 from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES
@@ -16,6 +15,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.points import FAULTS, HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.velocity_transfer import Apic
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 HIDDEN = ("volume", "affine", "driven", "start", "torn", "prescribed")  # arrays that results do not show

@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bundle import Bundle
 from pellucid.conditions import driven_points as driving
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.sorting import MOST_SLABS
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 

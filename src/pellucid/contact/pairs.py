@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import prange
 
-from pellucid.bundle import Bundle
 from pellucid.contact.detection import ContactDetection
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import FIRM, ExternalAction, StepWork, no_work
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 STICK, SLIP = 0, 1

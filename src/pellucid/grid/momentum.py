@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from pellucid.bundle import Bundle
 from pellucid.grid.lattice import Nodes
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 CHUNK = 4096

@@ -9,12 +9,12 @@ from pellucid.bodies.grid_body import GridBody
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.models import MaterialPointsCase
-from pellucid.bundle import Bundle
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import transfer as kernels
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
+from pellucid.jit.bundle import Bundle
 from pellucid.materials.fluid import FluidMaterial
 from pellucid.materials.point_state import ARRAYS_OF
 

@@ -8,7 +8,6 @@ from pellucid.bodies.membrane_elements import nodes as element_nodes
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.nodes import CONTACTING, EXTRA_ROWS, LOADING, WORKS, NodeForces
 from pellucid.bodies.membrane_elements.surface import ElementBody
-from pellucid.bundle import Bundle
 from pellucid.conditions.driven_points import spread_momentum, sum_motion
 from pellucid.contact.subcell_damping import damp_subcell_motion
 from pellucid.grid import transfer
@@ -18,6 +17,7 @@ from pellucid.grid.momentum import StepWork, no_work
 from pellucid.grid.points import RATE, Slabs
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.grid.velocity_transfer import Flip
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 NO_WALLS = np.zeros((3, 2), np.int64)

@@ -10,10 +10,10 @@ from pellucid.bodies.membrane_elements import forces as forces
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.strain import CHUNK, HOURGLASS, RATE, STRAIN, SUMS, ElementArrays, strain
-from pellucid.bundle import Bundle
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import PointArrays, Slabs
+from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import initial_shape
 from pellucid.reductions import ordered_sum
 

@@ -12,10 +12,10 @@ from pellucid.bodies.membrane_points.point import MembraneArrays
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.models import MembranePointsCase
-from pellucid.bundle import Bundle
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
+from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
 

@@ -18,8 +18,8 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import NumbaPickler
 from numba.core.sigutils import normalize_signature
 
-from pellucid import jit
-from pellucid.kernel_sources import Sources, sources_of
+from pellucid.jit.folder import cache_folder
+from pellucid.jit.sources import Sources, sources_of
 
 
 class KernelCache(NullCache):  # type: ignore[misc]
@@ -31,7 +31,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
     @property
     def cache_path(self) -> str:
         """Where compiled kernels are kept."""
-        return str(jit.cache_folder())
+        return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
         """The kernel compiled for these types of arguments, or None."""
@@ -71,7 +71,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         machine = " ".join(map(str, target_context.codegen().magic_tuple()))
         key = hashlib.sha256(f"{machine} {sources.digest}".encode()).hexdigest()[:32]
         name = self.function.__qualname__.replace("<", "").replace(">", "")
-        return sources, jit.cache_folder() / self.function.__module__ / f"{name}-{key}.nbc"
+        return sources, cache_folder() / self.function.__module__ / f"{name}-{key}.nbc"
 
 
 class _Pickler(NumbaPickler):  # type: ignore[misc]

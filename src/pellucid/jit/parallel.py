@@ -25,7 +25,7 @@ def _compiled(typing: Any, kernel: Any, start: Any, step: Any, count: Any, *argu
     given = (types.intp, *arguments)
     kernel.get_call_type(typing, given, {})
     compiled = kernel.dispatcher.get_compile_result(types.none(*given))
-    signature = types.none(kernel, types.intp, types.intp, types.intp, types.StarArgTuple(arguments))
+    signature = types.none(kernel, types.intp, types.intp, types.intp, types.StarArgTuple(arguments))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         _, start, step, count, together = values

@@ -14,7 +14,7 @@ import pytest
 from pellucid import jit
 from pellucid.jit import generic, kernel, point_function, pointwise, set_threads
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parent.parent
 
 
 class Circle(NamedTuple):

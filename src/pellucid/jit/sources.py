@@ -19,11 +19,10 @@ import numpy as np
 from llvmlite import __version__ as llvmlite_version
 from numba.core import types
 
-from pellucid import jit
-from pellucid.bundle import BundleType
+from pellucid.jit import registry
+from pellucid.jit.bundle import BundleType
 
 VERSIONED = ("numpy", "numba", "math", "builtins", "operator")  # what they hold follows from their version
-COMPILER = ("bundle.py", "jit.py", "parallel.py")  # these shape the code of every kernel
 
 
 class Lead(NamedTuple):
@@ -45,7 +44,8 @@ class Sources(NamedTuple):
 def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type]) -> Sources | None:
     """What kernels that are called with these types depend on; None where two classes have one name."""
     arguments = tuple(arguments)
-    ahead, seen = list(functions), set()
+    ahead: list[Any] = list(functions)
+    seen: set[Any] = set()
     classes = {found for argument in arguments for found in classes_in(argument)}
     operations: set[Any] = set()
     while ahead:
@@ -56,7 +56,7 @@ def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type
             classes.update(lead.classes)
             operations.update(lead.operations)
         for operation in operations:
-            chosen = jit.implementations(operation)
+            chosen = registry.implementations(operation)
             ahead += [chosen[kind] for kind in classes if kind in chosen]
         ahead = [function for function in dict.fromkeys(ahead) if function not in seen]
     named = {(kind.__module__, kind.__qualname__): kind for kind in classes}
@@ -70,7 +70,7 @@ def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type
 
 def classes_in(kind: types.Type) -> Iterator[type]:
     """The named tuple classes within a compiled type."""
-    if isinstance(kind, types.BaseNamedTuple):
+    if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         yield kind.instance_class
     for part in parts_of(kind):
         yield from classes_in(part)
@@ -80,9 +80,9 @@ def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
     """The types that a compiled type is made of."""
     if isinstance(kind, BundleType):
         return (kind.content,)
-    if isinstance(kind, types.BaseTuple):
+    if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
         return tuple(kind)
-    if isinstance(kind, types.Optional):
+    if isinstance(kind, types.Optional):  # type: ignore[attr-defined]
         return (kind.type,)
     return ()
 
@@ -90,7 +90,7 @@ def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
 def described(kind: types.Type) -> str:
     """The name of a type, the same in every process."""
     inner = ", ".join(map(described, parts_of(kind)))
-    if isinstance(kind, types.BaseNamedTuple):
+    if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         return f"{kind.instance_class.__module__}.{kind.instance_class.__qualname__}({inner})"
     if isinstance(kind, types.Dispatcher):
         return lead_of(kind.dispatcher.py_func).digest
@@ -99,9 +99,8 @@ def described(kind: types.Type) -> str:
 
 @cache
 def compiler_state() -> str:
-    """The versions and sources that shape all compiled code."""
-    folder = Path(__file__).parent
-    texts = [hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in COMPILER]
+    """The versions and sources that shape all compiled code: this folder is part of the compiler."""
+    texts = [file_digest(str(path)) for path in sorted(Path(__file__).parent.glob("*.py"))]
     return " ".join([numba.__version__, llvmlite_version, np.__version__, sys.version, *texts])
 
 
@@ -157,12 +156,12 @@ def from_versioned(module: str | None) -> bool:
 
 def follow(value: Any, lead: Lead) -> str:
     """Say what a value is, in one line, and note where it leads."""
-    if jit.is_operation(value):
+    if registry.is_operation(value):
         lead.operations.append(value)
     elif isinstance(value, FunctionType):
         if not from_versioned(value.__module__):
             lead.functions.append(value)
-            return value.__qualname__ if jit.is_pointwise(value) else file_digest(value.__code__.co_filename)
+            return value.__qualname__ if registry.is_pointwise(value) else file_digest(value.__code__.co_filename)
     elif isinstance(getattr(value, "py_func", None), FunctionType):  # a kernel
         lead.functions.append(value.py_func)
         return repr(sorted(value.targetoptions.items()))

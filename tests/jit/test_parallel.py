@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.parallel import parallel_for
+from pellucid.jit.parallel import parallel_for
 
 
 @kernel(inner=True)
@@ -48,7 +48,7 @@ def test_every_chunk_is_done_once(threads, start, step, count):
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 7, 1000])
 @pytest.mark.parametrize(("start", "step"), [(0, 1), (1, 2)])
 def test_plain_python_does_the_same(start, step, count):
-    from pellucid.parallel import _plain
+    from pellucid.jit.parallel import _plain
 
     done = []
     _plain(lambda s, *rest: done.append((s, rest)), start, step, count, "a", "b")
