@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from pellucid.bodies.contract import Body
-from pellucid.bundle import Bundle
 from pellucid.conditions import driven_points
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.energy import IMPACT, MOTION, StepWork, no_work
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.sorting import MOST_SLABS
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 

@@ -7,7 +7,6 @@ from numba import prange
 from numpy import uintp
 
 from pellucid.approximants import GridFunctions
-from pellucid.bundle import Bundle
 from pellucid.contact.subcell_damping import damp_subcell_motion
 from pellucid.grid import transfer
 from pellucid.grid.points import NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs
@@ -17,6 +16,7 @@ from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 
 NO_AFFINE = np.zeros((0, 9))
 

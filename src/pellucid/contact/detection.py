@@ -16,11 +16,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pellucid.bundle import Bundle
 from pellucid.contact import normals
 from pellucid.contact.normals import CENTRE, COLUMNS, NORMAL
 from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Grid
+from pellucid.jit.bundle import Bundle
 
 CLOSE = 0.1
 """Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.

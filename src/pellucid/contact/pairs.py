@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bundle import Bundle
 from pellucid.contact import impulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 SWEEPS = 4  # where several pairs meet, one disturbs the other

@@ -5,7 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.bundle import Bundle
+from pellucid.jit.bundle import Bundle
 
 
 class ContactBody(Protocol):

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from pellucid.bundle import Bundle
 from pellucid.energy import (
     ABSORBED,
     FIRST_LOAD,
@@ -20,6 +19,7 @@ from pellucid.energy import (
 )
 from pellucid.grid.lattice import Nodes
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 CHUNK = 4096

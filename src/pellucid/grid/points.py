@@ -1,8 +1,12 @@
 """What the transfers need of a body of points, and how its points are shared out in slabs."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy import uintp
+
+from pellucid.grid.lattice import Lattice, Nodes
+from pellucid.jit import generic, point_function
 
 OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
@@ -57,6 +61,44 @@ class Slabs(NamedTuple):
     fault: np.ndarray  # (s, 2) a code above, and the first point that has it
     left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
+
+
+class InOrder(NamedTuple):
+    """The points are stored in the order in which slabs count them."""
+
+
+class ByIndex(NamedTuple):
+    """The points are stored in an order of their own, which an index by cell leaves as it is."""
+
+    order: np.ndarray  # (n,) where the points are stored, in the order in which slabs count them
+
+
+@generic
+def place_of(index: Any, q: int) -> Any:
+    """Where the point that slabs count as number q is stored."""
+
+
+@point_function(place_of, InOrder)
+def _in_order(index, q):
+    return uintp(q)
+
+
+@point_function(place_of, ByIndex)
+def _by_index(index, q):
+    return uintp(index.order[uintp(q)])
+
+
+class MappedPoints(NamedTuple):
+    """A body's points and the nodes of its velocity field, as kernels take them."""
+
+    functions: Any  # shape functions along x, y, z
+    transfer: Any  # how points take their velocity from the nodes
+    lattice: Lattice
+    nodes: Nodes
+    points: PointArrays
+    slabs: Slabs
+    affine: np.ndarray  # (n, 9) [1/s], (0, 9) where the transfer has no use for it
+    index: Any  # `InOrder` or `ByIndex`
 
 
 NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))

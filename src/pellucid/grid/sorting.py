@@ -3,10 +3,10 @@
 import numpy as np
 from numba import prange
 
-from pellucid.bundle import Bundle
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 
 MOST_SLABS = 64
 

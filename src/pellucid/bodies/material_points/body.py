@@ -7,13 +7,13 @@ from pellucid.bodies.material_points.derived_fields import point_energies, point
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.models import MaterialPointsCase
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.bundle import Bundle
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import transfer as kernels
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 

@@ -11,12 +11,12 @@ from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.nodes import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, OTHER_IMPULSE, SUMS, NodeForces
 from pellucid.bodies.membrane_elements.overlong import overlong
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
-from pellucid.bundle import Bundle
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
 from pellucid.grid.model import GridCase
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 

@@ -9,8 +9,8 @@ from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.strain import CHUNK, HOURGLASS, RATE, STRAIN, SUMS, ElementArrays, strain
-from pellucid.bundle import Bundle
 from pellucid.energy import Totals
+from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import initial_shape
 from pellucid.reductions import ordered_sum
 

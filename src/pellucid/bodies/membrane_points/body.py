@@ -12,12 +12,12 @@ from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.models import MembranePointsCase
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.bundle import Bundle
 from pellucid.energy import FIRST_LOAD
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
 

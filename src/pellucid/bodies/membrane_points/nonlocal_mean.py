@@ -10,8 +10,8 @@ from numba import prange
 from numpy import uintp
 from scipy.spatial import cKDTree
 
-from pellucid.bundle import Bundle
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 
 CHUNK = 256  # points that a thread takes at a time
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from pellucid.bundle import Bundle
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 
 
 class Inner(NamedTuple):

@@ -1,9 +1,7 @@
 """Compiled kernels: their cache, their pointwise functions, and the same in plain Python."""
 
-import importlib.util
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,11 +11,10 @@ import numba
 import numpy as np
 import pytest
 
-import pellucid
 from pellucid import jit
 from pellucid.jit import generic, kernel, point_function, pointwise, set_threads
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parent.parent
 
 
 class Circle(NamedTuple):
@@ -74,39 +71,44 @@ def test_a_type_without_implementation_is_an_error():
         total(Hexagon(1.0), 1)
 
 
-def loaded(folder, name):
-    """The module jit.py of a copy of the package."""
-    specification = importlib.util.spec_from_file_location(name, folder / "jit.py")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
-def test_the_cache_is_named_by_the_sources(tmp_path):
-    """An edit anywhere in the package must never meet kernels compiled before it."""
-    package = Path(pellucid.__file__).parent
-    copy = shutil.copytree(package, tmp_path / "pellucid", ignore=shutil.ignore_patterns("__pycache__"))
-    names = [loaded(copy, "same").source_hash()]
-    assert names[0] == jit.source_hash()
-    law = copy / "materials" / "fluid.py"
-    law.write_text(law.read_text() + "\n# an edit\n")
-    names.append(loaded(copy, "edited").source_hash())
-    (copy / "materials" / "another.py").write_text("")
-    names.append(loaded(copy, "added").source_hash())
-    (copy / "materials" / "another.py").rename(copy / "materials" / "renamed.py")
-    names.append(loaded(copy, "renamed").source_hash())
-    assert len(set(names)) == 4
-    assert all(len(name) >= 12 for name in names)
-
-
 def test_where_the_cache_lies(monkeypatch, tmp_path):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "own"))
-    assert jit.cache_folder() == tmp_path / "own" / jit.source_hash()
+    assert jit.cache_folder() == tmp_path / "own" / "kernels"
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert jit.cache_folder() == tmp_path / "xdg" / "pellucid" / jit.source_hash()
+    assert jit.cache_folder() == tmp_path / "xdg" / "pellucid" / "kernels"
     monkeypatch.delenv("XDG_CACHE_HOME")
-    assert jit.cache_folder() == Path.home() / ".cache" / "pellucid" / jit.source_hash()
+    assert jit.cache_folder() == Path.home() / ".cache" / "pellucid" / "kernels"
+
+
+def test_the_key_of_kernels_follows_what_they_are_handed():
+    keys = {jit.kernel_key(*handed) for handed in ((), (Circle(1.0),), (Square(1.0),), (Square(1.0), Circle(1.0)))}
+    assert len(keys) == 4
+    assert jit.kernel_key(Square(1.0)) == jit.kernel_key(Square(2.0, 3.0))  # of one type
+
+
+def test_what_is_marked_as_cached_is_cached(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    jit.mark_cached("a")  # nothing was compiled, so there is no folder; silent as where it cannot be written
+    assert not jit.kernels_are_cached("a")
+    jit.cache_folder().mkdir()
+    jit.mark_cached("a")
+    assert jit.kernels_are_cached("a")
+    assert not jit.kernels_are_cached("b")
+
+
+def test_inner_kernels_are_called_by_kernels_alone():
+    @kernel(inner=True)
+    def twice(x):
+        return 2.0 * x
+
+    @kernel()
+    def four_times(x):
+        return twice(twice(x))
+
+    assert four_times(1.5) == 6.0
+    with pytest.raises(TypeError, match="twice is an inner kernel"):
+        twice(1.5)
 
 
 def test_kernels_leave_numba_s_settings_alone():

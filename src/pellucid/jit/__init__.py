@@ -1,0 +1,23 @@
+"""Compiled kernels and the pointwise functions that they call.
+
+Laws, shape functions and tensor algebra are plain scalar Python, marked with `@pointwise` or registered with
+`@point_function`; nothing here imports numba until the first `@kernel` is met, so data models stay light.
+
+Numba's disk cache does not see edits in other files; `cache` keeps kernels for the sources that they depend on.
+"""
+
+from pellucid.jit.folder import cache_folder, kernels_are_cached, mark_cached
+from pellucid.jit.kernels import kernel, kernel_key, set_threads
+from pellucid.jit.registry import generic, point_function, pointwise
+
+__all__ = [
+    "cache_folder",
+    "generic",
+    "kernel",
+    "kernel_key",
+    "kernels_are_cached",
+    "mark_cached",
+    "point_function",
+    "pointwise",
+    "set_threads",
+]

@@ -1,0 +1,81 @@
+"""Kernels: loops that numba compiles."""
+
+import os
+import sys
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+from pellucid.jit.registry import activate
+
+# Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+_kernels: list[FunctionType] = []
+
+
+def kernel(parallel: bool = False, inline: bool = False, inner: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a loop over points or nodes; kept on disk for each state of the sources that it depends on.
+
+    inner: a kernel that only other kernels call, which spares the compiler what Python needs to call it.
+    inline: an inner kernel that becomes part of each loop that calls it.
+    """
+
+    def decorate(function: Any) -> Any:
+        activate()
+        import numba
+
+        compiled = numba.njit(
+            function,
+            parallel=parallel,
+            inline="always" if inline else "never",
+            error_model="numpy",
+            fastmath={"contract"},
+            nogil=True,
+            no_cpython_wrapper=inner or inline,
+            no_cfunc_wrapper=True,
+        )
+        _kernels.append(function)
+        if not numba.config.DISABLE_JIT:
+            from pellucid.jit.cache import KernelCache
+
+            compiled._cache = KernelCache(function)
+            if inner or inline:
+                _keep_from_python(compiled)
+        return compiled
+
+    return decorate
+
+
+def _keep_from_python(compiled: Any) -> None:
+    """Let a call from Python raise TypeError: numba would jump to the wrapper that there is not, and the process would end."""
+
+    def add_overload(result: Any) -> None:
+        compiled.overloads[tuple(result.signature.args)] = result  # for kernels alone
+
+    def refuse(*arguments: Any, **named: Any) -> None:
+        raise TypeError(f"{compiled.__qualname__} is an inner kernel: only kernels can call it")
+
+    compiled.add_overload = add_overload
+    compiled._compile_for_args = refuse
+
+
+def kernel_key(*handed: Any) -> str:
+    """Names the kernels that are called with these bundles and named tuples, in the present state of their sources."""
+    from numba import typeof
+
+    from pellucid.jit.sources import sources_of
+
+    sources = sources_of(_kernels, (typeof(thing) for thing in handed))
+    return "" if sources is None else sources.digest
+
+
+def set_threads(threads: int | None) -> int:
+    """Use this many threads, all cores where None; the number in use. Results do not depend on it."""
+    if threads is not None and "numba" not in sys.modules:
+        os.environ["NUMBA_NUM_THREADS"] = str(max(threads, os.cpu_count() or 1))
+    import numba
+
+    most = numba.config.NUMBA_NUM_THREADS
+    numba.set_num_threads(min(threads or most, most))
+    return int(numba.get_num_threads())

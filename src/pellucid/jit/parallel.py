@@ -1,0 +1,91 @@
+"""One loop that threads share: the chunks of a kernel are handed out by numba's own threads.
+
+A `prange` loop compiles all that its body calls several times over, seconds for every driver that only hands out slabs. Here
+the loop is a small function that numba's runtime calls on each thread, and the kernel of a chunk enters it compiled as it is.
+"""
+
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+
+def _plain(kernel: Any, start: int, step: int, count: int, *arguments: Any) -> None:
+    for i in range(count):
+        kernel(start + i * step, *arguments)
+
+
+@intrinsic
+def _compiled(typing: Any, kernel: Any, start: Any, step: Any, count: Any, *arguments: Any) -> Any:
+    from numba.np.ufunc.parallel import _launch_threads
+
+    _launch_threads()  # the runtime's symbols are known from then on
+    given = (types.intp, *arguments)
+    kernel.get_call_type(typing, given, {})
+    compiled = kernel.dispatcher.get_compile_result(types.none(*given))
+    signature = types.none(kernel, types.intp, types.intp, types.intp, types.StarArgTuple(arguments))  # type: ignore[attr-defined]
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        _, start, step, count, together = values
+        rest = cgutils.unpack_tuple(builder, together, len(arguments))
+        library = context.active_code_library
+        library.add_linking_library(compiled.library)
+        library._reload_init.add(_launch_threads)  # also where the driver comes from the cache
+        packed = ir.LiteralStructType([start.type, step.type, *(value.type for value in rest)])
+        data = cgutils.alloca_once(builder, packed)
+        for place, value in enumerate((start, step, *rest)):
+            builder.store(value, cgutils.gep_inbounds(builder, data, 0, place))
+        share = _share(context, builder.module, packed, compiled, given)
+        _launch(builder, share, count, data)
+        return context.get_dummy_value()
+
+    return signature, emit
+
+
+BYTES = ir.IntType(8).as_pointer()
+INTP = cgutils.intp_t
+SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
+
+
+def _share(context: Any, module: Any, packed: Any, compiled: Any, given: Any) -> Any:
+    """The function that a thread runs: the chunks from the number in args[0] on, dimensions[0] of them."""
+    name = module.get_unique_name(f"share.{compiled.fndesc.mangled_name}")
+    function = ir.Function(module, SHARE, name)
+    function.linkage = "internal"
+    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    args, dimensions, _, data = function.args
+    data = builder.bitcast(data, packed.as_pointer())
+    start, step, *rest = (builder.load(cgutils.gep_inbounds(builder, data, 0, i)) for i in range(len(packed.elements)))
+    first = builder.ptrtoint(builder.load(args), INTP)
+    callee = context.declare_function(module, compiled.fndesc)
+    with cgutils.for_range(builder, builder.load(dimensions), intp=INTP) as loop:
+        chunk = builder.add(start, builder.mul(builder.add(first, loop.index), step))
+        context.call_conv.call_function(builder, callee, types.none, given, [chunk, *rest])
+    builder.ret_void()
+    return function
+
+
+def _launch(builder: Any, share: Any, count: Any, data: Any) -> None:
+    """Run `count` chunks on numba's threads, on this one where there is nothing to divide."""
+    module = builder.module
+    args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))  # a thread gets the number of its first chunk
+    dimensions = cgutils.alloca_once(builder, INTP)
+    builder.store(count, dimensions)
+    steps = cgutils.alloca_once_value(builder, INTP(1))
+    data = builder.bitcast(data, BYTES)
+    asked = cgutils.get_or_insert_function(module, ir.FunctionType(INTP, []), "get_num_threads")
+    threads = builder.sext(builder.trunc(builder.call(asked, []), ir.IntType(32)), INTP)
+    alone = builder.or_(builder.icmp_signed("<=", threads, INTP(1)), builder.icmp_signed("<=", count, INTP(1)))
+    with builder.if_else(alone) as (then, otherwise):
+        with then:
+            builder.call(share, [args, dimensions, steps, data])
+        with otherwise:
+            kind = ir.FunctionType(ir.VoidType(), [BYTES] * 5 + [INTP] * 3)
+            parallel_for = cgutils.get_or_insert_function(module, kind, "numba_parallel_for")
+            pointers = [builder.bitcast(pointer, BYTES) for pointer in (share, args, dimensions, steps)]
+            builder.call(parallel_for, [*pointers, data, INTP(0), INTP(1), threads])
+
+
+parallel_for = _plain if numba.config.DISABLE_JIT else _compiled

@@ -1,0 +1,101 @@
+"""Pointwise functions: what kernels call, and plain Python alike. Nothing here imports numba until the first kernel is met."""
+
+import inspect
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, NamedTuple
+
+_helpers: dict[Callable[..., Any], None] = {}
+_generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that dispatches in plain Python
+_active = False
+
+
+class Generic(NamedTuple):
+    """A pointwise operation: its signature, and its implementation for each type of the first argument."""
+
+    signature: inspect.Signature
+    implementations: dict[type, Callable[..., Any]]
+
+
+def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
+    """Declare a pointwise operation; the body of `signature` is never run, its arguments and docstring count."""
+    bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
+    operation = Generic(inspect.Signature(bare), {})  # implementations are not annotated, and numba compares
+    table = operation.implementations
+
+    def dispatch(first: Any, *rest: Any) -> Any:
+        return table[type(first)](first, *rest)
+
+    dispatch.__name__ = signature.__name__
+    dispatch.__doc__ = signature.__doc__
+    _generics[dispatch] = operation
+    if _active:
+        _compile_generic(dispatch)
+    return dispatch
+
+
+def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register the decorated function as `operation` for a parameter type, for compiled kernels and plain Python."""
+
+    def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
+        _generics[operation].implementations[kind] = implementation
+        return implementation
+
+    return register
+
+
+def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a small scalar function as callable from kernels."""
+    _helpers[function] = None
+    if _active:
+        _compile_helper(function)
+    return function
+
+
+def is_operation(value: Any) -> bool:
+    """Whether this is a function declared with `@generic`."""
+    return isinstance(value, FunctionType) and value in _generics
+
+
+def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., Any]]:
+    """The functions registered for an operation, by the type of the first argument."""
+    return _generics[operation].implementations
+
+
+def is_pointwise(value: Any) -> bool:
+    """Whether this function is marked with `@pointwise`."""
+    return value in _helpers
+
+
+def activate() -> None:
+    """Teach numba what is registered so far, and from now on what is registered later."""
+    global _active
+    if _active:
+        return
+    _active = True
+    for helper in _helpers:
+        _compile_helper(helper)
+    for dispatch in _generics:
+        _compile_generic(dispatch)
+
+
+def _compile_helper(function: Callable[..., Any]) -> None:
+    from numba.extending import register_jitable
+
+    register_jitable(forceinline=True)(function)
+
+
+def _compile_generic(dispatch: Callable[..., Any]) -> None:
+    from numba.core import types
+    from numba.extending import overload
+
+    operation = _generics[dispatch]
+
+    def choose(*arguments: Any) -> Callable[..., Any] | None:
+        first = arguments[0]
+        if isinstance(first, types.BaseNamedTuple):  # type: ignore[attr-defined]
+            return operation.implementations.get(first.instance_class)
+        return None
+
+    choose.__signature__ = operation.signature  # type: ignore[attr-defined]
+    overload(dispatch, jit_options={"forceinline": True})(choose)

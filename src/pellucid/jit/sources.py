@@ -1,0 +1,186 @@
+"""What the compiled code of a kernel depends on: every function and constant that it leads to, and the types it is called with.
+
+A kernel leads to the functions, classes and constants that its code names, and so on. A pointwise operation leads to the
+implementations for the classes that occur: in the types of the kernel's arguments, or because code on the way makes them.
+Functions count by their code: captions, comments and moved lines do not change a digest.
+"""
+
+import hashlib
+import sys
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from llvmlite import __version__ as llvmlite_version
+from numba.core import types
+
+from pellucid.jit import registry
+from pellucid.jit.bundle import BundleType
+
+VERSIONED = ("numpy", "numba", "math", "builtins", "operator")  # what they hold follows from their version
+
+
+class Lead(NamedTuple):
+    """Where the code of a function leads."""
+
+    digest: str
+    functions: list[FunctionType]
+    operations: list[Any]
+    classes: list[type]
+
+
+class Sources(NamedTuple):
+    """All that a kernel depends on: its digest, and the named tuple classes in it by module and name."""
+
+    digest: str
+    classes: dict[tuple[str, str], type]
+
+
+def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type]) -> Sources | None:
+    """What kernels that are called with these types depend on; None where two classes have one name."""
+    arguments = tuple(arguments)
+    ahead: list[Any] = list(functions)
+    seen: set[Any] = set()
+    classes = {found for argument in arguments for found in classes_in(argument)}
+    operations: set[Any] = set()
+    while ahead:
+        for function in ahead:
+            seen.add(function)
+            lead = lead_of(function)
+            ahead = [*ahead, *lead.functions]
+            classes.update(lead.classes)
+            operations.update(lead.operations)
+        for operation in operations:
+            chosen = registry.implementations(operation)
+            ahead += [chosen[kind] for kind in classes if kind in chosen]
+        ahead = [function for function in dict.fromkeys(ahead) if function not in seen]
+    named = {(kind.__module__, kind.__qualname__): kind for kind in classes}
+    if len(named) < len(classes):
+        return None
+    parts = [compiler_state(), *map(described, arguments)]
+    parts += sorted(f"{name} {kind._fields}" for name, kind in named.items())  # type: ignore[attr-defined]
+    parts += sorted(lead_of(function).digest for function in seen)
+    return Sources(hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32], named)
+
+
+def classes_in(kind: types.Type) -> Iterator[type]:
+    """The named tuple classes within a compiled type."""
+    if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
+        yield kind.instance_class
+    for part in parts_of(kind):
+        yield from classes_in(part)
+
+
+def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
+    """The types that a compiled type is made of."""
+    if isinstance(kind, BundleType):
+        return (kind.content,)
+    if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+        return tuple(kind)
+    if isinstance(kind, types.Optional):  # type: ignore[attr-defined]
+        return (kind.type,)
+    return ()
+
+
+def described(kind: types.Type) -> str:
+    """The name of a type, the same in every process."""
+    inner = ", ".join(map(described, parts_of(kind)))
+    if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
+        return f"{kind.instance_class.__module__}.{kind.instance_class.__qualname__}({inner})"
+    if isinstance(kind, types.Dispatcher):
+        return lead_of(kind.dispatcher.py_func).digest
+    return f"{type(kind).__name__}({inner})" if inner else str(kind)
+
+
+@cache
+def compiler_state() -> str:
+    """The versions and sources that shape all compiled code: this folder is part of the compiler."""
+    texts = [file_digest(str(path)) for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return " ".join([numba.__version__, llvmlite_version, np.__version__, sys.version, *texts])
+
+
+@cache
+def lead_of(function: FunctionType) -> Lead:
+    """Where the code of one function leads."""
+    lead = Lead("", [], [], [])
+    parts = [f"{function.__module__}.{function.__qualname__}", repr(function.__defaults__)]
+    parts.append(code_text(function.__code__, function.__doc__))
+    parts += [f"{name} = {follow(value, lead)}" for name, value in named_values(function)]
+    return lead._replace(digest=hashlib.sha256("\n".join(parts).encode()).hexdigest())
+
+
+def code_text(code: CodeType, doc: str | None = None) -> str:
+    """What a code object does, without its place in a file."""
+    constants = [
+        code_text(value) if isinstance(value, CodeType) else str(sorted(map(repr, value)))
+        if isinstance(value, frozenset) else repr(value)
+        for value in code.co_consts
+        if doc is None or value != doc
+    ]  # fmt: skip
+    names = (code.co_names, code.co_varnames, code.co_freevars, code.co_argcount, code.co_flags)
+    return f"{code.co_code.hex()} {names} {constants}"
+
+
+def named_values(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Names in the code of a function that stand for something outside it, with what they stand for."""
+    closed = dict(zip(function.__code__.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True))
+    names = sorted(names_in(function.__code__))
+    around = {name: function.__globals__[name] for name in names if name in function.__globals__} | closed
+    yield from around.items()
+    modules = [value for value in around.values() if isinstance(value, ModuleType)]
+    for module in modules:
+        if not from_versioned(module.__name__):
+            for name in names:
+                if hasattr(module, name):
+                    value = getattr(module, name)
+                    yield f"{module.__name__}.{name}", value
+                    if isinstance(value, ModuleType):
+                        modules.append(value)
+
+
+def names_in(code: CodeType) -> set[str]:
+    """Names of globals and attributes in a code object and those within it."""
+    inner = (names_in(value) for value in code.co_consts if isinstance(value, CodeType))
+    return set(code.co_names).union(*inner)
+
+
+def from_versioned(module: str | None) -> bool:
+    """Whether a module belongs to those whose version says what they hold."""
+    return (module or "builtins").split(".")[0] in VERSIONED
+
+
+def follow(value: Any, lead: Lead) -> str:
+    """Say what a value is, in one line, and note where it leads."""
+    if registry.is_operation(value):
+        lead.operations.append(value)
+    elif isinstance(value, FunctionType):
+        if not from_versioned(value.__module__):
+            lead.functions.append(value)
+            return value.__qualname__ if registry.is_pointwise(value) else file_digest(value.__code__.co_filename)
+    elif isinstance(getattr(value, "py_func", None), FunctionType):  # a kernel
+        lead.functions.append(value.py_func)
+        return repr(sorted(value.targetoptions.items()))
+    elif isinstance(value, type):
+        if issubclass(value, tuple) and hasattr(value, "_fields"):
+            lead.classes.append(value)
+        members = [(member.name, member.value) for member in value] if issubclass(value, Enum) else ""
+        return f"{value.__module__}.{value.__qualname__} {members}"
+    elif isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
+    elif isinstance(value, bool | int | float | complex | str | bytes | tuple | np.generic | Enum | None):
+        return repr(value)
+    return str(getattr(value, "__qualname__", getattr(value, "__name__", type(value).__qualname__)))
+
+
+@cache
+def file_digest(path: str) -> str:
+    """The text of a file: what stands for a function that others may have taught the compiler to replace."""
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError:
+        return path

@@ -1,0 +1,160 @@
+"""Compiled kernels come back in the next process where nothing that they depend on has changed, and only there."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+SHAPES = '''
+from typing import NamedTuple
+from pellucid.jit import generic, kernel, pointwise
+
+FACTOR = 1.0
+
+class Slice(NamedTuple):
+    first: float
+    last: float
+
+@generic
+def area(shape, scale):
+    """Area of a shape."""
+
+@generic
+def unused(shape):
+    """Nothing calls this."""
+
+@pointwise
+def scaled(x):
+    """A caption."""
+    return FACTOR * x
+
+@kernel(inner=True)
+def share(shape, i):
+    return scaled(area(shape, 1.0 + i))
+
+@kernel()
+def total(shape, n):
+    result = 0.0
+    for i in range(n):
+        result += share(shape, i)
+    return result
+'''
+
+LAW = '''
+from typing import NamedTuple
+from pellucid.jit import point_function, pointwise
+from shapes import Slice, area, unused
+
+class Hexagon(NamedTuple):
+    side: float
+    height: float
+
+@pointwise
+def product(a, b):
+    """A caption."""
+    return 1.0 * a * b
+
+@point_function(area, Hexagon)
+def _area(shape, scale):
+    return scale * product(shape.side, 3.0)
+
+@point_function(unused, Hexagon)
+def _unused(shape):
+    return 0.0
+'''
+
+RUN = """
+import json
+from shapes import total
+print(json.dumps([total(Hexagon(2.0, 5.0), 3), sum(total.stats.cache_hits.values()), sum(total.stats.cache_misses.values())]))
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Runs a script with its own modules in a new process: the result, and whether the kernel came from the cache."""
+    (tmp_path / "shapes.py").write_text(SHAPES)
+    (tmp_path / "law.py").write_text(LAW)
+
+    def call(script="from law import Hexagon" + RUN):
+        (tmp_path / "script.py").write_text(script)
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
+        done = subprocess.run(
+            [sys.executable, "script.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=100
+        )
+        assert done.returncode == 0, done.stderr
+        value, *found = json.loads(done.stdout)
+        assert found in ([0, 1], [1, 0])
+        return value, found == [1, 0]
+
+    def edit(name, old, new):
+        text = (tmp_path / name).read_text()
+        assert old in text
+        (tmp_path / name).write_text(text.replace(old, new))
+
+    call.edit = edit
+    return call
+
+
+def test_the_next_process_finds_the_kernel(run):
+    assert run() == (36.0, False)
+    assert run() == (36.0, True)
+
+
+def test_captions_comments_and_places_do_not_matter(run):
+    run()
+    run.edit("law.py", "A caption", "Another caption")
+    run.edit("shapes.py", "A caption", "Another caption")
+    run.edit("shapes.py", "FACTOR = 1.0", "# a comment\n\nFACTOR = 1.0\nOTHER = 2.0")
+    run.edit("law.py", "return 0.0", "return 1.0")  # an operation that the kernel does not call
+    assert run() == (36.0, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "value"),
+    [
+        ("law.py", "scale * product", "2.0 * scale * product", 72.0),  # the implementation
+        ("law.py", "1.0 * a * b", "3.0 * a * b", 108.0),  # its helper
+        ("law.py", "side: float\n    height: float", "height: float\n    side: float", 90.0),  # the order of its parameters
+        ("shapes.py", "FACTOR = 1.0", "FACTOR = 0.5", 18.0),  # a constant
+        ("shapes.py", "1.0 + i", "2.0 + i", 54.0),  # an inner kernel
+        ("shapes.py", "result = 0.0", "result = 1.0", 37.0),  # the kernel
+    ],
+)
+def test_what_the_kernel_depends_on_matters(run, name, old, new, value):
+    assert run() == (36.0, False)
+    run.edit(name, old, new)
+    assert run() == (value, False)
+    assert run() == (value, True)
+
+
+def test_a_law_in_a_script_is_found_again(run):
+    script = LAW + RUN
+    assert run(script) == (36.0, False)
+    assert run(script) == (36.0, True)
+    assert run(script.replace("1.0 * a * b", "3.0 * a * b")) == (108.0, False)
+    assert run(script) == (36.0, True)
+
+
+def test_a_law_that_is_not_there_does_not_stand_in_the_way(run, tmp_path):
+    """Kernels compiled for a user's class lie beside those of others who do not have it."""
+    run()
+    (tmp_path / "law.py").rename(tmp_path / "mine.py")
+    assert run("from mine import Hexagon" + RUN) == (36.0, False)
+    assert run(LAW + RUN) == (36.0, False)
+
+
+def test_a_damaged_file_is_compiled_anew(run, tmp_path):
+    run()
+    for file in (tmp_path / "cache").rglob("*.nbc"):
+        file.write_bytes(file.read_bytes()[:100])
+    assert run() == (36.0, False)
+    assert run() == (36.0, True)
+
+
+def test_without_a_place_to_write_kernels_are_compiled(run, tmp_path):
+    (tmp_path / "cache").write_text("a file where the folder would be")
+    assert run() == (36.0, False)
+    assert run() == (36.0, False)
