@@ -32,7 +32,7 @@ class MaterialPoints(GridBody):
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
-        self._carried = in_arrays(type(self.material.initial_state()), self.arrays)
+        self._carried = in_arrays(self.material.initial_state(), self.arrays)
 
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
