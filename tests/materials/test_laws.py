@@ -6,7 +6,8 @@ from algebra import matrix, rotation, symmetric, tensor
 from samples import MATERIALS, every_inviscid_fluid, every_material, every_solid, fluid, unsampled
 
 from pellucid.materials.energy_update import pressure
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update
+from pellucid.materials.fluid import FluidMaterial
+from pellucid.materials.law import artificial_heating, diffusivity, point_pressure, signal_speed, stored_energy, update
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
 from pellucid.tensors import double_dot, symmetric_part
@@ -130,6 +131,23 @@ def test_signal_speed_at_rest_is_the_acoustic_one(name):
     speed = acoustic_speed(material, state, material.density, rotation(5)[0])
     # the step, 1e-6, times the curvature that jumps at the initial density of a Mie-Grüneisen liquid
     assert signal_speed(material.law(), state, material.density, STILL, CELL) == pytest.approx(speed, rel=1e-5)
+
+
+@every_material
+def test_the_pressure_that_results_show(material):
+    """Of fluids P without viscous and artificial stress, of solids minus the mean stress."""
+    law, state = material.law(), material.initial_state()
+    squeeze = tensor(np.diag([-50.0, 0.0, 0.0]))
+    assert point_pressure(law, state, material.density) == pytest.approx(getattr(material, "pressure", 0.0), abs=1e-6)
+    density = material.density / 0.95
+    after = update(law, state, density, squeeze, 1e-3, CELL)
+    found, mean = point_pressure(law, after, density), -sum(after.stress[:3]) / 3.0
+    if isinstance(material, FluidMaterial):
+        assert found == pressure(law.eos, density, after.internal_energy)
+        assert found == pytest.approx(mean, rel=1e-12) or material in (MATERIALS["viscous"], MATERIALS["shocked"])
+        assert found > material.pressure
+    else:
+        assert found == mean > 0.0
 
 
 @every_inviscid_fluid

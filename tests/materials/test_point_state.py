@@ -34,7 +34,7 @@ def numbered(state, start):
 def test_points_begin_in_the_initial_state(state):
     arrays = initial_arrays(state, 3)
     assert tuple(arrays) == state._fields
-    carried = in_arrays(type(state), arrays)
+    carried = in_arrays(state, arrays)
     for p in range(3):
         assert load(carried, p) == state
     for name, array in arrays.items():
@@ -45,7 +45,7 @@ def test_points_begin_in_the_initial_state(state):
 @every_state
 def test_what_is_stored_is_loaded(state):
     """Each component in its place, and no other point is touched."""
-    carried = in_arrays(type(state), initial_arrays(state, 3))
+    carried = in_arrays(state, initial_arrays(state, 3))
     store(carried, 1, numbered(state, 7))
     assert [load(carried, p) for p in range(3)] == [state, numbered(state, 7), state]
     flat = np.concatenate([np.ravel(array[1]) for array in carried])
@@ -66,7 +66,7 @@ def stepped(law, carried, density, L, dt, length):
 def test_compiled_loops_carry_the_state_of_a_user(name):
     material, L = MATERIALS[name], (0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     law, density = material.law(), np.full(2, material.density)
-    carried = in_arrays(type(material.initial_state()), initial_arrays(material.initial_state(), 2))
+    carried = in_arrays(material.initial_state(), initial_arrays(material.initial_state(), 2))
     state = material.initial_state()
     for _ in range(3):
         found = stepped(law, carried, density, L, 0.01, 0.1)
@@ -90,7 +90,7 @@ def test_states_may_share_a_field():
         overstress: Symmetric
 
     same = Same((1.0,) * 6, (2.0,) * 6)
-    assert load(in_arrays(Same, initial_arrays(same, 1)), 0) == same
+    assert load(in_arrays(same, initial_arrays(same, 1)), 0) == same
 
 
 class NoStress(NamedTuple):
@@ -160,7 +160,7 @@ from pellucid.materials.point_state import in_arrays, initial_arrays
 for name in ("kelvin-voigt", "standard-linear"):
     material = MATERIALS[name]
     state = material.initial_state()
-    carried = in_arrays(type(state), initial_arrays(state, 2))
+    carried = in_arrays(state, initial_arrays(state, 2))
     stepped(material.law(), carried, np.full(2, material.density), (0.1,) * 9, 0.01, 0.1)
 print(sum(stepped.stats.cache_hits.values()), sum(stepped.stats.cache_misses.values()))
 """

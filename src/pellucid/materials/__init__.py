@@ -1,5 +1,6 @@
 """Materials: one file each, with the parameters a user gives, the law, its wave speed and its energy."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Discriminator, Tag
@@ -11,7 +12,7 @@ from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.materials.linear_membrane import LinearMembraneMaterial
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
 from pellucid.materials.neo_hookean_membrane import NeoHookeanMembraneMaterial
-from pellucid.model import kind_of
+from pellucid.model import Model, kind_of
 
 MATERIALS: dict[str, type[PointMaterial]] = {
     "fluid": FluidMaterial,
@@ -24,7 +25,7 @@ MEMBRANE_MATERIALS: dict[str, type[ElasticMembraneMaterial]] = {
 }
 
 
-def _one_of(models: dict[str, Any]) -> Any:
+def _one_of(models: Mapping[str, type[Model]]) -> Any:
     """A table of any of these models, told apart by its `kind`."""
     members = [Annotated[model, Tag(kind)] for kind, model in models.items()]
     return Annotated[Union[tuple(members)], Discriminator(kind_of)]  # noqa: UP007 - their number is not known here

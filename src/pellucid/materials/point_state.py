@@ -26,7 +26,7 @@ class PointState(Protocol):
     @property
     def stress(self) -> Symmetric: ...
 
-    def __iter__(self) -> Iterator[Any]: ...
+    def __iter__(self) -> Iterator[object]: ...
 
 
 StateType = TypeVar("StateType", bound=PointState)
@@ -44,13 +44,14 @@ def store(arrays: PointState, p: int, state: PointState) -> None:
 
 def initial_arrays(state: PointState, n: int) -> dict[str, np.ndarray]:
     """The arrays of n points, by name, that are all in one state."""
-    pairs = zip(state._fields, state, strict=True)
-    return {name: np.full((n, *np.shape(value)), value, dtype=float) for name, value in pairs}
+    values = {name: np.array(value, dtype=float) for name, value in zip(state._fields, state, strict=True)}
+    return {name: np.full((n, *value.shape), value) for name, value in values.items()}
 
 
-def in_arrays(state: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """The state of all points of a body, as `load` and `store` take it, from the body's arrays by name."""
-    return state(*(arrays[name] for name in state._fields))
+def in_arrays(state: StateType, arrays: Mapping[str, np.ndarray]) -> StateType:
+    """The states of all points of a body, of the same type as `state`, from the body's arrays by name."""
+    holder: Any = type(state)
+    return holder(*(arrays[name] for name in state._fields))
 
 
 def point_state(**own: tuple[str, str]) -> Callable[[type[StateType]], type[StateType]]:

@@ -35,7 +35,7 @@ class MaterialPoints(PointsOnGrid):
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
-        self._state = in_arrays(type(self.material.initial_state()), self.arrays)
+        self._state = in_arrays(self.material.initial_state(), self.arrays)
 
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
