@@ -12,7 +12,7 @@ from free_flight import FakeSimulation, free_flight
 
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, resume_case, run_case
-from pellucid.results.files import OutputError
+from pellucid.results.storage.files import OutputError
 
 pytestmark = pytest.mark.usefixtures("fake")
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from pellucid.errors import UsageError
 from pellucid.jit import kernels_are_cached, set_threads
-from pellucid.results import checkpoint
-from pellucid.results.recorder import Recorder
-from pellucid.results.run import Run
-from pellucid.results.store import RunFolder
+from pellucid.results.storage import checkpoint
+from pellucid.results.storage.recorder import Recorder
+from pellucid.results.storage.run import Run
+from pellucid.results.storage.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -109,7 +109,7 @@ def _finish(
     run = Run(folder.path, temporary)
     folder.write_summary(recorder.facts, run.metrics)
     if report:
-        from pellucid.results.report import write_report
+        from pellucid.results.report.report import write_report
 
         write_report(run)
     return run

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.results.metrics import Metric
-from pellucid.results.style import label, new_figure
+from pellucid.results.pictures.style import label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
     Array = NDArray[np.float64]
 

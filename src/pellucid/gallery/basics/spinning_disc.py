@@ -6,13 +6,13 @@ import numpy as np
 
 from pellucid.references.spinning_disc import SpinningDisc
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
     Array = NDArray[np.float64]
 

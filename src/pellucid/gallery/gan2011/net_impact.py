@@ -7,12 +7,12 @@ import numpy as np
 from pellucid.case import load
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, asked at this cell [m]; in proportion to the cell above it
 TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side

@@ -6,16 +6,17 @@ import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.gan2011 import piezo_pictures
-from pellucid.gallery.gan2011.piezo_pictures import films, recorded
+from pellucid.gallery.gan2011.piezo_pictures import films
 from pellucid.geometry.enclosure import inside
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 __all__ = ["CAPTIONS", "figures", "films", "metrics"]
 
@@ -43,7 +44,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     swing = float(np.abs(wanted).max())
     off = float(np.abs(history["tip_y"] - wanted).max()) / swing
     escaped = float(max(_escaped(run, float(time)) for time in run.times("zona")))
-    facing = _facing(run, float(recorded(run, [FIRST])[0]))
+    facing = _facing(run, float(recorded(run.times("zona"), [FIRST])[0]))
     unexplained = float(np.abs(history["energy_error"]).max())
     result = {
         # rounding of places of 100 um under displacements of 10 um

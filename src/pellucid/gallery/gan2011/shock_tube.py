@@ -7,12 +7,12 @@ import numpy as np
 from pellucid.case import load
 from pellucid.references.shock_tube import QUANTITIES, Array, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 CELLS = 4  # the paper plots means over four cells
 DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as wrong as the tolerance allows

@@ -8,14 +8,14 @@ from pellucid.case import load
 from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
 from pellucid.references import finite_elements
-from pellucid.results.films import Film
 from pellucid.results.metrics import Metric
-from pellucid.results.scenes.scene import View
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.rendering.camera import View
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
 VIEW = View(-60.0, 12.0)

@@ -10,14 +10,15 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from pellucid.gallery.lian2014.shapes import IMAGES, nearest, sections
+from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 
@@ -114,7 +115,7 @@ def _curves(run: "Run") -> "Figure":
 
 
 def _pieces(run: "Run") -> "Figure":
-    reached = nearest(run, PLANS)
+    reached = recorded(run.times("drop"), PLANS)
     figure = new_figure(height=3.5)
     subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
     for axes, time in zip(subplots, reached, strict=True):

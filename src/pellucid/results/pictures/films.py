@@ -1,0 +1,81 @@
+"""Films of a run as animated GIF: they play everywhere and need nothing but pillow, which comes with matplotlib."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.instants import evenly
+from pellucid.results.pictures.style import house_style
+from pellucid.results.storage.files import explained, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+    from pellucid.results.storage.run import Run
+
+FILM_DPI = 96
+FRAME, HOLD = 120, 1500  # ms that a picture stays, and the last one
+COLOURS = 256
+NEARLY_WHITE = 244
+SAMPLES = 6  # pictures whose colours make the palette of the film
+
+
+class Film(NamedTuple):
+    """`draw(time)` gives the figure of an instant [s], all of one size; the film shows those of `times`, in order."""
+
+    draw: "Callable[[float], Figure]"
+    times: Iterable[float]
+
+
+def write_films(run: "Run") -> list[Path]:
+    """Make the films of the run's gallery case as `figures/<name>.gif`; return their paths."""
+    folder = run.folder.figures
+    paths = []
+    with house_style(), explained(run.out):
+        for name, film in drawn_by_module(run, "films").items():
+            folder.mkdir(exist_ok=True)
+            paths.append(folder / f"{name}.gif")
+            write_film(film, paths[-1])
+    return paths
+
+
+def write_film(film: Film, path: Path) -> None:
+    """Draw every picture of a film and write it to `path`. Raises ValueError for a film without pictures."""
+    from PIL.Image import Dither
+
+    pictures = [_drawn(film.draw(time)) for time in film.times]
+    if not pictures:
+        raise ValueError("a film needs at least one instant")
+    palette = _palette(pictures)
+    # one palette and no dithering: what does not change between pictures is not stored again
+    first, *others = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
+    durations = [FRAME] * len(others) + [HOLD]
+    with replacing(path) as temporary:
+        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
+
+
+def _drawn(figure: "Figure") -> "Image":
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL.Image import fromarray
+
+    figure.set_dpi(FILM_DPI)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3].copy())
+
+
+def _palette(pictures: "list[Image]") -> "Image":
+    """The palette of some of the pictures together. Its colours are means, which would tint white: those become white."""
+    from PIL.Image import Quantize, fromarray
+
+    chosen = evenly(np.arange(len(pictures)), SAMPLES)
+    together = np.concatenate([np.asarray(pictures[k]) for k in chosen])
+    palette = fromarray(together).quantize(COLOURS, method=Quantize.MEDIANCUT)
+    colours = np.reshape(palette.getpalette() or [], (-1, 3))
+    colours[colours.min(axis=1) >= NEARLY_WHITE] = 255
+    palette.putpalette(colours.ravel().tolist())
+    return palette
