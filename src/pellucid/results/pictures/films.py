@@ -22,6 +22,9 @@ FRAME, HOLD = 120, 1500  # ms that a picture stays, and the last one
 COLOURS = 256
 NEARLY_WHITE = 244
 SAMPLES = 6  # pictures whose colours make the palette of the film
+ALIKE = 8  # levels of a channel that are one colour as the palette is chosen
+WEIGHT = 1.0 / 3.0  # power of the number of pixels with which a colour counts
+ROUNDS = 3  # in which the palette moves to the means of what it stands for
 
 
 class Film(NamedTuple):
@@ -69,12 +72,20 @@ def _drawn(figure: "Figure") -> "Image":
 
 
 def _palette(pictures: "list[Image]") -> "Image":
-    """The palette of some of the pictures together. Its colours are means, which would tint white: those become white."""
+    """The palette of some of the pictures together. Its colours are means, which would tint white: those become white.
+
+    A colour counts with a power of its pixels: by their number alone the few pixels of a hot spot would go without a colour
+    of their own, and orange would become the red of something large.
+    """
     from PIL.Image import Quantize, fromarray
 
     chosen = evenly(np.arange(len(pictures)), SAMPLES)
-    together = np.concatenate([np.asarray(pictures[k]) for k in chosen])
-    palette = fromarray(together).quantize(COLOURS, method=Quantize.MEDIANCUT)
+    pixels = np.concatenate([np.asarray(pictures[k]).reshape(-1, 3) for k in chosen])
+    red, green, blue = (pixels // ALIKE).astype(np.int64).T
+    _, which, count = np.unique((red * 256 + green) * 256 + blue, return_inverse=True, return_counts=True)
+    means = np.stack([np.bincount(which, channel) / count for channel in pixels.T], axis=1)
+    weighted = np.repeat(means.round().astype(np.uint8), np.rint(count**WEIGHT).astype(int), axis=0)
+    palette = fromarray(weighted[None]).quantize(COLOURS, method=Quantize.MEDIANCUT, kmeans=ROUNDS)
     colours = np.reshape(palette.getpalette() or [], (-1, 3))
     colours[colours.min(axis=1) >= NEARLY_WHITE] = 255
     palette.putpalette(colours.ravel().tolist())
