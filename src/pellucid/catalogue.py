@@ -36,7 +36,10 @@ def folder(case: str) -> str:
 
 
 def module(case: str) -> ModuleType | None:
-    """The Python module beside a case, with its `metrics` and `figures`; None where it measures nothing."""
+    """The Python module beside a case, with its `metrics` and `figures`; None where it measures nothing.
+
+    Its `METRICS` are the names of all metrics that the case can have, known before anything runs.
+    """
     from importlib import import_module
     from importlib.util import find_spec
 

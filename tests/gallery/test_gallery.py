@@ -66,6 +66,10 @@ def test_metrics_have_references(quick):
         assert metric.meaning, name
 
 
+def test_metrics_are_known_before_a_run(quick):
+    assert set(quick.metrics) <= set(catalogue.module(quick.run.case.id).METRICS)
+
+
 def test_figures_are_drawn(quick):
     for figure in catalogue.module(quick.run.case.id).figures(quick.run).values():
         figure.canvas.draw()
@@ -81,4 +85,5 @@ def test_mass_is_constant(quick):
 @pytest.mark.parametrize("name", catalogue.ids())
 def test_full_run_is_within_its_tolerances(name):
     run = pellucid.run(load(name), report=False)
+    assert set(run.metrics) == set(catalogue.module(name).METRICS)
     assert not {key: metric for key, metric in run.metrics.items() if not metric.passed}

@@ -25,6 +25,8 @@ CAPTIONS = {
     "velocities": "Mean velocity of each disc along the line of centres; dotted, what finite elements give for the rebound.",
 }
 
+METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_begins", "contact_duration", "rebound")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Momentum, mirror symmetry, energy; where the case is Sulsky's, also when and how long they touch, and rebound."""

@@ -29,6 +29,8 @@ CAPTIONS = {
     "water": "The water at six instants, coloured by speed.",
 }
 
+METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "density_spread")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Front, its speed and the height at the wall against the experiment; Ritter's bound; how nearly incompressible."""

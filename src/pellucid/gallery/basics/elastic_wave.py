@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 CAPTIONS = {"wave": "Velocity and displacement along the bar at the end, and the velocity of the antinode against time."}
 
+METRICS = ("velocity_l2", "displacement_l2", "period")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Relative L2 errors of velocity and displacement at the end, and the error of the period."""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 CAPTIONS = {"spinning_disc": "Mean stress against time, and the stresses over the radius, averaged over the frames."}
 
+METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "energy")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Mean stress (virial theorem), first breath, turned angle, angular momentum, energy."""

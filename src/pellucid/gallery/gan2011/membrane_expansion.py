@@ -25,6 +25,8 @@ CAPTIONS = {
     "lid": "The lid at those instants, coloured by its height over the box.",
 }
 
+METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Largest deviations from the finite elements over the run, and leaks."""

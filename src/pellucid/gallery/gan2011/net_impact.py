@@ -24,6 +24,8 @@ CAPTIONS = {
     "shapes": "Net and cuboid from the side, at the instants of the paper's figure 7.",
 }
 
+METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Largest deviations from the tied finite elements over the run, lowest point and its time."""

@@ -31,6 +31,8 @@ CAPTIONS = piezo_pictures.CAPTIONS | {
     "colours tell at which recorded instant a point had failed.",
 }
 
+METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """What the paper describes, in numbers: points, path of the tip, place of the failure, leaks, energy."""

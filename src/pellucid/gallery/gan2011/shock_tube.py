@@ -19,6 +19,22 @@ DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as
 DENSEST = 0.78 / 0.729825  # the densest shocked gas over the exact density behind the shock
 SCATTER = 0.25  # of single points about the means, more on coarse grids, with linear functions and behind weaker shocks
 
+METRICS = (
+    "density_l1",
+    "pressure_l1",
+    "velocity_l1",
+    "internal_energy_l1",
+    "density_left",
+    "pressure_left",
+    "velocity_left",
+    "density_right",
+    "pressure_right",
+    "velocity_right",
+    "shock_position",
+    "largest_density",
+    "densest_point",
+)
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Errors of the four profiles, the states on both sides of the contact, shock position and largest density."""

@@ -30,6 +30,8 @@ CAPTIONS = {
     "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }
 
+METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "energy", "compression")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """The bag at rest, leaks, the gas's pressure, the ledger and compression."""

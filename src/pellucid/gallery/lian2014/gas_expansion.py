@@ -25,6 +25,8 @@ CAPTIONS = {
     "shapes": "Membrane and gas of the quarter that is computed; dotted, the circle.",
 }
 
+METRICS = ("radius_0", "radius_90", "energy")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Both radii, as means over the last swing, and the loss of energy."""

@@ -24,6 +24,8 @@ CAPTIONS = {
     "shapes": "The sheet wraps itself round the sphere, which is drawn as a ball of its volume.",
 }
 
+METRICS = ("centre_deviation", "corner_deviation", "hourglass")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Largest deviations over the run."""

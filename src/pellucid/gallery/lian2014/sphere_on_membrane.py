@@ -27,6 +27,8 @@ CAPTIONS = {
     "shapes": "Sheet and sphere beside the plane y = 0: at the impact, on the way down, lowest, and after the rebound.",
 }
 
+METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", "rebound")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Largest deviations over the run, the lowest point of the sheet and the speed of the rebound."""

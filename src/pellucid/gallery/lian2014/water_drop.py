@@ -36,6 +36,8 @@ CAPTIONS = {
     "pieces": "The water from above: what hangs together with most of it, and what no longer does.",
 }
 
+METRICS = ("leak", "momentum", "energy", "spread", "broken")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Water below the sheet in any frame, momentum, energy, the drop's spread, and what broke off it."""

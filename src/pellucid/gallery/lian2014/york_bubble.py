@@ -26,6 +26,8 @@ CAPTIONS = {
     "shapes": "Skin and water beside the plane y = 0.",
 }
 
+METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Leaks, the space between skin and water, where the bag meets the floor, roundness, and the energy of the skin."""
