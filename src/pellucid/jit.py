@@ -6,7 +6,6 @@ Laws, shape functions and tensor algebra are plain scalar Python, marked with `@
 Numba's disk cache does not see edits in other files, so the cache folder is named by a hash of the package's sources.
 """
 
-import contextlib
 import hashlib
 import inspect
 import os
@@ -118,17 +117,6 @@ def source_hash() -> str:
 
 
 _hash: str | None = None
-
-
-def kernels_are_cached(key: str) -> bool:
-    """Whether the kernels that `key` stands for were compiled before, for this state of the sources on this machine."""
-    return (cache_folder() / f"{key}.ready").exists()
-
-
-def mark_cached(key: str) -> None:
-    """Remember that the kernels that `key` stands for are compiled; silent where the cache cannot be written."""
-    with contextlib.suppress(OSError):
-        (cache_folder() / f"{key}.ready").touch()
 
 
 def _activate() -> None:

@@ -81,13 +81,15 @@ def report(
     ] = None,
 ) -> None:
     """Draw the figures of a run again and write its report.html."""
+    from pellucid.progress import watching
     from pellucid.results.report.report import write_report
     from pellucid.results.storage.run import Run
     from pellucid.results.storage.run_folder import RunFolder
 
     for folder in (dir_, *([beside] if beside else ())):
         RunFolder(folder).read_case()  # says where there is no run
-    write_report(dir_, Run(beside) if beside else None)
+    with watching() as progress:
+        write_report(dir_, Run(beside) if beside else None, progress)
     typer.echo(f"the report is {dir_ / 'report.html'}")
 
 

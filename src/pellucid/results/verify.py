@@ -40,6 +40,8 @@ def verify(
     rows = []
     for name, case in cases.items():
         folder = Path(out) / name if out is not None else None
+        if progress is not None:
+            progress.message(f"{name} ...")
         variant = case if full else case.quick_variant()
         try:
             run = run_case(variant, folder, threads, progress=progress, report=folder is not None)

@@ -22,7 +22,7 @@ from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import total_work
 from pellucid.grid.velocity_transfer import TRANSFERS
-from pellucid.jit import mark_cached, set_threads
+from pellucid.jit import set_threads
 from pellucid.simulation.assembly import build_velocity_fields, pairs_of, refuse_overlaps
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.schemes import SCHEMES
@@ -137,11 +137,11 @@ class Simulation:
 
     def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
-        started, n_before, shown = wall_clock.monotonic(), self.n_steps, 0.0
+        shown = 0.0
         with _signals() as caught:
             recorder.begin(self)
             if progress:
-                progress.start(self.case.time.end if until is None else until)
+                progress.begin("running", self.case.time.end if until is None else until)
             try:
                 while not self.clock.finished(until):
                     self.step()
@@ -152,28 +152,16 @@ class Simulation:
                     now = wall_clock.monotonic()
                     if progress and now - shown > PROGRESS_INTERVAL:
                         shown = now
-                        self._show(progress, now - started, n_before, until)
+                        self._show(progress)
                 recorder.end(self)
-                mark_cached(kernel_key(self.case))
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise
-            finally:
-                if progress:
-                    progress.stop()
 
-    def _show(self, progress: Any, seconds: float, n_before: int, until: float | None) -> None:
+    def _show(self, progress: Any) -> None:
         points = sum(body.n_points for body in self.bodies)
-        steps = self.n_steps - n_before
-        left = (self.case.time.end if until is None else until) - self.time
-        progress.update(
-            step=self.n_steps,
-            time=self.time,
-            dt=self.dt,
-            rate=points * steps / seconds,
-            energy_error=self.ledger.energy_error(),
-            eta=left / self.dt * seconds / steps,
-        )
+        error = self.ledger.energy_error()
+        progress.update(step=self.n_steps, time=self.time, dt=self.dt, points=points, energy_error=error)
 
     def _check_energy(self) -> None:
         error = abs(self.ledger.energy_error())

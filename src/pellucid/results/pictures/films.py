@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pellucid.progress import Progress
 from pellucid.results.pictures.case_module import drawn_by_module
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import house_style
@@ -34,7 +35,7 @@ class Film(NamedTuple):
     times: Iterable[float]
 
 
-def write_films(run: "Run") -> list[Path]:
+def write_films(run: "Run", progress: Progress) -> list[Path]:
     """Make the films of the run's gallery case as `figures/<name>.gif`; return their paths."""
     folder = run.folder.figures
     paths = []
@@ -42,15 +43,21 @@ def write_films(run: "Run") -> list[Path]:
         for name, film in drawn_by_module(run, "films").items():
             folder.mkdir(exist_ok=True)
             paths.append(folder / f"{name}.gif")
-            write_film(film, paths[-1])
+            write_film(film, paths[-1], progress)
     return paths
 
 
-def write_film(film: Film, path: Path) -> None:
+def write_film(film: Film, path: Path, progress: Progress | None = None) -> None:
     """Draw every picture of a film and write it to `path`. Raises ValueError for a film without pictures."""
     from PIL.Image import Dither
 
-    pictures = [_drawn(film.draw(time)) for time in film.times]
+    times, pictures = list(film.times), []
+    if progress is not None:
+        progress.begin("film", len(times))
+    for number, time in enumerate(times, 1):
+        pictures.append(_drawn(film.draw(time)))
+        if progress is not None:
+            progress.count(number)
     if not pictures:
         raise ValueError("a film needs at least one instant")
     palette = _palette(pictures)

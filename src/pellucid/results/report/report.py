@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.case_module import captions
@@ -38,7 +39,7 @@ CAPTIONS = {
 }
 
 
-def write_report(out: Run | Path | str, beside: Run | None = None) -> Path:
+def write_report(out: Run | Path | str, beside: Run | None = None, progress: Progress | None = None) -> Path:
     """Draw the figures and films of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
 
     A run `beside` is drawn into the figure of the probes, and its metrics stand beside those of the run.
@@ -48,7 +49,10 @@ def write_report(out: Run | Path | str, beside: Run | None = None) -> Path:
     run = out if isinstance(out, Run) else Run(out)
     summary = run.summary
     texts = CAPTIONS | captions(run)
-    titles = dict.fromkeys(write_films(run), "") | figures.write_figures(run, beside)
+    progress = progress or WarningsOnly()
+    titles = dict.fromkeys(write_films(run, progress), "")
+    progress.begin("figures")
+    titles |= figures.write_figures(run, beside)
     pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]
     sections = [
         _header(run, summary),
