@@ -97,7 +97,7 @@ def test_text_of_the_case_stays_text(page):
     assert "loss&lt;0" in page
 
 
-def test_shows_ledger_facts_and_case(page):
+def test_shows_energies_facts_and_case(page):
     for text in ("kinetic energy", "relative error", "point-steps per second", "8 × 4 × 1 cells of 0.5 m", "[[body]]"):
         assert text in page
 

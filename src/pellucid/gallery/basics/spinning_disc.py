@@ -56,7 +56,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "angular_momentum": Metric(
             spin[-1], spin[0], lost, second_order, "kg m^2/s", "at the end against the start: the transfer conserves it nearly"
         ),
-        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative energy error of the ledger at the end"),
+        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative error of the energy balance at the end"),
     }
 
 

@@ -1,4 +1,4 @@
-"""Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether the books close."""
+"""Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether energy is conserved."""
 
 from typing import TYPE_CHECKING
 
@@ -57,7 +57,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
             facing, 1.0, 1.0 - facing, 0.15, "", "share of the points failed at 28 us on the half that faces the pipette"
         ),
         # of first order in the step; at the paper's step it is 0.5 %
-        "energy_error": Metric(unexplained, 0.0, unexplained, 0.05, "", "largest relative error of the energy ledger"),
+        "energy_error": Metric(unexplained, 0.0, unexplained, 0.05, "", "largest relative error of the energy balance"),
     }
     if run.case.grid == load("gan2011/piezo-icsi").grid:
         points = sum(len(run.fields(body.name, 0.0)["mass"]) for body in run.case.body)

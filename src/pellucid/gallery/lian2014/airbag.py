@@ -34,7 +34,7 @@ METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "e
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
-    """The bag at rest, leaks, the gas's pressure, the ledger and compression."""
+    """The bag at rest, leaks, the gas's pressure, the energy balance and compression."""
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     _same_bag(skin.surface.cushion, skin.material.poisson_ratio)
     times = run.times("bag")

@@ -50,7 +50,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     text = "momentum that no impulse explains, over the largest sum of mass times speed"
     result["momentum"] = Metric(momentum, 0.0, momentum, ROUNDING, "", text)
     lost = float(np.abs(run.history["energy_error"]).max())
-    text = "largest error of the energy ledger, over the largest energy that moved"
+    text = "largest error of the energy balance, over the largest energy that moved"
     result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", text)
     grown = radius(run, end) / radius(run, 0.0)
     text = "the drop's radius over that at the start; falls short of the reference by"

@@ -150,7 +150,7 @@ class Recorder:
 
 
 def column_of(energy: str) -> str:
-    """The history's column of an entry of the energy ledger."""
+    """The history's column of an entry of the energy balance."""
     return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
 
 
