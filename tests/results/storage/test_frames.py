@@ -1,4 +1,5 @@
 import os
+import resource
 import signal
 import time as clock
 
@@ -9,6 +10,7 @@ import pytest
 from pellucid.geometry.cells import Cells
 from pellucid.results.storage import frames
 from pellucid.results.storage.files import OutputError
+from pellucid.results.storage.vtkhdf import counting
 
 POINTS = 60
 
@@ -96,6 +98,40 @@ def test_places_not_yet_written_take_no_room(tmp_path):
     assert status.st_blocks * 512 < 20_000_000
 
 
+def test_a_disk_without_room_is_an_error_and_leaves_the_frames_before(tmp_path, path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    whole = path.read_bytes()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (6000, limits[1]))  # as a disk with no more room
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            frames.append(path, 1.5, frame(3))
+        with pytest.raises(OSError, match="File too large"):
+            frames.create(tmp_path / "other.vtkhdf", 4, 0.0, frame(0))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert frames.times(path).tolist() == [0.0, 0.5, 1.0]
+    assert all(same(frames.read(path, k), frame(k)) for k in range(3))
+    assert not (tmp_path / "other.vtkhdf").exists()
+    frames.cut(path, 3)
+    assert path.read_bytes()[:6000] == whole[:6000]
+
+
+def test_both_counts_of_frames_change_with_one_write_in_the_first_page(path):
+    """VTK crashes where they differ, and a kill comes between two writes or at the edge of a page."""
+    before = path.read_bytes()
+    with counting(path, 2):
+        pass
+    after = path.read_bytes()
+    changed = [k for k in range(len(before)) if before[k] != after[k]]
+    with h5py.File(path) as file:
+        assert file["VTKHDF/Steps"].attrs["NSteps"] == len(file["VTKHDF/Steps/Values"]) == 2
+    assert sum(k < 4096 for k in changed) >= 2
+    with counting(path, 3):
+        pass
+    for k in range(4096):
+        assert path.read_bytes()[k] == before[k]
+
+
 def test_can_be_read_while_another_has_it_open(path):
     with h5py.File(path):
         frames.append(path, 1.5, frame(3))
@@ -118,6 +154,8 @@ def test_a_kill_at_any_moment_leaves_a_whole_file(tmp_path):
         os.waitpid(child, 0)
         times = frames.times(path)
         assert np.array_equal(times, 0.5 * np.arange(len(times)))
+        with h5py.File(path) as file:
+            assert file["VTKHDF/Steps"].attrs["NSteps"] == len(times)
         assert all(same(frames.read(path, k), frame(k)) for k in range(max(count - 1, len(times) - 5), len(times)))
         frames.cut(path, len(times))
 
