@@ -1,6 +1,7 @@
 """A case set in motion: bodies, grid, conditions, and the only time loop."""
 
 import hashlib
+import json
 import os
 import signal
 import threading
@@ -20,7 +21,7 @@ from pellucid.energy import CONTACT_WORK, EnergyBudget, in_history, total_work
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
-from pellucid.jit import mark_cached, set_threads
+from pellucid.jit import set_threads
 from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.overlap import refuse_overlaps
@@ -37,19 +38,21 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 def kernel_key(case: "Case") -> str:
-    """Names the kernels that a case needs, to tell whether they are compiled already."""
-    laws = sorted({_law_kinds(body) for body in case.body})
-    fields = sorted((body.kind, body.field) for body in case.body)
-    conditions = f"{bool(case.motion)} {bool(case.pressure)} {bool(case.absorbing)} {fields}"
-    kinds = f"{case.grid.functions} {case.grid.thin()} {case.time.transfer} {case.time.scheme} {laws} {conditions}"
-    return hashlib.sha256(kinds.encode()).hexdigest()[:16]
+    """Names the kernels that a case needs: those that follow from all that it chooses, whatever its numbers and names are."""
+    data = case.to_data()
+    bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
+    shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
+    conditions = sorted(name for name, several in data.items() if isinstance(several, list) and several)
+    time = case.time.scheme, case.time.transfer
+    what = (case.grid.functions, case.grid.thin(), *time, bodies, shared, len({body["field"] for body in data["body"]}) > 1)
+    return hashlib.sha256(json.dumps((what, conditions)).encode()).hexdigest()[:16]
 
 
-def _law_kinds(body: Any) -> tuple[str, ...]:
-    material = body.material
-    eos, damage = getattr(material, "eos", None), getattr(material, "damage", None)
-    how = "" if damage is None else "local" if damage.radius is None else "nonlocal"
-    return (material.kind, getattr(material, "energy_update", ""), getattr(eos, "kind", ""), how)
+def _choices(value: Any) -> Any:
+    """The words and switches of a table, without its numbers."""
+    if isinstance(value, dict):
+        return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
+    return value if isinstance(value, (str, bool)) else type(value).__name__
 
 
 class Simulation:
@@ -151,11 +154,11 @@ class Simulation:
 
     def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
-        started, n_before, shown = wall_clock.monotonic(), self.n_steps, 0.0
+        shown = 0.0
         with _signals() as caught:
             recorder.begin(self)
             if progress:
-                progress.start(self.case.time.end if until is None else until)
+                progress.begin("running", self.case.time.end if until is None else until)
             try:
                 while not self.clock.finished(until):
                     self.step()
@@ -166,28 +169,16 @@ class Simulation:
                     now = wall_clock.monotonic()
                     if progress and now - shown > PROGRESS_INTERVAL:
                         shown = now
-                        self._show(progress, now - started, n_before, until)
+                        self._show(progress)
                 recorder.end(self)
-                mark_cached(kernel_key(self.case))
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise
-            finally:
-                if progress:
-                    progress.stop()
 
-    def _show(self, progress: Any, seconds: float, n_before: int, until: float | None) -> None:
+    def _show(self, progress: Any) -> None:
         points = sum(body.n_points for body in self.bodies)
-        steps = self.n_steps - n_before
-        left = (self.case.time.end if until is None else until) - self.time
-        progress.update(
-            step=self.n_steps,
-            time=self.time,
-            dt=self.dt,
-            rate=points * steps / seconds,
-            energy_error=self.budget.energy_error(),
-            eta=left / self.dt * seconds / steps,
-        )
+        error = self.budget.energy_error()
+        progress.update(step=self.n_steps, time=self.time, dt=self.dt, points=points, energy_error=error)
 
     def _check_energy(self) -> None:
         error = abs(self.budget.energy_error())
