@@ -4,13 +4,11 @@ import hashlib
 import json
 import os
 import signal
-import threading
 import time as wall_clock
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from math import hypot, inf, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -22,10 +20,13 @@ from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import set_threads
+from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.overlap import refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.timing import time_verbs
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -53,6 +54,25 @@ def _choices(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
     return value if isinstance(value, (str, bool)) else type(value).__name__
+
+
+class Observer(Protocol):
+    """What looks at a run: it may read the simulation, and never changes it."""
+
+    def begin(self, simulation: "Simulation") -> None:
+        """Before the first step."""
+
+    def after_step(self, simulation: "Simulation") -> None:
+        """After each step."""
+
+    def checkpoint(self, simulation: "Simulation") -> None:
+        """Keep all that is needed to go on."""
+
+    def end(self, simulation: "Simulation") -> None:
+        """After the last step."""
+
+    def failed(self, simulation: "Simulation", error: RunStopped) -> None:
+        """When the run stopped itself."""
 
 
 class Simulation:
@@ -90,7 +110,7 @@ class Simulation:
         self.timers: dict[str, float] = {}
         self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if timed:
-            self._time_verbs()
+            time_verbs(self, self.timers)
 
     def _worthwhile_threads(self) -> int:
         """Threads that a body of this size keeps busy."""
@@ -152,10 +172,10 @@ class Simulation:
         self._check_energy()
         self._look_at_contact()
 
-    def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
+    def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
         shown = 0.0
-        with _signals() as caught:
+        with signals_caught() as caught:
             recorder.begin(self)
             if progress:
                 progress.begin("running", self.case.time.end if until is None else until)
@@ -175,7 +195,7 @@ class Simulation:
                 recorder.failed(self, error)
                 raise
 
-    def _show(self, progress: Any) -> None:
+    def _show(self, progress: Progress) -> None:
         points = sum(body.n_points for body in self.bodies)
         error = self.budget.energy_error()
         progress.update(step=self.n_steps, time=self.time, dt=self.dt, points=points, energy_error=error)
@@ -268,43 +288,3 @@ class Simulation:
         self.clock.restore(numbers["clock"])
         self.budget.restore(numbers["balance"])
         self._warned = set(numbers["warned"])
-
-    def _time_verbs(self) -> None:
-        parts = {"sort": "sort", "detect_contact": "contact", "advance": "grid", "project": "grid", "record": "reductions"}
-        for verb, part in (parts | {"clear": "grid", "clear_momentum": "grid"}).items():
-            setattr(self, verb, self._timed(part, getattr(self, verb)))
-        on_grid = {
-            "particle_to_grid": "scatter",
-            "update_velocities": "velocities",
-            "update_stress": "gradients and law",
-            "update_positions": "move",
-        }
-        own = {"predict": "scatter", "correct": "velocities", "update": "gradients and law"}
-        for bodies, verbs in ((self.grid_bodies, on_grid), (self.nodal_bodies, own)):
-            for body in bodies:
-                for verb, part in verbs.items():
-                    setattr(body, verb, self._timed(part, getattr(body, verb)))
-
-    def _timed(self, part: str, verb: Callable[..., None]) -> Callable[..., None]:
-        def timed(*arguments: Any, **named: Any) -> None:
-            start = wall_clock.perf_counter()
-            verb(*arguments, **named)
-            self.timers[part] = self.timers.get(part, 0.0) + wall_clock.perf_counter() - start
-
-        return timed
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Collect SIGTERM and SIGINT instead of dying in the middle of a step; only the main thread can."""
-    caught: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield caught
-        return
-    numbers = (signal.SIGTERM, signal.SIGINT)
-    previous = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in numbers}
-    try:
-        yield caught
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
