@@ -24,6 +24,10 @@ class Outer(NamedTuple):
     result: np.ndarray
 
 
+class Empty(NamedTuple):
+    pass
+
+
 @kernel()
 def scale(n, bundle):
     parallel_for(_scale_one, n, bundle)
@@ -62,6 +66,30 @@ def test_slices_and_lists_of_strides_are_kept():
     whole, result = np.arange(40.0).reshape(20, 2), np.zeros(20)
     scale(20, Bundle(Outer(Inner(whole[:, 1], 1.0), (0.0, 0.0), True, result)))
     assert np.array_equal(result, whole[:, 1])
+
+
+class Mixed(NamedTuple):
+    small: np.int16
+    flag: bool
+    nothing: Empty
+    pairs: tuple[tuple[int, float], tuple[int, float]]
+    byte: np.uint8
+    flags: np.ndarray
+    last: np.float32
+
+
+@kernel()
+def read(bundle):
+    pairs = bundle.pairs
+    total = 1.0 * bundle.small + bundle.byte + bundle.last + pairs[0][0] + pairs[0][1] + pairs[1][0] + pairs[1][1]
+    return bundle.flag, total, bundle.flags[1, 0], bundle.flags.shape, bundle.flags.size
+
+
+def test_members_of_any_size_are_found():
+    flags = np.zeros((2, 3), bool)
+    flags[1, 0] = True
+    mixed = Mixed(np.int16(-3), True, Empty(), ((1, 0.5), (2, 0.25)), np.uint8(200), flags, np.float32(0.125))
+    assert read(Bundle(mixed)) == (True, 200.875, True, (2, 3), 6)
 
 
 def test_a_kept_bundle_sees_its_arrays_change():

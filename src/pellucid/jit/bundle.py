@@ -4,6 +4,7 @@ Numba takes a tuple apart at every call, member by member, with code of its own 
 taken apart once, into memory that it keeps; kernels take the address, and read the members by name.
 """
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,15 +14,13 @@ from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     NativeValue,
     infer_getattr,
-    intrinsic,
     lower_getattr_generic,
     models,
     register_model,
     typeof_impl,
     unbox,
 )
-
-from pellucid.jit.kernels import kernel
+from numba.np.numpy_support import as_dtype
 
 ADDRESS = ir.IntType(8).as_pointer()
 
@@ -52,10 +51,10 @@ class BundleType(types.Type):
 @typeof_impl.register(Bundle)
 def _typeof(value: Bundle, context: Any) -> BundleType:
     if value.compiled_type is None:
-        value.compiled_type = BundleType(typeof_impl(value.content, context))
-        value.memory = np.empty(-(-_pack(value.content, 0) // 8))  # of eight bytes each
+        content = typeof_impl(value.content, context)
+        value.memory = np.array(_native(value.content, content), dtype=_layout(content))
         value.address = value.memory.ctypes.data
-        _pack(value.content, value.address)
+        value.compiled_type = BundleType(content)
     return value.compiled_type
 
 
@@ -89,38 +88,24 @@ def _member(context: Any, builder: Any, bundle: BundleType, address: Any, name: 
     return context.unpack_value(builder, bundle.content[place], cgutils.gep_inbounds(builder, content, 0, place))
 
 
-@kernel()
-def _pack(content, address):  # type: ignore[no-untyped-def]
-    return _store(content, address)
-
-
-@intrinsic
-def _store(typing: Any, content: Any, address: Any) -> Any:
-    """Store a tuple where `address` is not 0; the number of bytes that it takes."""
-
-    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        value, address = values
-        kind = context.get_data_type(content)
-        with builder.if_then(builder.icmp_signed("!=", address, address.type(0))):
-            pointer = builder.inttoptr(address, kind.as_pointer())
-            context.pack_value(builder, content, _unowned(context, builder, content, value), pointer)
-        return cgutils.intp_t(context.get_abi_sizeof(kind))
-
-    return types.intp(content, types.intp), emit
-
-
-def _unowned(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """The value with arrays that count no references: the bundle keeps them alive."""
+@cache
+def _layout(kind: Any) -> np.dtype[Any]:
+    """How the compiler lays a value of this type out in memory. Raises TypeError for what a bundle cannot hold."""
     if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, builder, value)
-        array.meminfo = cgutils.get_null_value(array.meminfo.type)
-        array.parent = cgutils.get_null_value(array.parent.type)
-        return array._getvalue()
+        dimensions = np.dtype([(f"f{axis}", np.intp) for axis in range(kind.ndim)])
+        names = ("meminfo", "parent", "nitems", "itemsize", "data")
+        return np.dtype([*((name, np.intp) for name in names), ("shape", dimensions), ("strides", dimensions)], align=True)
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
-        for place, part in enumerate(kind):
-            member = _unowned(context, builder, part, builder.extract_value(value, place))
-            value = builder.insert_value(value, member, place)
-        return value
-    if context.data_model_manager[kind].contains_nrt_meminfo():
-        raise TypeError(f"a bundle cannot hold {kind}")
+        return np.dtype([(f"f{place}", _layout(part)) for place, part in enumerate(kind)], align=True)
+    if isinstance(kind, types.Integer | types.Float | types.Boolean):  # type: ignore[attr-defined]
+        return as_dtype(kind)
+    raise TypeError(f"a bundle cannot hold {kind}")
+
+
+def _native(value: Any, kind: Any) -> Any:
+    """What the compiler takes a value for; arrays count no references, since the bundle keeps them alive."""
+    if isinstance(kind, types.Array):
+        return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides
+    if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+        return tuple(_native(part, inner) for part, inner in zip(value, kind, strict=True))
     return value
