@@ -31,6 +31,7 @@ def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[...,
             error_model="numpy",
             fastmath={"contract"},
             nogil=True,
+            forceinline=inner,  # else its code depends on whether it was compiled here or came with its caller from the cache
             no_cpython_wrapper=inner or inline,
             no_cfunc_wrapper=True,
         )
