@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.models import MaterialPointsCase, Membrane
+from pellucid.bodies.material_points.model import MaterialPointsCase
+from pellucid.bodies.membrane_model import MembraneCase
 from pellucid.bodies.registry import ALONE, BODIES
 from pellucid.conditions.walls import constrain_nodes
 from pellucid.contact.model import Contact
@@ -96,7 +97,7 @@ def refuse_overlaps(case: "Case", velocity_fields: Sequence[VelocityField]) -> N
             raise CaseError(Problem(text, f"body.{body.name}.{cases[body.name].place}", remedy=remedy))
 
 
-def _refuse_crossing(one: Membrane, other: Membrane) -> None:
+def _refuse_crossing(one: MembraneCase, other: MembraneCase) -> None:
     found = crossing(one.surface.triangulate(), other.surface.triangulate())
     if found is not None:
         place = ", ".join(f"{value:.4g}" for value in found)

@@ -7,8 +7,8 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.grid_body import GridBody
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
+from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
-from pellucid.bodies.models import MaterialPointsCase
 from pellucid.bundle import Bundle
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import transfer as kernels

@@ -7,11 +7,11 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.grid_body import GridBody
 from pellucid.bodies.membrane_points import kernels as kernels
+from pellucid.bodies.membrane_points.model import MembranePointsCase
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
-from pellucid.bodies.models import MembranePointsCase
 from pellucid.bundle import Bundle
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase

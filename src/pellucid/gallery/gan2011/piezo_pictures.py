@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.models import MembranePointsCase
+from pellucid.bodies.membrane_points.model import MembranePointsCase
 from pellucid.results.films import Film, evenly
 from pellucid.results.scenes.render import render
 from pellucid.results.scenes.scene import (
