@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pellucid.case.schema import json_schema
+from pellucid.case import json_schema
 
 PAGE = Path(__file__).parent / "reference" / "case.md"
 OPENING = """\

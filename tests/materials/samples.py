@@ -1,13 +1,11 @@
 """One or more of every registered material and equation of state, and laws of users, in units of their usual size."""
 
-from typing import get_args
-
 import pytest
 from user_laws import DecoupledMaterial, KelvinVoigtMaterial, StandardLinearMaterial
 
 from pellucid import materials
 from pellucid.materials.elastic import ElasticMaterial
-from pellucid.materials.eos import EquationOfState
+from pellucid.materials.eos import EQUATIONS_OF_STATE
 from pellucid.materials.fluid import FluidMaterial
 from pellucid.materials.hyperelastic import HyperelasticMaterial
 
@@ -40,7 +38,7 @@ USERS = {
 # every registered solid that needs no more than elastic constants
 SOLIDS = {
     kind: model(**(SOFT if issubclass(model, HyperelasticMaterial) else ALUMINIUM))
-    for kind, model in materials.MATERIALS.items()
+    for kind, model in materials.MATERIALS.entries.items()
     if issubclass(model, ElasticMaterial)
 }
 INVISCID = {name: fluid(name) for name in EOS}
@@ -59,15 +57,10 @@ every_solid = pytest.mark.parametrize("material", SOLIDS.values(), ids=SOLIDS)
 every_hyperelastic = pytest.mark.parametrize("material", HYPERELASTIC.values(), ids=HYPERELASTIC)
 
 
-def members(union):
-    """The classes of a union of case models, told apart by kind."""
-    return {get_args(member)[0] for member in get_args(get_args(union)[0])}
-
-
 def unsampled():
     """Registered classes that no sample above covers."""
-    missing = set(materials.MATERIALS.values()) - {type(material) for material in MATERIALS.values()}
-    return missing | (members(EquationOfState) - {type(material.eos) for material in INVISCID.values()})
+    missing = set(materials.MATERIALS.entries.values()) - {type(material) for material in MATERIALS.values()}
+    return missing | (set(EQUATIONS_OF_STATE.entries.values()) - {type(material.eos) for material in INVISCID.values()})
 
 
 # velocity gradients [1/s] that strain by up to a tenth in a step of 1 ms

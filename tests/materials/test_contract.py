@@ -13,7 +13,7 @@ from pellucid.state import FIELDS
 
 def test_each_is_registered_under_its_own_kind():
     for registered in (materials.MATERIALS, materials.MEMBRANE_MATERIALS):
-        for kind, model in registered.items():
+        for kind, model in registered.entries.items():
             assert model.model_fields["kind"].default == kind
             assert get_args(model.model_fields["kind"].annotation) == (kind,)
 

@@ -71,7 +71,7 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
     seconds = {what: float(np.percentile(steps_taken, QUARTER)) for what, steps_taken in taken.items()}
     sheet, block = simulations["together"].bodies
     return {
-        "elements": len(sheet.quads),
+        "elements": len(sheet.cells().quadrilaterals),
         "points": block.n_points,
         "steps": steps,
         "seconds_per_step": seconds,

@@ -14,8 +14,11 @@ import numpy as np
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.errors import RunStopped
-from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES
+from pellucid.geometry.cells import Cells
+from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import VelocityTransfer
 
 Places = Callable[[np.ndarray], np.ndarray]
 """Which of some positions [m], shape (n, 3), are meant, shape (n,)."""
@@ -28,6 +31,22 @@ class HeldNodes(NamedTuple):
     axes: tuple[bool, bool, bool]  # directions that are held
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
+
+
+class Placement(NamedTuple):
+    """With what a body is built; without a grid in the case there is no velocity field either."""
+
+    grid_case: GridCase | None
+    velocity_field: VelocityField | None
+    velocity_transfer: VelocityTransfer
+    gravity: tuple[float, float, float]  # [m/s²], of which a body with its own nodes takes care itself
+    n_loads: int  # channels of external forces
+
+    def on_grid(self) -> tuple[GridCase, VelocityField]:
+        """Grid and velocity field of a body that needs them, which its model sees to."""
+        if self.grid_case is None or self.velocity_field is None:
+            raise ValueError("this body needs a grid, and the case has none")
+        return self.grid_case, self.velocity_field
 
 
 class PointConstraint(Protocol):
@@ -61,7 +80,6 @@ class Body(ABC):
     """What its points or nodes carry, first axis n; `id` is their number in the order of seeding or of the mesh."""
     element_arrays: Mapping[str, np.ndarray] = {}
     """What its elements carry, in the order of the mesh; most bodies have none."""
-    quads, triangles = NO_QUADS, NO_TRIANGLES
     constraint: PointConstraint | None = None
 
     @property
@@ -147,6 +165,14 @@ class Body(ABC):
     @abstractmethod
     def field(self, name: str) -> np.ndarray:
         """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+
+    def cells(self) -> Cells:
+        """What results show between the points, whose numbers are those of `frame`; of most bodies the points themselves."""
+        return Cells.of_points(self.n_points)
+
+    def places(self) -> np.ndarray:
+        """Positions in the order of `frame` [m], shape (n, 3)."""
+        return np.asarray(self.arrays["position"][np.argsort(self.arrays["id"])])
 
     def frame(self) -> dict[str, np.ndarray]:
         """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""

@@ -1,10 +1,10 @@
 """What a user writes: the data model of a case, read from TOML or built in Python."""
 
 from pellucid.case.memory import check_memory
+from pellucid.case.probe import Probe
 from pellucid.case.reading import load, loads, located
-from pellucid.case.schema import json_schema
 from pellucid.case.settings import parse_setting, parse_value
-from pellucid.case.spec import Case, EnergyCase, OutputCase, Probe, TimeCase, TimesCase
+from pellucid.case.spec import Case, EnergyCase, OutputCase, TimeCase, TimesCase, json_schema
 from pellucid.case.writing import dumps
 
 __all__ = [

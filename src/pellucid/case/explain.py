@@ -6,10 +6,9 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from pellucid.case.lines import Path
-from pellucid.case.relations import Disagreement, Finding, hint, listed
-from pellucid.case.schema import field_at, keys_at, kinds
+from pellucid.case.schema import Schema
 from pellucid.errors import Problem, shown
+from pellucid.findings import Disagreement, Finding, Path, hint, listed
 
 MISSING = object()
 
@@ -47,8 +46,8 @@ class Detail(NamedTuple):
     message: str
 
 
-def explain(error: ValidationError, data: Any) -> list[Finding]:
-    """What is wrong with the data of a case, each finding at the path that the user wrote, without repetitions."""
+def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
+    """What is wrong with data that a schema describes, each finding at the path that the user wrote, without repetitions."""
     details = [
         Detail(written_path(item["loc"], item["type"], data), item["type"], item.get("ctx", {}), item["msg"])
         for item in error.errors(include_url=False)
@@ -61,7 +60,7 @@ def explain(error: ValidationError, data: Any) -> list[Finding]:
         alternatives = [other for other in groups if len(other) > len(path) and other[: len(path)] == path]
         if alternatives and all(detail.kind in TYPES or detail.kind in ("literal_error", "too_short") for detail in group):
             continue  # the value is of the other alternative's type, or lacks an item that is itself wrong: that says more
-        found += _findings(path, group, data)
+        found += _findings(path, group, data, schema)
     return _without_echoes(found)
 
 
@@ -105,30 +104,32 @@ def dotted(path: Path, data: Any) -> str:
     return ".".join(parts)
 
 
-def _findings(path: Path, group: list[Detail], data: Any) -> list[Finding]:
+def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> list[Finding]:
     first = group[0]
     value = value_at(path, data)
-    field = field_at(path, data)
+    field = schema.field_at(path, data)
+    meaning = _meaning(field)
     if first.kind == "value_error" and isinstance(first.context.get("error"), Disagreement):
         return list(first.context["error"].findings)
     if first.kind == "value_error":
         return [Finding(path, str(first.context["error"]))]
     if first.kind == "missing" and isinstance(path[-1], int):
-        return [Finding(path[:-1], f"must have {_size(field_at(path[:-1], data))} components{_meaning(path[:-1], data)}")]
+        around = schema.field_at(path[:-1], data)
+        return [Finding(path[:-1], f"must have {_size(around)} components{_meaning(around)}")]
     if first.kind == "missing":
-        return [Finding(path, f"is missing{_meaning(path, data)}", f"add `{path[-1]} = ...`")]
+        return [Finding(path, f"is missing{meaning}", f"add `{path[-1]} = ...`")]
     if first.kind == "extra_forbidden":
-        keys = keys_at(path[:-1], data)
+        keys = schema.keys_at(path[:-1], data)
         place = f"`{dotted(path[:-1], data)}`" if len(path) > 1 else "a case"
         return [Finding(path, f"unknown key; {place} has the keys {listed(keys)}", hint(str(path[-1]), keys))]
     if first.kind in ("union_tag_invalid", "union_tag_not_found"):
-        return [_unknown_kind(path, first, value, field)]
+        return [_unknown_kind(path, first, value, schema.kinds(field))]
     if first.kind in LIMITS:
         name, words = LIMITS[first.kind]
         limit = " ".join(filter(None, (f"{first.context[name]:g}", field.get("unit"))))
-        return [Finding(path, f"must be {words} {limit}{_meaning(path, data, with_unit=False)}")]
+        return [Finding(path, f"must be {words} {limit}{_meaning(field, with_unit=False)}")]
     if first.kind in ("too_long", "too_short") and "max_length" in first.context:
-        return [Finding(path, f"must have {first.context['max_length']} components{_meaning(path, data)}")]
+        return [Finding(path, f"must have {first.context['max_length']} components{meaning}")]
     if first.kind == "too_short":
         return [Finding(path, f"must have at least {first.context['min_length']} item")]
     if first.kind == "string_pattern_mismatch":
@@ -140,19 +141,28 @@ def _findings(path: Path, group: list[Detail], data: Any) -> list[Finding]:
         wanted = [f"one of {listed(quoted)}" if len(quoted) > 1 else quoted[0], *dict.fromkeys(wanted)]
     if not wanted:
         return [Finding(path, first.message)]
-    text = f"must be {' or '.join(dict.fromkeys(wanted))}{_meaning(path, data)}"
-    if wanted == ["a list"] and isinstance(value, dict) and len(path) == 1:
-        return [Finding(path, text, f"write `[[{path[0]}]]`, with two brackets, above each of them")]
+    text = f"must be {' or '.join(dict.fromkeys(wanted))}{meaning}"
+    if wanted == ["a list"] and isinstance(value, dict):
+        return [Finding(path, text, _list_remedy(path, field, schema))]
     return [Finding(path, text, hint(value, choices) if isinstance(value, str) else "")]
 
 
-def _unknown_kind(path: Path, detail: Detail, value: Any, field: dict[str, Any]) -> Finding:
-    choices = [choice.strip("'") for choice in detail.context.get("expected_tags", "").split(", ") if choice]
-    choices = choices or kinds(field)
-    text = f"must be one of {listed([shown(choice) for choice in choices])}"
+def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> Finding:
+    tags = [tag.strip("'") for tag in detail.context.get("expected_tags", "").split(", ") if tag]
+    kinds = tags or kinds
+    text = f"must be one of {listed([shown(kind) for kind in kinds])}"
     if detail.kind == "union_tag_not_found":
         return Finding((*path, "kind"), f"is missing; it {text}")
-    return Finding((*path, "kind"), text, hint(str(value.get("kind")), choices))
+    return Finding((*path, "kind"), text, hint(str(value.get("kind")), kinds))
+
+
+def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
+    """What to write where a table stands for a list."""
+    if "prefixItems" in field:
+        return f"write `{path[-1]} = [{', '.join('xyz'[: _size(field)])}]`, with a number for each"
+    if len(path) == 1 and schema.is_list_of_tables(field):
+        return f"write `[[{path[0]}]]`, with two brackets, above each of them"
+    return "write it in [ ]"
 
 
 def _choices(detail: Detail) -> list[str]:
@@ -163,8 +173,7 @@ def _size(field: dict[str, Any]) -> int:
     return len(field.get("prefixItems", ())) or 3
 
 
-def _meaning(path: Path, data: Any, with_unit: bool = True) -> str:
-    field = field_at(path, data)
+def _meaning(field: dict[str, Any], with_unit: bool = True) -> str:
     unit = f", {field['unit']}" if with_unit and field.get("unit") else ""
     return f" ({field['description']}{unit})" if field.get("description") else ""
 

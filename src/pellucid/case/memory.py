@@ -31,14 +31,14 @@ def check_memory(case: "Case") -> None:
 
 
 def n_nodes(case: "Case") -> float:
-    """Number of nodes that are stored: those of the grid, once for each velocity field and each body with nodes of its own."""
-    sets = {(body.field, body.name if body.kind == "membrane-elements" else "") for body in case.body}
-    return len(sets) * prod(float(n + PAD) for n, thin in zip(case.grid.counts(), case.grid.thin(), strict=True) if not thin)
+    """Number of nodes of the grid that are stored: all of them once for each velocity field."""
+    cells = zip(case.grid.counts(), case.grid.thin(), strict=True)
+    return len({body.field for body in case.body}) * prod(float(n + PAD) for n, thin in cells if not thin)
 
 
 def n_points(case: "Case") -> float:
     """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
-    return sum(body.knowing(case.body).size(case.grid) for body in case.body)
+    return sum(body.knowing(case.body).n_points(case.grid) for body in case.body)
 
 
 def physical_memory() -> int | None:

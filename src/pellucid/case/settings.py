@@ -6,8 +6,8 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from pellucid.case.lines import Path
 from pellucid.errors import CaseError, Problem, shown
+from pellucid.findings import Path
 
 _PART = re.compile(r'"([^"]*)"|\'([^\']*)\'|([^.\s"\']+)')
 

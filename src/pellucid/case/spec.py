@@ -1,25 +1,32 @@
 """A case: everything that a run needs, as data. The same classes are the case file and the Python interface."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
 from pellucid.bodies.models import Body
+from pellucid.case.checking import changed
+from pellucid.case.probe import Probe
+from pellucid.case.schema import schema_of
+from pellucid.case.sections import parts_of
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
 from pellucid.contact.model import Contact
+from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
 from pellucid.model import Model, Vector, parameter
+from pellucid.parts import BodyModel, Part, Parts
 
 ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05
 """By which a fixed step may exceed the stable one."""
+MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
 
 
-class TimeCase(Model):
+class TimeCase(Part):
     """The clock: order of the step, length of the run, choice of the step, transfer of velocities."""
 
     scheme: Literal["musl", "usf", "usl"] = parameter("", "order of the step", "musl")
@@ -29,53 +36,37 @@ class TimeCase(Model):
     transfer: Literal["flip", "pic", "blend", "apic"] = parameter("", "how velocities return to the points", "flip")
     flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
 
-
-class Probe(Model):
-    """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at each probe instant."""
-
-    name: str = parameter("", "name of the column", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
-    body: str | None = parameter("", "name of the body", None)
-    quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction"')
-    component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
-    reduce: Literal["mean", "max", "min", "sum", "count", "nearest", "point"] = parameter(
-        "",
-        'how the points become one number: "count" those above a value; "nearest" takes the point that is nearest to a place '
-        'at the moment, "point" follows the one that was nearest at the start',
-        "mean",
-    )
-    at: Vector | None = parameter("m", 'place for "nearest" and "point"', None)
-    above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
-    change: bool = parameter("", "whether the value at the start is subtracted", False)
-    carried: bool = parameter(
-        "", 'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it', False
-    )
-    condition: str | None = parameter(
-        "", 'for quantity = "reaction": name of the support, motion or contact; its mean force since the row before', None
-    )
-
-    @model_validator(mode="after")
-    def _is_complete(self) -> "Probe":
-        if (self.reduce in ("nearest", "point")) != (self.at is not None):
-            raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
-        if (self.quantity == "reaction") != (self.condition is not None):
-            raise ValueError('`condition` belongs to `quantity = "reaction"`: give both or neither')
-        if (self.body is None) != (self.condition is not None):
-            raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
-        if self.carried and (self.quantity, self.reduce) != ("position", "point"):
-            raise ValueError('`carried` belongs to `quantity = "position"` with `reduce = "point"`')
-        if self.carried and (self.component is None or self.change):
-            raise ValueError(
-                "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
-            )
-        return self
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A fixed step that cannot be stable even at the start."""
+        if self.step is None or parts.grid is None:
+            return
+        for body in parts.of(BodyModel):
+            limit = body.step_limit(parts.grid.cell, parts.is_driven(body.name))
+            if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
+                text = f"above {limit.step:.3g} s, the largest stable step at the start: {limit.reason}"
+                remedy = "make time.step smaller, or leave it out and let time.courant choose"
+                yield Finding((*path, "step"), text, remedy)
 
 
-class OutputCase(Model):
+class OutputCase(Part):
     """How often results are written."""
 
     history: float | None = parameter("s", "time between rows of history.csv; without it end/200", None, gt=0)
     frames: float | None = parameter("s", "time between frames of the fields; without it end/10", None, gt=0)
     checkpoint: float = parameter("s", "wall-clock time between checkpoints", 30.0, gt=0)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """More instants than anyone can want: their places in the files are laid out when the run begins."""
+        time = parts.one(TimeCase)
+        rows = ("history", self.history, MOST_ROWS, "rows of history.csv")
+        frames = ("frames", self.frames, MOST_FRAMES, "frames of the fields")
+        end = 0.0 if time is None else time.end
+        for key, interval, most, what in (rows, frames):
+            if interval is not None and end / interval > most * (1.0 + 1e-5):  # so that the remedy, rounded, is enough
+                text = f"{end / interval:.3g} {what} until time.end = {end:g} s; a run writes at most {most:,}".replace(
+                    ",", " "
+                )
+                yield Finding((*path, key), text, f"use {end / most:g} s or more, or leave it out")
 
 
 class EnergyCase(Model):
@@ -117,12 +108,7 @@ class Case(Model):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> "Case":
-        from pellucid.case.relations import Conditions, Disagreement, findings
-
-        conditions = Conditions(
-            list(self.support), list(self.motion), list(self.absorbing), list(self.pressure), list(self.contact)
-        )
-        found = findings(self.grid, list(self.body), conditions, list(self.probe), self.time, self.output)
+        found = parts_of(self).findings()
         if found:
             raise Disagreement(found)
         return self
@@ -140,9 +126,7 @@ class Case(Model):
 
         Raises CaseError naming the setting where the key or the value is impossible.
         """
-        from pellucid.case.reading import changed
-
-        return changed(self, settings)
+        return changed(type(self), self.to_data(), settings)
 
     def quick_variant(self) -> "Case":
         """The case with its own quick settings, for a look within seconds; the case itself where it has none."""
@@ -151,3 +135,8 @@ class Case(Model):
     def to_data(self) -> dict[str, Any]:
         """The case as plain tables, lists, texts and numbers in SI units, defaults included, None left out."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON schema of a case file, with all kinds that are registered at the moment."""
+    return schema_of(Case).whole

@@ -3,7 +3,7 @@
 Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,15 @@ from pydantic import field_validator
 
 from pellucid.approximants.axis import axis_weights
 from pellucid.conditions.support import Face
+from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
-from pellucid.model import Model, parameter
+from pellucid.model import parameter
+from pellucid.parts import Condition, Parts
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
 
 
-class Absorbing(Model):
+class Absorbing(Condition):
     """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves of a body that meet them head-on leave."""
 
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
@@ -27,6 +29,22 @@ class Absorbing(Model):
     @classmethod
     def _one_or_several(cls, where: Any) -> Any:
         return (where,) if isinstance(where, str) else where
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that sends no waves to a face, and faces that are held or absorb twice."""
+        yield from parts.unknown_body((*path, "body"), self.body)
+        body = parts.body(self.body)
+        if body is not None and not body.has_volume_waves():
+            text = f"body {self.body} is a membrane; its waves run along it, not to a face"
+            yield Finding((*path, "body"), text, "name a body of material-points")
+        before = [face for place, other in parts.placed(Absorbing) if place < path for face in other.where]
+        for number, face in enumerate(self.where):
+            if face in before or face in self.where[:number]:
+                text = f"the face {face} stands here a second time: it would absorb twice as much as arrives"
+                yield Finding((*path, "where"), text, "name each face once, with the body that fills it")
+            if any(condition.holds_face(face) for condition in parts.of(Condition)):
+                text = f"a support holds the face {face}: what is held absorbs nothing"
+                yield Finding((*path, "where"), text, "take the face out of one of the two")
 
 
 def absorption_rates(grid: Grid, functions: Any, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:

@@ -14,16 +14,7 @@ from pellucid.conditions.support import Support
 from pellucid.energy import ABSORBED_ENERGY, FIRST_LOAD, IMPACT_HEAT, MOTION_WORK, Channel, StepWork
 from pellucid.grid.momentum import ExternalAction, Supports, external_action
 from pellucid.grid.velocity_field import VelocityField
-
-
-class BodyModel(Protocol):
-    """What conditions ask of the model of a body."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def moves_rigidly(self) -> bool: ...
-    def wave_speeds(self) -> tuple[float, float]: ...
+from pellucid.parts import BodyModel
 
 
 class Given(Protocol):
@@ -67,7 +58,7 @@ class ActingConditions:
         self._pressures = [(bodies[condition.body][0], condition, columns["load_work"]) for condition in case.pressure]
         self._constraints: list[PrescribedPoints | RigidBody] = []
         for model in case.body:
-            if not model.moves_rigidly:
+            if not model.is_rigid:
                 continue
             body, field = bodies[model.name]
             self._constraints.append(RigidBody(body, field.grid.thin))

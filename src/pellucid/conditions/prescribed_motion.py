@@ -1,13 +1,16 @@
 """Prescribed motions of bodies or parts of them, as the user describes them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import ClassVar
 
 from pydantic import model_validator
 
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.support import Axis
+from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Shape
 from pellucid.model import Model, parameter
+from pellucid.parts import Condition, Parts
 
 
 class Displacements(Model):
@@ -18,8 +21,10 @@ class Displacements(Model):
     z: Signal | None = parameter("", "along z", None)
 
 
-class Motion(Model):
+class Motion(Condition):
     """Points of a body that follow a prescribed displacement, whatever meets them."""
+
+    unique_name: ClassVar[bool] = True
 
     name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str = parameter("", "name of the body")
@@ -38,6 +43,21 @@ class Motion(Model):
                 '{ y = { kind = "sine", amplitude = 1e-5, period = 1e-4 } }'
             )
         return self
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that is not there or cannot follow."""
+        yield from parts.unknown_body((*path, "body"), self.body)
+        body = parts.body(self.body)
+        if body is not None and (reason := body.why_not_prescribed()):
+            yield Finding((*path, "body"), *reason)
+
+    def reaction(self) -> str | None:
+        """Its own name."""
+        return self.name
+
+    def prescribed_axes(self, body: str) -> set[int]:
+        """The axes along which a body as a whole follows it."""
+        return self.axes() if body == self.body and self.part is None else set()
 
     def functions(self) -> dict[int, Callable[[float], float]]:
         """Displacement [m] as a function of time [s] for each prescribed axis, by its number."""

@@ -1,11 +1,14 @@
 """Supports: nodes whose velocity is prescribed."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import field_validator, model_validator
 
+from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Box
 from pellucid.model import Model, Vector, parameter
+from pellucid.parts import Condition, Parts
 
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 Axis = Literal["x", "y", "z"]
@@ -17,7 +20,7 @@ class BoxRegion(Model):
     box: Box
 
 
-class Support(Model):
+class Support(Condition):
     """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall."""
 
     name: str | None = parameter("", "name for probes of its reaction", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
@@ -37,6 +40,31 @@ class Support(Model):
         if self.fix == "normal" and (not isinstance(self.where, str) or self.where == "all-nodes"):
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
         return self
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A box in which there is no node."""
+        grid = parts.grid
+        if grid is None or not isinstance(self.where, BoxRegion):
+            return
+        lower, upper = self.where.box.bounds()
+        ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
+        for axis, low, high, grid_low, grid_high, thin in ends:
+            if not thin and (high < low or high < grid_low or low > grid_high):
+                box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
+                text = f"the box holds no node: {axis} from {box}, the grid's from {nodes}"
+                yield Finding((*path, "where", "box"), text, "let the box overlap the grid")
+
+    def reaction(self) -> str | None:
+        """Its own name."""
+        return self.name
+
+    def holds_face(self, face: str) -> bool:
+        """Whether this face of the grid is where it holds."""
+        return self.where == face
+
+    def face_velocity(self, face: str) -> Vector | None:
+        """Its velocity [m/s], if it holds this face of the grid along its normal."""
+        return self.velocity if self.holds_face(face) and self.axes()["xyz".index(face[0])] else None
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are held."""

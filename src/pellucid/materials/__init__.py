@@ -1,9 +1,9 @@
-"""Materials: one file each, with the parameters a user gives, the law, its wave speed and its energy."""
+"""Materials: one file each, with the parameters a user gives, the law, its wave speed and its energy.
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Union
+The kinds that a case can name are listed here: one line each.
+"""
 
-from pydantic import Discriminator, Tag
+from typing import Annotated
 
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
@@ -12,28 +12,17 @@ from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.materials.linear_membrane import LinearMembraneMaterial
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
 from pellucid.materials.neo_hookean_membrane import NeoHookeanMembraneMaterial
-from pellucid.model import Model, kind_of
+from pellucid.registry import Family, OneOf
 
-MATERIALS: dict[str, type[PointMaterial]] = {
-    "fluid": FluidMaterial,
-    "linear-elastic": LinearElasticMaterial,
-    "neo-hookean": NeoHookeanMaterial,
-}
-MEMBRANE_MATERIALS: dict[str, type[ElasticMembraneMaterial]] = {
-    "linear-membrane": LinearMembraneMaterial,
-    "neo-hookean-membrane": NeoHookeanMembraneMaterial,
-}
+MATERIALS = Family("material", PointMaterial)
+Material = Annotated[PointMaterial, OneOf(MATERIALS)]
 
+MATERIALS.add(FluidMaterial)
+MATERIALS.add(LinearElasticMaterial)
+MATERIALS.add(NeoHookeanMaterial)
 
-def _one_of(models: Mapping[str, type[Model]]) -> Any:
-    """A table of any of these models, told apart by its `kind`."""
-    members = [Annotated[model, Tag(kind)] for kind, model in models.items()]
-    return Annotated[Union[tuple(members)], Discriminator(kind_of)]  # noqa: UP007 - their number is not known here
+MEMBRANE_MATERIALS = Family("material of a membrane", ElasticMembraneMaterial)
+MembraneMaterial = Annotated[ElasticMembraneMaterial, OneOf(MEMBRANE_MATERIALS)]
 
-
-if TYPE_CHECKING:
-    Material = PointMaterial
-    MembraneMaterial = ElasticMembraneMaterial
-else:
-    Material = _one_of(MATERIALS)
-    MembraneMaterial = _one_of(MEMBRANE_MATERIALS)
+MEMBRANE_MATERIALS.add(LinearMembraneMaterial)
+MEMBRANE_MATERIALS.add(NeoHookeanMembraneMaterial)

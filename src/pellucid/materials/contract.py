@@ -10,7 +10,14 @@ from pellucid.model import Model, parameter
 from pellucid.state import FIELDS
 
 
-class PointMaterial(Model):
+class BodyMaterial(Model):
+    """What the materials of all kinds of bodies share."""
+
+    kind: str
+    density: float = parameter("kg/m^3", "initial density", gt=0)
+
+
+class PointMaterial(BodyMaterial):
     """A material of material points: what the user says of it, its law, and its state at the start.
 
     A new material is a subclass with a `kind` of its own, such as `kind: Literal["neo-hookean"] = "neo-hookean"`.
@@ -18,9 +25,6 @@ class PointMaterial(Model):
 
     energy_kind: ClassVar[Literal["internal", "strain"]] = "strain"
     """Which energy it stores: the internal energy, with heat, or the strain energy, which can be had back."""
-
-    kind: str
-    density: float = parameter("kg/m^3", "initial density", gt=0)
 
     @abstractmethod
     def law(self) -> Law:

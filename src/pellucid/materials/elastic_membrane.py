@@ -4,6 +4,7 @@ from abc import abstractmethod
 
 from pydantic import model_validator
 
+from pellucid.materials.contract import BodyMaterial
 from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.law import Law
@@ -12,10 +13,9 @@ from pellucid.materials.wrinkling import TensionField
 from pellucid.model import parameter
 
 
-class ElasticMembraneMaterial(ElasticMaterial):
+class ElasticMembraneMaterial(ElasticMaterial, BodyMaterial):
     """What isotropic elastic membranes share."""
 
-    kind: str
     damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
     wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
 

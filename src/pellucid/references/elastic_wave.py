@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pellucid.bodies.models import MaterialPointsCase
+from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ class StandingWave:
     def of(cls, case: "Case") -> "StandingWave":
         """The wave that the first body of a case starts with. In a bar held sideways the wave's modulus is λ + 2μ."""
         body = case.body[0]
-        material, wave = body.material, body.velocity_wave if isinstance(body, MaterialPointsCase) else None
+        wave = body.velocity_wave if isinstance(body, MaterialPointsCase) else None
+        material: object = body.material
         if wave is None or not isinstance(material, ElasticMaterial):
             raise ValueError(f"body {body.name!r} must be an elastic solid with a velocity_wave")
         nu = material.poisson_ratio

@@ -16,7 +16,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import j0, j1
 
-from pellucid.bodies.models import MaterialPointsCase
+from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class SpinningDisc:
         """The disc of a case with one body, a cylinder along z."""
         body = case.body[0]
         cylinder = body.shape.cylinder if isinstance(body, MaterialPointsCase) else None
-        material = body.material
+        material: object = body.material
         if not isinstance(body, MaterialPointsCase) or cylinder is None or not isinstance(material, ElasticMaterial):
             raise ValueError(f"body {body.name!r} must be an elastic cylinder")
         return cls(cylinder.radius, material.density, material.young_modulus, material.poisson_ratio, body.angular_velocity[2])

@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pellucid.bodies.contract import Body
-from pellucid.bodies.registry import BODIES, BODIES_ALONE
+from pellucid.bodies.contract import Body, Placement
 from pellucid.conditions.acting import load_channels
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.model import Contact
@@ -14,6 +13,7 @@ from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts import BodyModel
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -23,22 +23,18 @@ Built = dict[str, tuple[Body, VelocityField]]
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer) -> tuple[list[VelocityField], Built]:
-    """The velocity fields of a case and its bodies; a body with its own nodes has a field to itself."""
-    members: dict[str, list[str]] = {}
-    for body in case.body:
-        members.setdefault(body.field, []).append(body.name)
+    """The velocity fields of a case and its bodies."""
+    members: dict[str, list[BodyModel]] = {}
+    for model in case.body:
+        members.setdefault(model.field, []).append(model)
     n_loads, fields, built = len(load_channels(case)), [], Built()
-    for name, names in members.items():
-        alone = len(names) == 1
-        own = [body for body in case.body if body.name in names]
-        moves_points = not (alone and own[0].kind in BODIES_ALONE)
-        field = VelocityField(name, Grid(case.grid), moves_points)
+    for name, models in members.items():
+        own = [model.owns_nodes(len(models) == 1) for model in models]
+        field = VelocityField(name, Grid(case.grid), moves_points=not all(own))
         fields.append(field)
-        for model in own:
-            if moves_points:
-                built[model.name] = BODIES[model.kind](model.knowing(case.body), case.grid, field, transfer), field
-            else:
-                built[model.name] = BODIES_ALONE[model.kind](model, case.grid, field, case.gravity, n_loads), field
+        placement = Placement(case.grid, field, transfer, case.gravity, n_loads)
+        for model in models:
+            built[model.name] = model.knowing(case.body).build(placement), field
     return fields, built
 
 

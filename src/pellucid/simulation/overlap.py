@@ -1,46 +1,39 @@
-"""Bodies of different velocity fields that start inside each other or cross: contact could not tell which way out is."""
+"""Bodies that start inside each other or cross.
+
+Between velocity fields that is an error: contact could not tell which way out is. Within one there is twice the mass where two
+volumes overlap, which is told of.
+"""
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from itertools import combinations, permutations
 
 import numpy as np
 
 from pellucid.bodies.contract import Body
-from pellucid.bodies.models import MaterialPointsCase, Membrane
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.crossing import crossing
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
+from pellucid.geometry.triangulation import Triangulation
+from pellucid.grid.model import GridCase
+from pellucid.parts import BodyModel
 
 DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
+SAMPLES = 4000  # points of a body that are looked at within a velocity field, at most
 
 
-def refuse_overlaps(case: "Case", bodies: Sequence[Body]) -> None:
-    """Raise CaseError where a body starts inside one of another velocity field: nothing could tell which way out is."""
-    cases: dict[str, Any] = {body.name: body for body in case.body}
-    x, y, z = (not thin for thin in case.grid.thin())
-    away = np.eye(3)[[x, y, z]]
-    steps = np.vstack([np.zeros(3), away, -away]) * DEPTH * case.grid.cell
-    for one, two in combinations((body for body in bodies if body.is_surface), 2):
-        if cases[one.name].field != cases[two.name].field:
-            _refuse_crossing(cases[one.name], cases[two.name])
-    for body, other in _strangers(cases, bodies):
-        solid = cases[other.name]
-        if not isinstance(solid, MaterialPointsCase):
+def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase) -> None:
+    """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross."""
+    known = {model.name: model.knowing(models) for model in models}
+    for one, two in combinations(bodies, 2):
+        if one.is_surface and two.is_surface and known[one.name].field != known[two.name].field:
+            _refuse_crossing(one, two)
+    for body, other in permutations(bodies, 2):
+        if other.is_surface or known[body.name].field == known[other.name].field:
             continue
         position = body.arrays["position"]
         if body.is_surface:  # its vertices may stand on both sides of a body that it cuts
-            vertices, triangles = cases[body.name].surface.triangulate()
-            position = np.concatenate([vertices, vertices[triangles].mean(axis=1)])
-        inside = np.ones(len(position), bool)
-        for step in steps:
-            places = position[inside] + step
-            kept = solid.shape.geometry().contains(places, (x, y, z))
-            for left_out in solid.knowing(case.body).left_out:
-                kept &= ~left_out.contains(places, (x, y, z))
-            inside[inside] = kept
+            position = body.places()
+            position = np.concatenate([position, position[body.cells().surface()].mean(axis=1)])
+        inside = _well_inside(position, known[other.name], grid)
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             text = (
@@ -49,11 +42,38 @@ def refuse_overlaps(case: "Case", bodies: Sequence[Body]) -> None:
             )
             leave_out = "" if body.is_surface else f"name {other.name} in `outside`, "
             remedy = f"move one of the two, {leave_out}or give both the same `field`"
-            raise CaseError(Problem(text, f"body.{body.name}.{cases[body.name].place}", remedy=remedy))
+            raise CaseError(Problem(text, f"body.{body.name}.{known[body.name].place}", remedy=remedy))
 
 
-def _refuse_crossing(one: Membrane, other: Membrane) -> None:
-    found = crossing(one.surface.triangulate(), other.surface.triangulate())
+def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase) -> Iterator[str]:
+    """What is to be said of volumes of one velocity field that overlap, once for each two of them."""
+    known = {model.name: model.knowing(models) for model in models}
+    for body, other in combinations(bodies, 2):
+        if body.is_surface or other.is_surface or known[body.name].field != known[other.name].field:
+            continue
+        position = body.arrays["position"]
+        position = position[:: max(1, len(position) // SAMPLES)]
+        inside = _well_inside(position, known[other.name], grid)
+        if inside.any():
+            place = ", ".join(f"{value:.4g}" for value in position[inside][0])
+            yield (
+                f"bodies {body.name} and {other.name} overlap in one velocity field, for example at ({place}) m: there is the "
+                f"mass of both there; name one in `outside` of the other, or move one"
+            )
+
+
+def _well_inside(position: np.ndarray, model: BodyModel, grid: GridCase) -> np.ndarray:
+    """Which positions lie inside a body, and no nearer to its border than DEPTH of a cell along any axis."""
+    x, y, z = (not thin for thin in grid.thin())
+    away = np.eye(3)[[x, y, z]]
+    inside = np.ones(len(position), bool)
+    for step in np.vstack([np.zeros(3), away, -away]) * DEPTH * grid.cell:
+        inside[inside] = model.contains(position[inside] + step, (x, y, z))
+    return inside
+
+
+def _refuse_crossing(one: Body, other: Body) -> None:
+    found = crossing(*(Triangulation(body.places(), body.cells().surface()) for body in (one, other)))
     if found is not None:
         place = ", ".join(f"{value:.4g}" for value in found)
         text = (
@@ -61,8 +81,3 @@ def _refuse_crossing(one: Membrane, other: Membrane) -> None:
             f"contact cannot tell on which side it is"
         )
         raise CaseError(Problem(text, f"body.{one.name}.surface", remedy="move one of the two, or give both the same `field`"))
-
-
-def _strangers(cases: dict[str, Any], bodies: Sequence[Body]) -> Iterator[tuple[Body, Body]]:
-    for one in bodies:
-        yield from ((one, other) for other in bodies if cases[one.name].field != cases[other.name].field)

@@ -24,7 +24,7 @@ from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
-from pellucid.simulation.overlap import refuse_overlaps
+from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.timing import time_verbs
 
@@ -89,7 +89,7 @@ class Simulation:
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or self._worthwhile_threads())
-        refuse_overlaps(case, self.bodies)
+        refuse_overlaps(case.body, self.bodies, case.grid)
         self.conditions = ActingConditions(case, self._built)
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for field, supports, external in zip(
@@ -108,6 +108,8 @@ class Simulation:
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()
         self.timers: dict[str, float] = {}
+        for text in overlaps_within_fields(case.body, self.bodies, case.grid):
+            warnings.warn(text, stacklevel=2)
         self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if timed:
             time_verbs(self, self.timers)

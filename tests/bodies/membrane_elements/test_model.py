@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 from elements import element_sheet
 from pydantic import ValidationError
-from scenes import case
+from scenes import box, case
 
-from pellucid.bodies.membrane_elements.model import _remoteness
-from pellucid.bodies.models import MembraneElementsCase
+from pellucid.bodies.membrane_elements.model import MembraneElementsCase, _remoteness
 
 
-def of(**more):
-    return case(element_sheet(**more), counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
+BLOCK = box((-1, -1, -2), (1, 1, -1), field="solid")
+
+
+def of(*others, **more):
+    return case(element_sheet(**more), *others, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
 
 
 def test_quadrilaterals_where_the_surface_has_them_or_triangles():
@@ -25,9 +27,14 @@ def test_quadrilaterals_where_the_surface_has_them_or_triangles():
 @pytest.mark.parametrize("elements", ["quads", "triangles"])
 def test_elements_as_large_as_a_cell_fit_and_larger_ones_do_not(elements):
     """The same nodes whether squares are cut in two or not: the middle of a square is as far from them."""
-    of(points=(5, 5), elements=elements)  # edges of a quarter, as the cells
+    of(BLOCK, points=(5, 5), elements=elements)  # edges of a quarter, as the cells
     with pytest.raises(ValidationError, match="other bodies would pass through the membrane"):
-        of(points=(4, 5), elements=elements)
+        of(BLOCK, points=(4, 5), elements=elements)
+
+
+@pytest.mark.parametrize("elements", ["quads", "triangles"])
+def test_alone_a_membrane_meets_nothing_and_its_elements_may_be_of_any_size(elements):
+    assert of(points=(3, 3), elements=elements).body[0].n_points(None) == 9
 
 
 def test_how_far_triangles_reach_from_their_corners():

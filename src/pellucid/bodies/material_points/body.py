@@ -1,11 +1,12 @@
 """A fluid or solid body of material points."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
-from pellucid.bodies.models import MaterialPointsCase
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import transfer as kernels
@@ -17,12 +18,19 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 
+if TYPE_CHECKING:
+    from pellucid.bodies.material_points.model import MaterialPointsCase
+
 
 class MaterialPoints(PointsOnGrid):
     """Points that fill a volume and carry what their law asks for."""
 
     def __init__(
-        self, case: MaterialPointsCase, grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
+        self,
+        case: "MaterialPointsCase",
+        grid_case: GridCase,
+        velocity_field: VelocityField,
+        velocity_transfer: VelocityTransfer,
     ) -> None:
         self.material = case.material
         self.law: Law = case.material.law()
@@ -71,7 +79,7 @@ class MaterialPoints(PointsOnGrid):
         return super().field(name)
 
 
-def _seeded(case: MaterialPointsCase, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+def _seeded(case: "MaterialPointsCase", grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
     try:
         return seed(case.shape.geometry(), grid, per_cell, case.left_out)
     except ValueError as error:
@@ -79,7 +87,7 @@ def _seeded(case: MaterialPointsCase, grid: GridCase, per_cell: tuple[int, int, 
         raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
 
 
-def _initial_arrays(case: MaterialPointsCase, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
+def _initial_arrays(case: "MaterialPointsCase", position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
     n = len(position)
     if n == 0:
         raise CaseError(
@@ -89,15 +97,13 @@ def _initial_arrays(case: MaterialPointsCase, position: np.ndarray, volume: np.n
                 remedy="use a smaller grid.cell or more points_per_cell",
             )
         )
-    velocity = np.tile(np.array(case.velocity), (n, 1))
-    velocity += np.cross(case.angular_velocity, position - case.shape.geometry().centre())
-    if case.velocity_wave is not None:
-        velocity += case.velocity_wave.at(position)
-    return {
+    arrays = {
         "id": np.arange(n),
         "position": position,
-        "velocity": velocity,
+        "velocity": case.initial_velocity(position),
         "mass": case.material.density * volume,
         "volume": volume,
         **initial_arrays(case.material.initial_state(), n),
     }
+    case.add_initial_state(arrays)
+    return arrays

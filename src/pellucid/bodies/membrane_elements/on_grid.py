@@ -1,19 +1,24 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.overlong import overlong
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
+from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import NO_STRESS, PointArrays, Slabs
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
 class ElementsOnGrid(PointsOnGrid):
@@ -28,19 +33,19 @@ class ElementsOnGrid(PointsOnGrid):
 
     def __init__(
         self,
-        case: MembraneElementsCase,
+        case: "MembraneElementsCase",
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,
     ) -> None:
         self.surface = surface = ElementSurface(case)
-        self.element_arrays, self.quads, self.triangles = surface.arrays, surface.quads, surface.triangles
+        self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)
         arrays = {
             "id": np.arange(n),
             "position": surface.vertices,
-            "velocity": np.tile(np.array(case.velocity), (n, 1)),
+            "velocity": case.initial_velocity(surface.vertices),
             "mass": surface.node_mass,
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
@@ -57,6 +62,10 @@ class ElementsOnGrid(PointsOnGrid):
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
         self.surface.bind(self.arrays["id"], slabs.first)
+
+    def cells(self) -> Cells:
+        """Its elements."""
+        return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""

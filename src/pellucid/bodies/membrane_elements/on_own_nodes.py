@@ -1,23 +1,27 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.contract import HeldNodes, NodalBody
 from pellucid.bodies.membrane_elements import nodes as kernels
-from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.nodes import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, OTHER_IMPULSE, SUMS, NodeForces
 from pellucid.bodies.membrane_elements.overlong import overlong
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
+from pellucid.geometry.cells import Cells
 from pellucid.grid.model import GridCase
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
 class MembraneElements(NodalBody):
@@ -32,7 +36,7 @@ class MembraneElements(NodalBody):
 
     def __init__(
         self,
-        case: MembraneElementsCase,
+        case: "MembraneElementsCase",
         grid_case: GridCase,
         velocity_field: VelocityField,
         gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -40,10 +44,10 @@ class MembraneElements(NodalBody):
     ) -> None:
         self.name, self.velocity_field, self.grid = case.name, velocity_field, velocity_field.grid
         self.surface = surface = ElementSurface(case)
-        self.element_arrays, self.quads, self.triangles = surface.arrays, surface.quads, surface.triangles
+        self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)
-        velocity = np.tile(np.array(case.velocity), (n, 1))
+        velocity = case.initial_velocity(surface.vertices)
         velocity[:, np.array(self.grid.thin)] = 0.0
         self.arrays = {
             "id": np.arange(n),
@@ -212,6 +216,10 @@ class MembraneElements(NodalBody):
     def n_slabs(self) -> int:
         """Number of slabs in which the index of the nodes is shared out."""
         return self.coupling.n_slabs
+
+    def cells(self) -> Cells:
+        """Its elements."""
+        return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""

@@ -3,11 +3,12 @@
 Source: Lian, Liu & Zhang 2014, section 4.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
-from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
     HOURGLASS,
@@ -19,12 +20,16 @@ from pellucid.bodies.membrane_elements.strain import (
     strain,
 )
 from pellucid.energy import Totals
+from pellucid.geometry.cells import Cells
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import initial_shape
 from pellucid.reductions import ordered_sum
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
 """The fields that results show."""
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
 class ElementSurface:
@@ -34,19 +39,21 @@ class ElementSurface:
     in which the body stores them.
     """
 
-    def __init__(self, case: MembraneElementsCase) -> None:
+    def __init__(self, case: "MembraneElementsCase") -> None:
         self.law = case.material.law()
         self.thickness = case.thickness
         self.areal_density = case.material.density * case.thickness
         self._control = case.hourglass.control()
-        self.vertices, self.quads, self.triangles = mesh = case.mesh()
+        mesh = case.mesh()
+        self.vertices = mesh.vertices
+        self.cells = Cells(triangles=mesh.triangles, quadrilaterals=mesh.quads)
         self.mesh = ElementMesh(mesh)
         m, q = len(self.mesh.corners), self.mesh.n_quads
         volume = case.thickness * self.mesh.areas(self.vertices)
         mass = case.material.density * volume
         self.node_mass = self.mesh.at_nodes(mass)
         """Of the nodes in the order of the mesh [kg], shape (n,)."""
-        self._rest = rest_gradients(self.vertices[self.triangles])
+        self._rest = rest_gradients(self.vertices[mesh.triangles])
         turn = np.zeros((q, 2))
         turn[:, 0] = 1.0
         self.arrays: dict[str, np.ndarray] = {

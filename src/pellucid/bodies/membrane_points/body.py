@@ -1,6 +1,6 @@
 """Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
-from pellucid.bodies.models import MembranePointsCase
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
+from pellucid.geometry.cells import Cells
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
 from pellucid.grid.velocity_field import VelocityField
@@ -20,6 +20,9 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_points.model import MembranePointsCase
 
 
 class MembranePoints(PointsOnGrid):
@@ -29,24 +32,28 @@ class MembranePoints(PointsOnGrid):
     is_surface = True
 
     def __init__(
-        self, case: MembranePointsCase, grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
+        self,
+        case: "MembranePointsCase",
+        grid_case: GridCase,
+        velocity_field: VelocityField,
+        velocity_transfer: VelocityTransfer,
     ) -> None:
         self.material = case.material
         self.law: Any = case.material.law()
         self.thickness = case.thickness
         self.areal_density = case.material.density * case.thickness
-        vertices, self.triangles = case.surface.triangulate()
+        vertices, self._triangles = case.surface.triangulate()
         n = len(vertices)
-        area = area_shares(vertices, self.triangles)
+        area = area_shares(vertices, self._triangles)
         volume = area * case.thickness
         arrays = {
             "id": np.arange(n),
             "position": vertices,
-            "velocity": np.tile(np.array(case.velocity), (n, 1)),
+            "velocity": case.initial_velocity(vertices),
             "mass": case.material.density * volume,
             "volume": volume,
             "stress": np.zeros((n, 6)),
-            "frame": initial_frames(vertices, self.triangles),
+            "frame": initial_frames(vertices, self._triangles),
             "in_plane": np.tile(np.array(initial_shape(self.law)), (n, 1)),
             "plane_stress": np.zeros((n, 3)),
             "strain_energy": np.zeros(n),
@@ -73,7 +80,7 @@ class MembranePoints(PointsOnGrid):
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
-        fans = fans_of(where[self.triangles], self.n_points)
+        fans = fans_of(where[self._triangles], self.n_points)
         self.fans = Bundle(fans)
         strained = StrainedMembrane(
             lattice=self.grid.lattice,
@@ -89,6 +96,10 @@ class MembranePoints(PointsOnGrid):
             record=self._record,
         )
         self._surface = Bundle(strained)
+
+    def cells(self) -> Cells:
+        """Its triangles."""
+        return Cells(triangles=self._triangles)
 
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""

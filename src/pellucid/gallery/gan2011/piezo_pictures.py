@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.models import MembranePointsCase
+from pellucid.bodies.membrane_points.model import MembranePointsCase
 from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show

@@ -1,19 +1,18 @@
-"""Equations of state: one file each."""
+"""Equations of state: one file each. The kinds that a case can name are listed here: one line each."""
 
 from typing import Annotated
 
-from pydantic import Discriminator, Tag
-
+from pellucid.materials.eos.contract import EquationOfStateModel
 from pellucid.materials.eos.ideal_gas import IdealGasCase
 from pellucid.materials.eos.mie_gruneisen import MieGruneisenCase
 from pellucid.materials.eos.stiffened_gas import StiffenedGasCase
 from pellucid.materials.eos.tait import TaitCase
-from pellucid.model import kind_of
+from pellucid.registry import Family, OneOf
 
-EquationOfState = Annotated[
-    Annotated[IdealGasCase, Tag("ideal-gas")]
-    | Annotated[StiffenedGasCase, Tag("stiffened-gas")]
-    | Annotated[MieGruneisenCase, Tag("mie-gruneisen")]
-    | Annotated[TaitCase, Tag("tait")],
-    Discriminator(kind_of),
-]
+EQUATIONS_OF_STATE = Family("equation of state", EquationOfStateModel)
+EquationOfState = Annotated[EquationOfStateModel, OneOf(EQUATIONS_OF_STATE)]
+
+EQUATIONS_OF_STATE.add(IdealGasCase)
+EQUATIONS_OF_STATE.add(StiffenedGasCase)
+EQUATIONS_OF_STATE.add(MieGruneisenCase)
+EQUATIONS_OF_STATE.add(TaitCase)

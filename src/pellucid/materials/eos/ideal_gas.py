@@ -4,8 +4,9 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.materials.eos.contract import EquationOfStateModel
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
-from pellucid.model import Model, parameter
+from pellucid.model import parameter
 
 
 class IdealGas(NamedTuple):
@@ -14,7 +15,7 @@ class IdealGas(NamedTuple):
     gamma: float
 
 
-class IdealGasCase(Model):
+class IdealGasCase(EquationOfStateModel):
     """Ideal gas, P = (γ-1) ρ e."""
 
     kind: Literal["ideal-gas"] = "ideal-gas"

@@ -7,8 +7,9 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
+from pellucid.materials.eos.contract import EquationOfStateModel
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
-from pellucid.model import Model, parameter
+from pellucid.model import parameter
 
 
 class MieGruneisen(NamedTuple):
@@ -21,7 +22,7 @@ class MieGruneisen(NamedTuple):
     p_min: float
 
 
-class MieGruneisenCase(Model):
+class MieGruneisenCase(EquationOfStateModel):
     """Mie–Grüneisen with a linear shock Hugoniot about the initial density."""
 
     kind: Literal["mie-gruneisen"] = "mie-gruneisen"

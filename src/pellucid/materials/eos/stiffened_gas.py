@@ -4,8 +4,9 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.materials.eos.contract import EquationOfStateModel
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
-from pellucid.model import Model, parameter
+from pellucid.model import parameter
 
 
 class StiffenedGas(NamedTuple):
@@ -15,7 +16,7 @@ class StiffenedGas(NamedTuple):
     p_inf: float
 
 
-class StiffenedGasCase(Model):
+class StiffenedGasCase(EquationOfStateModel):
     """Stiffened gas, P = Γ ρ e - (Γ+1) P∞: liquids under shock."""
 
     kind: Literal["stiffened-gas"] = "stiffened-gas"

@@ -4,8 +4,9 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.materials.eos.contract import EquationOfStateModel
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
-from pellucid.model import Model, parameter
+from pellucid.model import parameter
 
 
 class Tait(NamedTuple):
@@ -18,7 +19,7 @@ class Tait(NamedTuple):
     p_min: float
 
 
-class TaitCase(Model):
+class TaitCase(EquationOfStateModel):
     """Tait's liquid, P = P₀ + ρ₀ c₀²/n [(ρ/ρ₀)ⁿ - 1], about the initial density and pressure."""
 
     kind: Literal["tait"] = "tait"

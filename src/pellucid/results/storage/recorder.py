@@ -9,7 +9,6 @@ import numpy as np
 
 from pellucid.case.inputs import digests
 from pellucid.errors import RunStopped
-from pellucid.geometry.cells import Cells
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import explained, sync, write_text
@@ -127,7 +126,7 @@ class Recorder:
                 path = self.folder.fields(body.name)
                 if self._frames.done == 0:
                     room = capacity(self.case.time.end, self._frames.interval)
-                    frames.create(path, room, sim.time, body.frame(), _cells(body))
+                    frames.create(path, room, sim.time, body.frame(), body.cells())
                 else:
                     frames.append(path, sim.time, body.frame())
         self._frames.mark(sim.time, sim.n_steps)
@@ -152,12 +151,6 @@ class Recorder:
 def column_of(energy: str) -> str:
     """The history's column of an entry of the energy balance."""
     return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
-
-
-def _cells(body: Any) -> Cells:
-    if len(body.quads) + len(body.triangles):
-        return Cells(quadrilaterals=body.quads, triangles=body.triangles)
-    return Cells.of_points(body.n_points)
 
 
 def _plain(value: Any) -> Any:

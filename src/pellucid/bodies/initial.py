@@ -1,0 +1,67 @@
+"""Initial fields: what a body starts with beside its uniform state."""
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from pellucid.findings import Finding, Path, listed
+from pellucid.model import Model, Vector, parameter
+from pellucid.registry import Family, OneOf, register
+
+
+class InitialField(Model):
+    """What is added to a quantity of a body at the start. A new kind is a subclass with a `kind` of its own."""
+
+    quantity: ClassVar[str] = "velocity"
+    """The array of the points to which it adds: the velocity, or a state of the material, such as the stress."""
+
+    kind: str
+
+    @abstractmethod
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """What it adds at positions [m], shape (n, 3): a row for each, for velocities [m/s] shape (n, 3)."""
+
+
+INITIAL_FIELDS = Family("initial field", InitialField)
+Initial = Annotated[InitialField, OneOf(INITIAL_FIELDS)]
+INITIAL_MEANING = "fields that are added to the state at the start"
+
+
+@register
+class SineWave(InitialField):
+    """An initial velocity a sin(k·x + φ)."""
+
+    kind: Literal["sine-wave"] = "sine-wave"
+    amplitude: Vector = parameter("m/s", "amplitude a")
+    wave_vector: Vector = parameter("rad/m", "wave vector k")
+    phase: float = parameter("rad", "phase φ", 0.0)
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """Velocity [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+        return np.sin(position @ np.array(self.wave_vector) + self.phase)[:, None] * np.array(self.amplitude)
+
+
+def initial_velocity(uniform: Vector, fields: Sequence[InitialField], position: np.ndarray) -> np.ndarray:
+    """A uniform velocity and the fields that add to it [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+    velocity = np.tile(np.array(uniform), (len(position), 1))
+    for field in fields:
+        if field.quantity == "velocity":
+            velocity += field.at(position)
+    return velocity
+
+
+def add_initial_state(fields: Sequence[InitialField], arrays: Mapping[str, np.ndarray]) -> None:
+    """Add the fields of other quantities than the velocity to the arrays of a body's points, in place."""
+    for field in fields:
+        if field.quantity != "velocity":
+            arrays[field.quantity][:] += field.at(arrays["position"])
+
+
+def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], path: Path) -> Iterator[Finding]:
+    """Fields of what the points of a body at `path` do not carry."""
+    for index, field in enumerate(fields):
+        if field.quantity not in quantities:
+            text = f'kind "{field.kind}" sets `{field.quantity}`, which the points of this body do not carry'
+            yield Finding((*path, "initial", index), text, f"they carry {listed(quantities)}")

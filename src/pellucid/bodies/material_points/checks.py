@@ -1,0 +1,86 @@
+"""Where a body of material points does not fit the grid, planes of symmetry, or other bodies."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pellucid.bodies.material_points.seeding import points_along_axes
+from pellucid.bodies.membrane_model import CLOSE_IT, NEEDS_SPACE
+from pellucid.findings import Finding, Path, hint, listed
+from pellucid.geometry.shapes import Box, Inside
+from pellucid.geometry.surface_checks import faults
+from pellucid.grid.model import GridCase
+from pellucid.parts import BodyModel, Condition, Parts
+
+if TYPE_CHECKING:
+    from pellucid.bodies.material_points.model import MaterialPointsCase
+
+SHORT = 1e-9  # of a cell, for rounding
+
+
+def grid_problems(body: "MaterialPointsCase", path: Path, grid: GridCase) -> Iterator[Finding]:
+    """Points and shapes that cannot be had on the grid."""
+    try:
+        points_along_axes(body.points_per_cell, grid.thin())
+    except ValueError as error:
+        yield Finding((*path, "points_per_cell"), str(error))
+    shape, geometry = (*path, "shape"), body.shape.geometry()
+    if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
+        what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
+        yield Finding(shape, f"{what} {NEEDS_SPACE}", "enlarge the grid")
+    if isinstance(geometry, Inside):
+        if not geometry.surface.closed:
+            yield Finding(shape, "the surface is open: it has no inside", CLOSE_IT)
+        for text, remedy in faults(*geometry.surface.triangulate(), geometry.surface.closed):
+            yield Finding(shape, text, remedy)
+    if geometry.n_own_points() is not None and body.outside:
+        text = "a shape with a lattice of its own is filled wholly: no other body's place can be left out of it"
+        yield Finding((*path, "outside"), text, "leave out `points` of the shape, or `outside`")
+    if body.cut_at and isinstance(geometry, Box):
+        text = "a box fills its own lattice, which no face cuts"
+        yield Finding((*path, "cut_at"), text, "let the box end at the face")
+    elif body.cut_at and geometry.n_own_points() is not None:
+        text = "a shape with a lattice of its own is filled wholly"
+        yield Finding((*path, "cut_at"), text, "leave out `points` of the shape, or `cut_at`")
+
+
+def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
+    """Planes of symmetry that nothing holds, or that the body does not reach."""
+    if not parts.are_sound(Condition):
+        return
+    bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
+    for item, face in enumerate(body.cut_at):
+        axis, end = "xyz".index(face[0]), int(face.endswith("upper"))
+        short = (bounds[end][axis] - walls[end][axis]) * (1.0 if end else -1.0)
+        if short < -SHORT * grid.cell:
+            text = f"the shape ends {-short:.4g} m before the face {face}, which does not cut it"
+            yield Finding((*path, "cut_at", item), text, "leave this face out, or move the shape or the grid")
+            continue
+        velocities = [v for condition in parts.of(Condition) if (v := condition.face_velocity(face)) is not None]
+        if not velocities or any(velocities[-1]):
+            text = f"no support at rest holds the face {face} along its normal: it is no plane of symmetry"
+            yield Finding((*path, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
+
+
+def outside_problems(body: "MaterialPointsCase", path: Path, parts: Parts) -> Iterator[Finding]:
+    """Names of bodies that another lies outside of."""
+    names, bodies = parts.names(BodyModel), parts.of(BodyModel)
+    for item, name in enumerate(body.outside):
+        here = (*path, "outside", item)
+        other = parts.body(name)
+        if name == body.name:
+            yield Finding(here, "a body cannot lie outside itself", "leave this name out")
+        elif name in body.outside[:item]:
+            yield Finding(here, "is named twice", "leave this name out")
+        elif name not in names:
+            if parts.are_named(BodyModel):
+                others = [known for known in names if known != body.name]
+                yield Finding(here, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
+        elif other is not None and (reason := other.why_not_left_out(parts.grid)):
+            yield Finding(here, *reason)
+        elif other is not None and body.name in other.lies_outside_of() and _comes_first(other, body, bodies):
+            text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
+            yield Finding(here, text, "leave one of the two out")
+
+
+def _comes_first(one: BodyModel, other: BodyModel, bodies: list[BodyModel]) -> bool:
+    return bodies.index(one) < bodies.index(other)

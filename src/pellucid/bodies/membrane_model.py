@@ -1,0 +1,54 @@
+"""What the kinds of membranes share as the user describes them."""
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from pellucid.bodies.initial import INITIAL_MEANING, Initial, initial_problems, initial_velocity
+from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.inside import Inside
+from pellucid.geometry.surfaces import Surface
+from pellucid.grid.model import GridCase
+from pellucid.materials import MembraneMaterial
+from pellucid.model import Vector, parameter
+from pellucid.parts import BodyModel, Parts
+
+NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
+CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
+
+
+class MembraneCase(BodyModel):
+    """A membrane on a surface."""
+
+    place: ClassVar[str] = "surface"
+    is_surface: ClassVar[bool] = True
+
+    surface: Surface = parameter("", "where the membrane is at the start")
+    thickness: float = parameter("m", "initial thickness", gt=0)
+    material: MembraneMaterial = parameter("", "what the membrane is made of")
+    velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
+    initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
+
+    def occupied(self) -> Geometry:
+        """What it encloses."""
+        return Inside(surface=self.surface)
+
+    def why_not_left_out(self, grid: GridCase | None) -> Reason | None:
+        """A surface that is open, or flat, has no inside."""
+        if grid is not None and any(grid.thin()):
+            return Reason(f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
+        if not self.surface.closed:
+            text = f"the surface of membrane {self.name} is open: it has no inside that could be left out"
+            return Reason(text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
+        return None
+
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
+        """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+        return initial_velocity(self.velocity, self.initial, position)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Initial fields that it cannot have."""
+        yield from super().problems(path, parts)
+        yield from initial_problems(self.initial, ("velocity",), path)

@@ -1,0 +1,97 @@
+"""Membranes of material points as the user describes them."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from pellucid.bodies.membrane_model import MembraneCase
+from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, longest_edge, place_problems
+from pellucid.findings import Finding, Path
+from pellucid.geometry.surface_checks import faults
+from pellucid.grid.model import GridCase
+from pellucid.materials.damage import DamageRecord
+from pellucid.parts import Parts, StepLimit
+
+if TYPE_CHECKING:
+    from pellucid.bodies.contract import Body, Placement
+
+FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
+ALIKE = 1e-6  # of a cell; points that differ by less are one
+COMFORTABLE = 0.6  # length of an edge in cells that gives enough points
+
+
+class MembranePointsCase(MembraneCase):
+    """A membrane whose material points are the vertices of a triangulated surface."""
+
+    kind: Literal["membrane-points"] = "membrane-points"
+
+    def build(self, placement: "Placement") -> "Body":
+        """Its points on the grid."""
+        from pellucid.bodies.membrane_points.body import MembranePoints
+
+        return MembranePoints(self, *placement.on_grid(), placement.velocity_transfer)
+
+    @property
+    def probed(self) -> tuple[str, ...]:
+        """The fields that probes can read."""
+        return (*COMMON_FIELDS, "strain_energy", *(DamageRecord._fields if self.material.damage else ()))
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [m]."""
+        vertices = self.surface.triangulate().vertices
+        return vertices.min(axis=0), vertices.max(axis=0)
+
+    def n_points(self, grid: GridCase | None) -> float:
+        """Number of points."""
+        return len(self.surface.triangulate().vertices)
+
+    def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
+        """Signals in its plane cross no more than a cell in a step."""
+        return limit_in_cells(self.name, self.material.signals(cell), self.velocity, cell)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """What does not fit the grid."""
+        yield from super().problems(path, parts)
+        grid, place = parts.grid, (*path, self.place)
+        if grid is None:
+            return
+        vertices, triangles = self.surface.triangulate()
+        wrong = [Finding(place, text, remedy) for text, remedy in faults(vertices, triangles, self.surface.closed)]
+        if wrong:
+            yield from wrong
+        else:
+            yield from self._damage_problems(path, grid)
+            yield from self._density_problems(place, grid)
+        yield from place_problems(place, self.bounds(), grid, self.is_surface)
+
+    def _damage_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
+        radius = self.material.damage.radius if self.material.damage else None
+        if radius is not None and radius < grid.cell:
+            text = f"damage.radius = {radius:g} m is less than grid.cell = {grid.cell:g} m: the mean tells no more than a point"
+            remedy = "make it three cells or more, use a finer grid, or leave it out for local damage"
+            yield Finding((*path, "material"), text, remedy)
+
+    def _density_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
+        """Too few points: the grid carries what holds them together."""
+        vertices, triangles = self.surface.triangulate()
+        across = np.where(grid.thin(), 0.0, vertices)  # along a thin axis nothing varies, so that distances do not count
+        samples = np.concatenate([across, across[triangles].mean(axis=1)])
+        cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
+        crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
+        per_cell = len(np.unique(np.round(across / (ALIKE * grid.cell)), axis=0)) / crossed
+        longest = longest_edge(across[triangles])
+        if longest > grid.cell:
+            finer = int(np.ceil(longest / (COMFORTABLE * grid.cell)))
+            text = (
+                f"has a triangle with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: the grid tears the "
+                f"membrane between its points"
+            )
+            yield Finding(place, text, f"make its triangles {finer} times as fine along each edge, or use a larger grid.cell")
+        elif per_cell < FEWEST_PER_CELL:
+            more = FEWEST_PER_CELL / per_cell
+            text = (
+                f"has {per_cell:.2g} points for each grid cell that it crosses; with fewer than {FEWEST_PER_CELL:g} the grid "
+                f"tears the membrane"
+            )
+            yield Finding(place, text, f"give it about {more:.2g} times as many points, or use a larger grid.cell")

@@ -1,0 +1,70 @@
+"""Data checked against the model of a case: the case, or everything that is wrong with the data."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from pellucid.case.explain import explain, problem, value_at
+from pellucid.case.schema import schema_of
+from pellucid.case.sections import parts_in
+from pellucid.case.settings import put
+from pellucid.errors import CaseError, Problem, shown
+from pellucid.findings import Finding, Path
+
+CaseType = TypeVar("CaseType", bound=BaseModel)
+
+
+def checked(model: type[CaseType], data: dict[str, Any]) -> tuple[CaseType | None, list[Finding]]:
+    """The case, or what is wrong: in tables, and between those that are right in themselves."""
+    try:
+        return model.model_validate(data), []
+    except ValidationError as error:
+        found = explain(error, data, schema_of(model))
+        places = {item.path for item in found}
+        return None, found + [item for item in parts_in(model, data).findings() if item.path not in places]
+
+
+def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, Any]) -> CaseType:
+    """The case of some data with `settings` put at their dotted keys; problems name the setting. Raises CaseError."""
+    paths: dict[str, Path] = {}
+    problems: list[Problem] = []
+    for key, value in settings.items():
+        try:
+            paths[key] = put(data, key, value)
+        except CaseError as error:
+            problems += error.blame(setting(key, value)).problems
+    if problems:
+        raise CaseError(problems)
+    _forget_other_kinds(model, data, list(paths.values()))
+    case, found = checked(model, data)
+    if case is None:
+        raise CaseError([_at_setting(item, data, settings, paths) for item in found])
+    return case
+
+
+def related(one: Path, other: Path) -> bool:
+    """Whether one path leads through the other."""
+    length = min(len(one), len(other))
+    return one[:length] == other[:length]
+
+
+def setting(key: str, value: Any) -> str:
+    """A setting as it is written on the command line."""
+    return f"--set {key}={value if isinstance(value, str) else shown(value)}"
+
+
+def _forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
+    """Where a `kind` was set, drop what only the kind before it knew, so that the new one starts from its defaults."""
+    for path in paths:
+        if path[-1] == "kind" and (known := schema_of(model).keys_at(path[:-1], data)):
+            table = value_at(path[:-1], data)
+            for key in [key for key in table if key not in known and not any(related(p, (*path[:-1], key)) for p in paths)]:
+                del table[key]
+
+
+def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:
+    """A problem laid at the door of the setting that touches its place, else of all settings together."""
+    item = problem(found, data)
+    near = [key for key, path in paths.items() if related(path, found.path)] or list(settings)
+    return Problem(item.text, item.key, item.value, item.remedy, None, " ".join(setting(key, settings[key]) for key in near))

@@ -1,0 +1,150 @@
+"""Probes: columns of `history.csv`, and the ways to make one number of a field that they can name."""
+
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.findings import Finding, Path, hint, listed
+from pellucid.model import Vector, parameter
+from pellucid.parts import Condition, Part, Parts
+from pellucid.registry import OneNameOf, Registry
+from pellucid.state import COMPONENT_NAMES, FIELDS, Field
+
+Fetch = Callable[[str], np.ndarray]
+"""A field of a body by its name, in the order in which its points are stored."""
+
+
+class Reduction(NamedTuple):
+    """A function that makes one number of the values of all points, shape (n,)."""
+
+    function: Callable[[np.ndarray], Any]
+
+
+class Quantity(NamedTuple):
+    """A function that works out a field of a body from those that it has."""
+
+    function: Callable[[Fetch], np.ndarray]
+    field: Field
+
+
+REDUCTIONS: Registry[Reduction] = Registry("reduction")
+QUANTITIES: Registry[Quantity] = Registry("quantity")
+PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
+
+ReductionFunction = Callable[[np.ndarray], Any]
+QuantityFunction = Callable[[Fetch], np.ndarray]
+
+
+def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
+    """Decorator: let probes name a function that makes one number of the values of all points, shape (n,)."""
+    if name in PLACED:
+        raise ValueError(f'there is a reduction "{name}" already: choose another name')
+
+    def add(function: ReductionFunction) -> ReductionFunction:
+        REDUCTIONS.take(name, Reduction(function), function)
+        return function
+
+    return add
+
+
+def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callable[[QuantityFunction], QuantityFunction]:
+    """Decorator: let probes name a field that a function works out from those of a body.
+
+    The function takes `field`, which gives fields by name, and returns an array of shape (n,), or (n, components) where there
+    are 3 or 6 of them. unit: in SI units, such as "m/s".
+    """
+    if name in FIELDS:
+        raise ValueError(f'there is a field "{name}" already: choose another name')
+
+    def add(function: QuantityFunction) -> QuantityFunction:
+        QUANTITIES.take(name, Quantity(function, Field(components, unit, meaning)), function)
+        return function
+
+    return add
+
+
+reduction("mean")(np.mean)
+reduction("max")(np.max)
+reduction("min")(np.min)
+reduction("sum")(np.sum)
+
+
+class Probe(Part):
+    """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at each probe instant."""
+
+    unique_name: ClassVar[bool] = True
+
+    name: str = parameter("", "name of the column", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    body: str | None = parameter("", "name of the body", None)
+    quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction"')
+    component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
+    reduce: Annotated[str, OneNameOf(REDUCTIONS, *PLACED)] = parameter(
+        "",
+        'how the points become one number: "count" those above a value; "nearest" takes the point that is nearest to a place '
+        'at the moment, "point" follows the one that was nearest at the start',
+        "mean",
+    )
+    at: Vector | None = parameter("m", 'place for "nearest" and "point"', None)
+    above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
+    change: bool = parameter("", "whether the value at the start is subtracted", False)
+    carried: bool = parameter(
+        "", 'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it', False
+    )
+    condition: str | None = parameter(
+        "", 'for quantity = "reaction": name of the support, motion or contact; its mean force since the row before', None
+    )
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> "Probe":
+        if (self.reduce in ("nearest", "point")) != (self.at is not None):
+            raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
+        if (self.quantity == "reaction") != (self.condition is not None):
+            raise ValueError('`condition` belongs to `quantity = "reaction"`: give both or neither')
+        if (self.body is None) != (self.condition is not None):
+            raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
+        if self.carried and (self.quantity, self.reduce) != ("position", "point"):
+            raise ValueError('`carried` belongs to `quantity = "position"` with `reduce = "point"`')
+        if self.carried and (self.component is None or self.change):
+            raise ValueError(
+                "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
+            )
+        return self
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body, field, component or condition that is not there."""
+        if self.name == "time":
+            yield Finding((*path, "name"), "the first column of the history is called time", "choose another name")
+        if self.body is None:
+            yield from self._reaction_problems(path, parts)
+            choices = COMPONENT_NAMES[3]
+        elif unknown := list(parts.unknown_body((*path, "body"), self.body)):
+            yield from unknown
+            return
+        else:
+            body = parts.body(self.body)
+            fields = [*(FIELDS if body is None else body.probed), *QUANTITIES.entries]
+            if self.quantity not in fields:
+                text = f"body {self.body} has no such field; it has {listed(fields)}"
+                yield Finding((*path, "quantity"), text, hint(self.quantity, fields))
+                return
+            choices = self.field().names
+        if self.component is not None and self.component not in choices:
+            text = f"{self.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
+            yield Finding((*path, "component"), text, "" if choices else "leave `component` out")
+
+    def _reaction_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        names = [name for condition in parts.of(Condition) if (name := condition.reaction())]
+        if self.condition not in names and parts.are_sound(Condition):
+            text = f"no support, motion or contact has this name; there are {listed(names) or 'none with a name'}"
+            yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
+
+    def field(self) -> Field:
+        """What is known of the quantity that it reads of a body: components, unit, meaning."""
+        return QUANTITIES.entries[self.quantity].field if self.quantity in QUANTITIES.entries else FIELDS[self.quantity]
+
+    def values(self, fetch: Fetch) -> np.ndarray:
+        """The quantity of every point, shape (n,) or (n, components), from the fields that `fetch` gives by name."""
+        own = QUANTITIES.entries.get(self.quantity)
+        return fetch(self.quantity) if own is None else own.function(fetch)

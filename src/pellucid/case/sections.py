@@ -1,0 +1,72 @@
+"""The parts of a case by its data model: which keys hold tables, of which class, one or a list of them."""
+
+from collections.abc import Mapping
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from pellucid.model import Model
+from pellucid.parts import Parts, Section
+
+
+class Place(NamedTuple):
+    """What a key of a case may hold."""
+
+    base: type[Model]
+    adapter: TypeAdapter[Any]
+    is_list: bool
+
+
+@cache
+def places(case: type[BaseModel]) -> dict[str, Place]:
+    """The keys of a case that hold tables with a class of their own."""
+    found = {}
+    for key, field in case.model_fields.items():
+        item = field.annotation
+        is_list = get_origin(item) is tuple and get_args(item)[-1] is ...
+        item = get_args(item)[0] if is_list else _without_none(item)
+        base = get_args(item)[0] if get_origin(item) is Annotated else item
+        if isinstance(base, type) and issubclass(base, Model):
+            found[key] = Place(base, TypeAdapter(item), is_list)
+    return found
+
+
+def parts_of(case: BaseModel) -> Parts:
+    """The parts of a case, each of which is right in itself."""
+    sections = {}
+    for key, place in places(type(case)).items():
+        value = getattr(case, key)
+        sections[key] = Section(place.base, value if place.is_list else [value], place.is_list, value is not None)
+    return Parts(sections)
+
+
+def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:
+    """The parts of the data of a case; of what is wrong in itself its name alone, or None."""
+    sections = {}
+    for key, place in places(case).items():
+        if place.is_list:
+            # what is no list may still hold the part that another names
+            written = data.get(key, [])
+            items = [_sound(item, place) for item in written] if isinstance(written, list) else [None]
+        else:
+            items = [_sound(data.get(key, {}), place)]
+        sections[key] = Section(place.base, items, place.is_list, key in data)
+    return Parts(sections)
+
+
+def _sound(item: Any, place: Place) -> Model | str | None:
+    try:
+        sound: Model = place.adapter.validate_python(item)
+    except ValidationError:
+        name = item.get("name") if isinstance(item, dict) else None
+        return name if isinstance(name, str) else None
+    return sound
+
+
+def _without_none(annotation: Any) -> Any:
+    if get_origin(annotation) in (Union, UnionType):
+        options = [option for option in get_args(annotation) if option is not type(None)]
+        return options[0] if len(options) == 1 else None
+    return annotation

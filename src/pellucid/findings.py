@@ -1,0 +1,43 @@
+"""What is wrong with a case, at a place of its data."""
+
+import difflib
+from collections.abc import Sequence
+from typing import NamedTuple
+
+Path = tuple[str | int, ...]
+"""The way to a value through tables and lists: ("body", 0, "shape")."""
+
+
+class Finding(NamedTuple):
+    """Something wrong at a place of the case's data."""
+
+    path: Path
+    text: str
+    remedy: str = ""
+
+
+class Reason(NamedTuple):
+    """Why something cannot be, and what to do."""
+
+    text: str
+    remedy: str = ""
+
+
+class Disagreement(ValueError):
+    """Parts of a case that do not fit together."""
+
+    def __init__(self, findings: list[Finding]) -> None:
+        self.findings = findings
+        super().__init__("; ".join(f"{'.'.join(map(str, found.path))}: {found.text}" for found in findings))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names for a sentence."""
+    return ", ".join(names)
+
+
+def hint(name: str, choices: Sequence[str]) -> str:
+    """ "did you mean ..." where one of the choices is close, else empty."""
+    close = difflib.get_close_matches(name.lower(), {choice.lower(): choice for choice in choices}, 1)
+    found = [choice for choice in choices if close and choice.lower() == close[0]]
+    return f"did you mean `{found[0]}`?" if found else ""

@@ -1,0 +1,16 @@
+"""What a fluid asks of its equation of state."""
+
+from abc import abstractmethod
+
+from pellucid.materials.law import Law
+from pellucid.model import Model
+
+
+class EquationOfStateModel(Model):
+    """An equation of state: what the user says of it, and its law. A new one is a subclass with a `kind` of its own."""
+
+    kind: str
+
+    @abstractmethod
+    def law(self, density: float, pressure: float) -> Law:
+        """The law as kernels take it, of a fluid with this density [kg/m³] and pressure [Pa] at the start."""

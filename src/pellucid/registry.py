@@ -1,0 +1,150 @@
+"""The kinds that case files can name: those of the package and those of users, registered in the same way.
+
+A `Family` is a set of models told apart by their `kind`, a `Choices` a set of functions told apart by their name. Both are
+looked up when a case is read, so that what is registered later counts too.
+"""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar, cast
+
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticKnownError, core_schema
+
+from pellucid.findings import listed
+from pellucid.model import kind_of
+
+ModelType = TypeVar("ModelType", bound=BaseModel)
+EntryType = TypeVar("EntryType")
+
+
+class Registry(Generic[EntryType]):
+    """Entries by name; a name belongs to the one who took it first."""
+
+    every: ClassVar["list[Registry[Any]]"] = []
+    changes: ClassVar[int] = 0
+    """How often something was registered anywhere: what was made of the entries before is out of date."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self._entries: dict[str, EntryType] = {}
+        Registry.every.append(self)
+
+    @property
+    def entries(self) -> Mapping[str, EntryType]:
+        """What is registered, by name."""
+        return self._entries
+
+    def take(self, name: str, entry: EntryType, source: Any) -> None:
+        """Register an entry; `source` is the class or function behind it.
+
+        The same source, made anew when its file is read again, takes the place of the old one. Raises ValueError for a name
+        that another has.
+        """
+        before = self._entries.get(name)
+        if before is not None and _home(before) != _home(source):
+            raise ValueError(
+                f'there is a {self.what} "{name}" already, {_home(before)}: choose another name for {_home(source)}'
+            )
+        self._entries[name] = entry
+        Registry.changes += 1
+
+
+class Family(Registry[type[ModelType]]):
+    """The kinds of a table, such as the materials: subclasses of one base, told apart by the key `kind`.
+
+    default: the kind of a table that does not name one; without it the key is required.
+    """
+
+    def __init__(self, what: str, base: type[ModelType], default: str = "") -> None:
+        super().__init__(what)
+        self.base, self.default = base, default
+
+    def add(self, model: type[ModelType]) -> None:
+        """Register a model. Raises TypeError where it names no kind, ValueError where its kind is taken."""
+        field = model.model_fields.get("kind")
+        if field is None or not isinstance(field.default, str) or not field.default:
+            raise TypeError(f'{model.__name__} names no kind: give it `kind: Literal["my-kind"] = "my-kind"`')
+        self.take(field.default, model, model)
+
+    def validated(self, value: Any) -> ModelType:
+        """A table as the model of its kind."""
+        if isinstance(value, self.base):
+            return value
+        if not isinstance(value, Mapping):
+            raise PydanticKnownError("model_type", {"class_name": self.base.__name__})
+        kind = kind_of(value) or self.default
+        if not kind:
+            raise PydanticKnownError("union_tag_not_found", {"discriminator": "kind"})
+        model = self._entries.get(kind) if isinstance(kind, str) else None
+        if model is None:
+            tags = ", ".join(f"'{name}'" for name in self._entries)
+            raise PydanticKnownError("union_tag_invalid", {"discriminator": "kind", "tag": str(kind), "expected_tags": tags})
+        return model.model_validate(value)
+
+
+class OneOf:
+    """Annotation of a field that holds a table of any kind of a family: `Annotated[Base, OneOf(FAMILY)]`."""
+
+    def __init__(self, family: Family[Any]) -> None:
+        self.family = family
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.family.validated)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"oneOf": [handler(_named(model)) for model in self.family.entries.values()]}
+
+
+def _named(model: type[BaseModel]) -> CoreSchema:
+    """The core schema of a model under pydantic's name for it, so that the JSON schema describes it once."""
+    schema = model.__pydantic_core_schema__
+    if schema["type"] == "definitions":
+        return schema
+    name = schema.get("ref", f"{model.__module__}.{model.__qualname__}:{id(model)}")
+    definition = cast(CoreSchema, {**schema, "ref": name})
+    return core_schema.definitions_schema(core_schema.definition_reference_schema(name), [definition])
+
+
+class OneNameOf:
+    """Annotation of a text that is one of the names of a registry: `Annotated[str, OneNameOf(REGISTRY)]`.
+
+    built_in: names that need no entry.
+    """
+
+    def __init__(self, registry: Registry[Any], *built_in: str) -> None:
+        self.registry, self.built_in = registry, built_in
+
+    def names(self) -> list[str]:
+        """All names at the moment."""
+        return [*self.registry.entries, *self.built_in]
+
+    def validated(self, value: str) -> str:
+        """The name itself, if it is one."""
+        if value not in self.names():
+            raise PydanticKnownError("literal_error", {"expected": listed([f"'{name}'" for name in self.names()])})
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self.validated, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "enum": self.names()}
+
+
+def register(model: type[ModelType]) -> type[ModelType]:
+    """Class decorator: let case files name a model by its `kind`. Its base class says what it is.
+
+    Raises TypeError for a class that is no kind of anything or names no kind, ValueError for a kind that another class has.
+    """
+    families = [registry for registry in Registry.every if isinstance(registry, Family) and issubclass(model, registry.base)]
+    if not families:
+        bases = listed([registry.base.__name__ for registry in Registry.every if isinstance(registry, Family)])
+        raise TypeError(f"{model.__name__} is no kind of anything that a case can name: derive it from one of {bases}")
+    families[0].add(model)
+    return model
+
+
+def _home(source: Any) -> str:
+    """Where a class or function comes from."""
+    what = getattr(source, "function", source)
+    return f"{what.__module__}.{what.__qualname__}"
