@@ -46,8 +46,8 @@ class GridCoupling:
     """The nodes of a body on the grid on which others may touch it.
 
     It reads the body's arrays and keeps an index of its nodes by cell, so that these may stay in the order of their mesh; it
-    hands over their mass and momentum and gathers what contact gave them. position, velocity: shape (n, 3) [m], [m/s]; mass:
-    shape (n,) [kg].
+    hands over their mass and momentum and gathers what contact gave them. position, velocity: shape (n, 3) [m], [m/s]; mass
+    and, but for membranes, volume: shape (n,) [kg], [m³].
     """
 
     def __init__(
@@ -57,10 +57,11 @@ class GridCoupling:
         position: np.ndarray,
         velocity: np.ndarray,
         mass: np.ndarray,
+        volume: np.ndarray = NO_VOLUME,
     ) -> None:
         self.velocity_field, self.functions = velocity_field, functions
         self._stencil = max(function.stencil for function in functions)
-        self._points = PointArrays(position, velocity, mass, NO_VOLUME, NO_STRESS)
+        self._points = PointArrays(position, velocity, mass, volume, NO_STRESS)
         self._order = np.arange(len(mass))
         self._scratch: dict[int, np.ndarray] = {}
         self._within = np.zeros((2, velocity_field.grid.n_nodes))

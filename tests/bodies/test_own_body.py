@@ -1,0 +1,234 @@
+"""A body of a kind that the package does not know: a lattice of nodes between springs, which solves a linear system each step.
+
+All that it needs stands in this file: its model with one registration, and the body itself.
+"""
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+import pytest
+from scenes import RATE_SOLID, SOLID, advance, box, simulation
+from scipy.sparse import coo_array, csc_array, identity, kron
+from scipy.sparse.linalg import splu
+
+from pellucid.approximants import grid_functions
+from pellucid.bodies.contract import Body, NodalBody, Placement
+from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.surface import ContactBody
+from pellucid.energy import CONTACT, FIRST_LOAD, INTERNAL, StepWork, Totals, no_work
+from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.shapes import Box
+from pellucid.grid.model import GridCase
+from pellucid.materials.linear_elastic import LinearElasticMaterial
+from pellucid.model import Vector, parameter
+from pellucid.parts import BodyModel
+from pellucid.registry import register
+from pellucid.simulation.simulation import Simulation
+
+PER_SIDE = 4
+
+
+@register
+class SpringLatticeCase(BodyModel):
+    """A cube of nodes joined by springs along the axes, stepped by backward Euler."""
+
+    place: ClassVar[str] = "corner"
+    kind: Literal["spring-lattice"] = "spring-lattice"
+    corner: Vector = parameter("m", "lower corner")
+    edge: float = parameter("m", "edge", gt=0)
+    stiffness: float = parameter("N/m", "of each spring", gt=0)
+    material: LinearElasticMaterial = parameter("", "what its density is taken from")
+    velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.array(self.corner), np.array(self.corner) + self.edge
+
+    def occupied(self) -> Geometry:
+        return Box(lower=self.corner, upper=tuple(self.bounds()[1]))
+
+    @property
+    def probed(self) -> tuple[str, ...]:
+        return "position", "velocity"
+
+    def n_points(self, grid: GridCase | None) -> float:
+        return PER_SIDE**3
+
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
+        return np.tile(np.array(self.velocity), (len(position), 1))
+
+    def owns_nodes(self, alone: bool) -> bool:
+        return True
+
+    def build(self, placement: Placement) -> Body:
+        return SpringLattice(self, placement)
+
+
+class SpringLattice(NodalBody):
+    """Nodes in the middles of equal cubes; (M + dt² K) v = M v₀ - dt K u gives their velocities without contact."""
+
+    energy_kind = "strain"
+
+    def __init__(self, case: SpringLatticeCase, placement: Placement) -> None:
+        grid_case, field = placement.on_grid()
+        self.name, self._dt, self._columns = case.name, 0.0, FIRST_LOAD + placement.n_loads
+        spacing = case.edge / PER_SIDE
+        middles = (np.arange(PER_SIDE) + 0.5) * spacing
+        places = np.stack(np.meshgrid(middles, middles, middles, indexing="ij"), axis=-1).reshape(-1, 3)
+        places = places[::-1] + np.array(case.corner)  # an order that is not that of the cells
+        n = len(places)
+        self.arrays = {
+            "id": np.arange(n),
+            "position": np.ascontiguousarray(places),
+            "velocity": case.initial_velocity(places),
+            "mass": np.full(n, case.material.density * spacing**3),
+            "start": places.copy(),
+        }
+        apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+        one, other = np.nonzero(np.abs(apart - spacing) < 1e-9 * spacing)
+        off = coo_array((np.full(len(one), -case.stiffness), (one, other)), shape=(n, n))
+        self._K = csc_array(off + coo_array((-off.sum(axis=1), (np.arange(n), np.arange(n))), shape=(n, n)))
+        self.functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
+        a = self.arrays
+        volume = np.full(n, spacing**3)
+        self.coupling = GridCoupling(field, self.functions, a["position"], a["velocity"], a["mass"], volume)
+        self._half_width, self.totals = 0.5 * spacing, Totals()
+        self._work = no_work(self._columns, 0)
+        self.renew_totals()
+
+    def _force(self) -> np.ndarray:
+        return -self._K @ (self.arrays["position"] - self.arrays["start"])
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        raise ValueError("this body knows no loads")
+
+    def begin(self, dt: float) -> None:
+        self._dt = dt
+        self.coupling.sort_if_needed()
+
+    def predict(self, dt: float) -> None:
+        m = self.arrays["mass"][:, None]
+        matrix = csc_array(identity(len(m)) * float(m[0, 0]) + dt * dt * self._K)
+        self._before = self.arrays["velocity"].copy()
+        self.arrays["velocity"][:] = splu(matrix).solve(m * self._before + dt * self._force())
+        self.coupling.scatter()  # the trial momentum itself
+
+    def correct(self, remap: bool) -> None:
+        m, trial = self.arrays["mass"][:, None], self.arrays["velocity"].copy()
+        increment = self.coupling.gather()
+        self.arrays["velocity"] += increment
+        if remap:
+            self.coupling.scatter_momentum()
+        mean = 0.5 * (self._before + self.arrays["velocity"])
+        works = np.zeros(self._columns)
+        works[INTERNAL] = np.sum(m * (trial - self._before) * mean)
+        works[CONTACT] = np.sum(m * increment * mean)
+        self._work = self._work._replace(works=works)
+        self._sum()
+
+    def update(self, dt: float) -> None:
+        self.arrays["position"] += dt * self.arrays["velocity"]
+        self._fault = self.coupling.look()
+        self._sum()
+
+    def renew_totals(self) -> None:
+        self._fault = None
+        self._sum()
+
+    def _sum(self) -> None:
+        m, v, totals = self.arrays["mass"], self.arrays["velocity"], self.totals
+        totals.kinetic, totals.momentum = float(self.kinetic_energies().sum()), m @ v
+        totals.momentum_size = float(m @ np.linalg.norm(v, axis=1))
+        totals.stored = float(-0.5 * np.sum(self._force() * (self.arrays["position"] - self.arrays["start"])))
+        totals.rate = float(np.linalg.norm(v, axis=1).max()) * self.coupling.velocity_field.grid.lattice.inverse_cell
+
+    def check(self, n_steps: int, time: float) -> None:
+        if self._fault is not None:
+            self.stop(*self._fault, n_steps, time)
+
+    def work(self) -> StepWork:
+        return self._work
+
+    @property
+    def on_grid(self) -> ContactBody:
+        return self
+
+    @property
+    def mapped(self):
+        return self.coupling.mapped
+
+    @property
+    def n_slabs(self) -> int:
+        return self.coupling.n_slabs
+
+    def half_width(self) -> tuple[float, float, float]:
+        return self._half_width, 0.0, 0.0
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        return self.arrays | {f"index/{name}": array for name, array in self.coupling.state_arrays().items()}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        for name, array in self.arrays.items():
+            array[...] = arrays[name]
+        self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
+
+    @property
+    def field_names(self) -> list[str]:
+        return ["id", "position", "velocity", "mass"]
+
+    def field(self, name: str) -> np.ndarray:
+        return self.arrays[name]
+
+
+def lattice(**more):
+    table = {
+        "kind": "spring-lattice",
+        "name": "lattice",
+        "field": "lattice",
+        "corner": (3.1, 2.0, 2.0),
+        "edge": 2.0,
+        "stiffness": 5e4,
+        "material": RATE_SOLID,
+        "velocity": (-0.5, 0.0, 0.0),
+    }
+    return table | more
+
+
+def collision(**more):
+    """A lattice that flies against a block at rest, 0.1 m away; none other acts on either."""
+    block = box((1, 2, 2), (3, 4, 4), SOLID, (2, 2, 2), name="block")
+    contact = [{"name": "hit", "between": ("block", "lattice"), "kind": "frictionless"}]
+    return simulation(block, lattice(), counts=(8, 6, 6), contact=contact, end=1.0, courant=0.2, **more)
+
+
+@pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
+def test_it_hits_a_block_by_contact(scheme):
+    sim = collision(scheme=scheme)
+    block, springs = sim.bodies
+    before, energy = springs.totals.momentum.copy(), sum(sim.energies()[name] for name in ("kinetic", "strain"))
+    while sim.time < 0.9:
+        sim.step()
+    push = sim.reactions()["hit"]
+    assert push[0] < -0.3 * np.abs(before[0])
+    assert block.totals.momentum == pytest.approx(push, abs=1e-12 * np.abs(before).max())
+    assert springs.totals.momentum - before == pytest.approx(-push, abs=1e-12 * np.abs(before).max())
+    assert springs.totals.stored > 0.0
+    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.energies()["contact_work"] < 0.0
+    assert abs(sim.conservation()["energy"]) < 0.1 * energy / sim.budget.energy_scale, "backward Euler and contact take some"
+
+
+def test_its_nodes_keep_their_order_and_a_restart_its_bits():
+    whole = advance(collision(), 60)
+    first = advance(collision(), 30)
+    again = collision()
+    again.restore({name: array.copy() for name, array in first.state_arrays().items()}, first.state_numbers())
+    advance(again, 30)
+    assert np.array_equal(whole.bodies[1].arrays["id"], np.arange(PER_SIDE**3))
+    for name, array in whole.state_arrays().items():
+        assert np.array_equal(array, again.state_arrays()[name]), name
+
+
+def test_a_case_file_can_name_it():
+    model = Simulation(collision().case).case.body[1]
+    assert model.kind == "spring-lattice"
