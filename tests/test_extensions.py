@@ -86,12 +86,9 @@ def test_its_classes_stand_in_a_module_of_the_same_name_everywhere(folder: Path)
     model = INITIAL_FIELDS.entries["uniform"]
     assert model.__module__ == extensions.module_name(str(folder / "uniform.py"))
     assert sys.modules[model.__module__].Uniform is model
-    assert (
-        extensions.module_name("/a/my law.py")
-        == extensions.module_name("/a/my law.py")
-        != extensions.module_name("/b/my law.py")
-    )
-    assert extensions.module_name("/a/my law.py").isidentifier()
+    one, other = (extensions.module_name(f"/{folder}/my law.py") for folder in "ab")
+    assert one.isidentifier()
+    assert one == extensions.module_name("/a/my law.py") != other
 
 
 def test_mistakes_in_what_a_file_registers_are_found_like_any_other(folder: Path) -> None:

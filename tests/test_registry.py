@@ -95,9 +95,7 @@ def test_a_kind_cannot_be_taken_twice() -> None:
     class Other(Uniform):
         pass
 
-    with pytest.raises(
-        ValueError, match=r'there is a initial field "uniform" already, .*Uniform: choose another name for .*Other'
-    ):
+    with pytest.raises(ValueError, match=r'"uniform" is taken by .*Uniform: choose another name for .*Other'):
         register(Other)
 
 
