@@ -13,6 +13,7 @@ from pellucid import loads
 from pellucid.cli import app
 
 ROOT = Path(__file__).parents[1]
+TESTED_ALONE = "extending.md"  # whose blocks belong together: see test_extending.py
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)(?:#[^)]*)?\)")
@@ -41,6 +42,7 @@ def snippets(language: str) -> list[Any]:
     return [
         pytest.param(text, id=f"{page.relative_to(ROOT)}-{number}")
         for page in PAGES
+        if page.name != TESTED_ALONE
         for number, (tag, text) in enumerate(FENCE.findall(page.read_text(encoding="utf-8")))
         if tag == language
     ]

@@ -42,9 +42,8 @@ class Registry(Generic[EntryType]):
         """
         before = self._entries.get(name)
         if before is not None and _home(before) != _home(source):
-            raise ValueError(
-                f'there is a {self.what} "{name}" already, {_home(before)}: choose another name for {_home(source)}'
-            )
+            text = f'the {self.what} "{name}" is taken by {_home(before)}'
+            raise ValueError(f"{text}: choose another name for {_home(source)}")
         self._entries[name] = entry
         Registry.changes += 1
 

@@ -226,6 +226,42 @@ MISTAKES = {
         "[support]",
         ["must be a list", "write `[[support]]`"],
     ),
+    "a table for gravity": (
+        "gravity = [0, -9.81, 0]",
+        "gravity = { y = -9.81 }",
+        "",
+        ["gravity = { y = -9.81 }", "must be a list (acceleration of gravity, m/s^2)", "write `gravity = [x, y, z]`"],
+    ),
+    "a table for points per cell": (
+        "points_per_cell = [2, 2, 1]",
+        "points_per_cell = { x = 2 }",
+        "",
+        ["body.drop.points_per_cell", "must be a whole number or a list"],
+    ),
+    "a load of an unknown kind": (
+        "[quick]",
+        '[[load]]\nkind = "body-forse"\nbody = "drop"\n[quick]',
+        "kind = ",
+        ["load.0.kind", "did you mean `body-force`?"],
+    ),
+    "a load on an unknown body": (
+        "[quick]",
+        '[[load]]\nkind = "body-force"\nbody = "drip"\nacceleration = [1, 0, 0]\n[quick]',
+        "body = ",
+        ["load.0.body", "there are drop, block", "did you mean `drop`?"],
+    ),
+    "one bracket for a load": (
+        "[quick]",
+        '[load]\nkind = "body-force"\nbody = "drop"\nacceleration = [1, 0, 0]\n[quick]',
+        "[load]",
+        ["must be a list", "write `[[load]]`"],
+    ),
+    "a list where a table of a kind stands": (
+        'eos = { kind = "tait", sound_speed = 20.0 }',
+        'eos = "tait"',
+        "",
+        ["body.drop.material.eos", "must be a table"],
+    ),
     "one bracket for a probe": ("[[probe]]", "[probe]", "[probe]", ["must be a list", "write `[[probe]]`"]),
     "cells without number": ("cell = 0.05", "cell = 1e-320", "[grid]", ["inf cells", "along x", "use a larger cell"]),
     "frames without number": (

@@ -42,6 +42,19 @@ def test_nodes_and_points_are_counted(case: Case) -> None:
     assert memory.n_points(case) == pytest.approx(sum(map(len, points)), rel=0.05)
 
 
+def test_nodes_are_counted_once_for_each_velocity_field() -> None:
+    sheet = {
+        "rectangle": {"corner": [0.2, 0.2, 0.8], "first_edge": [0.6, 0, 0], "second_edge": [0, 0.6, 0], "points": [13, 13]}
+    }
+    material = {"kind": "linear-membrane", "density": 1000, "young_modulus": 1e5, "poisson_ratio": 0.3}
+    table = {"kind": "membrane-elements", "surface": sheet, "thickness": 0.01, "material": material}
+    data = loads(BLOCK).to_data()
+    alone = Grid(loads(BLOCK).grid).n_nodes
+    for field, sets in (("common", 1), ("net", 2)):
+        both = Case.model_validate(data | {"body": [*data["body"], table | {"name": "net", "field": field}]})
+        assert memory.n_nodes(both) == sets * alone
+
+
 def test_what_fits_passes_and_what_does_not_names_need_and_remedy(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     check_memory(case)
     monkeypatch.setattr(memory, "physical_memory", lambda: 2**16)

@@ -1,4 +1,4 @@
-"""The files that a case reads beside its own: tables of motions and surfaces."""
+"""The files that a case reads beside its own: tables of motions, surfaces, extensions."""
 
 import hashlib
 from collections.abc import Iterator
@@ -10,7 +10,8 @@ from pellucid.case.spec import Case
 
 def digests(case: Case) -> dict[str, str]:
     """SHA-256 of every input file, by its path: a run goes on only with the files that it began with."""
-    return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in sorted(set(_paths(case.to_data())))}
+    paths = sorted({*case.extensions, *_paths(case.to_data())})
+    return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in paths}
 
 
 def _paths(data: Any) -> Iterator[str]:

@@ -40,7 +40,7 @@ QuantityFunction = Callable[[Fetch], np.ndarray]
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
     """Decorator: let probes name a function that makes one number of the values of all points, shape (n,)."""
     if name in PLACED:
-        raise ValueError(f'there is a reduction "{name}" already: choose another name')
+        raise ValueError(f'the reduction "{name}" is taken by pellucid itself: choose another name')
 
     def add(function: ReductionFunction) -> ReductionFunction:
         REDUCTIONS.take(name, Reduction(function), function)
@@ -56,7 +56,7 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
     are 3 or 6 of them. unit: in SI units, such as "m/s".
     """
     if name in FIELDS:
-        raise ValueError(f'there is a field "{name}" already: choose another name')
+        raise ValueError(f'the quantity "{name}" is taken by the field of this name: choose another name')
 
     def add(function: QuantityFunction) -> QuantityFunction:
         QUANTITIES.take(name, Quantity(function, Field(components, unit, meaning)), function)

@@ -81,9 +81,11 @@ def loads(text: str, filename: str = "", folder: str = "") -> Case:
 
 
 def _resolve_paths(data: Any, folder: str) -> None:
-    """Let the values of all keys `path`, also among the quick settings, start from a folder, in place."""
+    """Let extensions and the values of all keys `path`, also among the quick settings, start from a folder, in place."""
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
-        if isinstance(value, (dict, list)):
+        if key == "extensions" and isinstance(value, list):
+            data[key] = [str((FilePath(folder) / item).absolute()) if isinstance(item, str) else item for item in value]
+        elif isinstance(value, (dict, list)):
             _resolve_paths(value, folder)
         elif isinstance(value, str) and str(key).rpartition(".")[2] == "path":
             data[key] = str((FilePath(folder) / value).absolute())

@@ -1,6 +1,7 @@
 """A case: everything that a run needs, as data. The same classes are the case file and the Python interface."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path as FilePath
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
@@ -11,13 +12,15 @@ from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of
 from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.load import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support
 from pellucid.contact.model import Contact
+from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import InputFile, Model, Vector, parameter
 from pellucid.parts import BodyModel, Part, Parts
 
 ZERO = (0.0, 0.0, 0.0)
@@ -91,6 +94,9 @@ class Case(Model):
     id: str = parameter("", "gallery case whose metrics and figures apply", "")
     source: str = parameter("", "where the case comes from", "")
     description: str = parameter("", "what it shows", "")
+    extensions: tuple[InputFile, ...] = parameter(
+        "", "Python files that register kinds of their own: they run before the rest of the case is read", ()
+    )
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
     grid: GridCase = parameter("", "the Eulerian grid")
     time: TimeCase = parameter("", "the clock")
@@ -99,12 +105,30 @@ class Case(Model):
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that let waves out", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
+    load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
     output: OutputCase = parameter("", "how often results are written", OutputCase())
     energy: EnergyCase = parameter("", "limits of the energy ledger", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)
     quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_extensions(cls, data: Any) -> Any:
+        load_installed()
+        files = data.get("extensions", ()) if isinstance(data, dict) else ()
+        found = []
+        for index, path in enumerate(files if isinstance(files, (list, tuple)) else ()):
+            try:
+                load_file(str(FilePath(path).absolute()))
+            except ExtensionError as error:
+                found.append(Finding(("extensions", index), str(error), error.remedy))
+            except TypeError:
+                continue  # no text: the field says so
+        if found:
+            raise Disagreement(found)
+        return data
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> "Case":
@@ -139,4 +163,5 @@ class Case(Model):
 
 def json_schema() -> dict[str, Any]:
     """The JSON schema of a case file, with all kinds that are registered at the moment."""
+    load_installed()
     return schema_of(Case).whole

@@ -8,7 +8,6 @@ from scenes import box, case
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase, _remoteness
 
-
 BLOCK = box((-1, -1, -2), (1, 1, -1), field="solid")
 
 

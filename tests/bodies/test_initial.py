@@ -1,0 +1,70 @@
+"""Initial fields of bodies."""
+
+from collections.abc import Iterator
+from typing import ClassVar, Literal
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from registries import forgotten_afterwards
+from scenes import RATE_SOLID, SOLID, box, case
+
+from pellucid.bodies.initial import InitialField, SineWave
+from pellucid.registry import register
+
+WAVE = {"amplitude": (0.0, 0.1, 0.0), "wave_vector": (2.0, 0.0, 0.0), "phase": 0.5}
+
+
+@pytest.fixture(autouse=True)
+def _nothing_stays() -> Iterator[None]:
+    with forgotten_afterwards():
+        yield
+
+
+def block(material=SOLID, **more):
+    return case(box((1, 1, 1), (3, 3, 3), material, **more)).body[0]
+
+
+def test_velocities_add_up():
+    body = block(velocity=(1, 0, 0), angular_velocity=(0, 0, 2), velocity_wave=WAVE, initial=[{"kind": "sine-wave", **WAVE}])
+    position = np.array([[2.0, 2.0, 2.0], [3.0, 2.0, 1.0]])
+    wave = SineWave(**WAVE).at(position)
+    assert np.allclose(wave[:, 1], 0.1 * np.sin([4.5, 6.5]))
+    assert np.allclose(body.initial_velocity(position), [[1, 0, 0], [1, 2, 0]] + 2 * wave, rtol=1e-14)
+
+
+def test_a_membrane_has_initial_fields_too():
+    rectangle = {"corner": (1, 1, 2), "first_edge": (2, 0, 0), "second_edge": (0, 2, 0), "points": (9, 9)}
+    material = {"kind": "linear-membrane", "density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.3}
+    table = {"name": "net", "surface": {"rectangle": rectangle}, "thickness": 0.1, "material": material, "velocity": (0, 0, 1)}
+    for kind in ("membrane-points", "membrane-elements"):
+        body = case(table | {"kind": kind, "initial": [{"kind": "sine-wave", **WAVE}]}).body[0]
+        position = np.array([[1.0, 2.0, 2.0]])
+        assert np.allclose(body.initial_velocity(position), np.array([0, 0, 1]) + SineWave(**WAVE).at(position))
+
+
+def test_a_state_of_the_material_can_be_set_and_no_other():
+    @register
+    class Pressed(InitialField):
+        quantity: ClassVar[str] = "stress"
+        kind: Literal["pressed"] = "pressed"
+
+        def at(self, position: np.ndarray) -> np.ndarray:
+            return np.outer(-position[:, 2], [1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+
+    @register
+    class Torn(InitialField):
+        quantity: ClassVar[str] = "damage"
+        kind: Literal["torn"] = "torn"
+
+        def at(self, position: np.ndarray) -> np.ndarray:
+            return np.ones(len(position))
+
+    body = block(RATE_SOLID, initial=[{"kind": "pressed"}])
+    position = np.array([[1.0, 1.0, 3.0]])
+    arrays = {"position": position, "stress": np.zeros((1, 6))}
+    body.add_initial_state(arrays)
+    assert arrays["stress"].tolist() == [[-3.0, -3.0, -3.0, 0.0, 0.0, 0.0]]
+    assert not body.initial_velocity(position).any()
+    with pytest.raises(ValidationError, match='kind "torn" sets `damage`, which the points of this body do not carry'):
+        block(RATE_SOLID, initial=[{"kind": "torn"}])

@@ -1,0 +1,96 @@
+"""The page on extending says what works: its files, named by its case, and the same from a script."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from registries import forgotten_afterwards
+from typer.testing import CliRunner
+
+from pellucid import load, loads
+from pellucid.case import Case, json_schema
+from pellucid.cli import app
+
+PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
+FILES = dict(re.findall(r"`(\w+\.py)`:\n```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
+(CASE,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(autouse=True)
+def file(tmp_path: Path) -> Iterator[Path]:
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "block.toml").write_text(CASE, encoding="utf-8")
+    with forgotten_afterwards():
+        yield tmp_path / "block.toml"
+
+
+def test_every_block_of_the_page_is_tested() -> None:
+    assert list(FILES) == ["viscoelastic.py", "drag.py", "vortex.py", "probes.py"]
+    assert PAGE.count("```") == 2 * (len(FILES) + 1)
+
+
+def test_the_case_is_valid_with_its_files_and_not_without(file: Path) -> None:
+    assert CliRunner().invoke(app, ["validate", str(file)]).exit_code == 0
+
+
+def test_the_case_is_not_valid_without_its_files(file: Path) -> None:
+    file.write_text("".join(line for line in CASE.splitlines(True) if not line.startswith("extensions")))
+    message = CliRunner().invoke(app, ["validate", str(file)]).stderr
+    for words in (
+        'body.block.material.kind = "kelvin-voigt"',
+        'must be one of "fluid", "linear-elastic", "neo-hookean"',
+        'body.block.initial.0.kind = "vortex"',
+        'load.0.kind = "drag"',
+        'must be one of "body-force"',
+        'probe.spread.reduce = "root-mean-square"',
+        'must be one of "mean", "max", "min", "sum", "count", "nearest", "point"',
+    ):
+        assert words in message
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ('viscosity = "20 Pa s"', "viscosity = -1", ["body.block.material.viscosity = -1", "at least 0 Pa*s"]),
+        ('viscosity = "20 Pa s"', 'viscosity = "20 m"', ["body.block.material.viscosity", "[length]"]),
+        ("rate = 5", "rat = 5", ["load.0.rat", "did you mean `rate`?"]),
+        ('body = "block"\nrate', 'body = "blok"\nrate', ["load.0.body", "did you mean `block`?"]),
+        ("radius = 0.3", "radius = 0", ["body.block.initial.0.radius = 0", "greater than 0 m"]),
+        ('"speed"', '"sped"', ["probe.spread.quantity", "did you mean `speed`?"]),
+        ('quantity = "speed"', 'component = "x"\nquantity = "speed"', ["speed has no components"]),
+    ],
+)
+def test_mistakes_are_told_as_for_the_kinds_of_the_package(before: str, after: str, words: list[str], file: Path) -> None:
+    assert before in CASE
+    file.write_text(CASE.replace(before, after))
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 2
+    for word in words:
+        assert word in result.stderr
+
+
+def test_the_schema_tells_them(file: Path) -> None:
+    case = load(file)
+    definitions = json_schema()["$defs"]
+    assert definitions["Drag"]["properties"]["rate"]["unit"] == "1/s"
+    assert {"KelvinVoigtMaterial", "Vortex"} <= set(definitions)
+    assert "root-mean-square" in definitions["Probe"]["properties"]["reduce"]["enum"]
+    assert case.with_settings({"body.block.material.kind": "neo-hookean"}).body[0].material.kind == "neo-hookean"
+
+
+def test_the_vortex_turns_the_block(file: Path) -> None:
+    body = load(file).body[0]
+    velocity = body.initial_velocity(np.array([[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.0]]))
+    assert np.allclose(velocity, [[0, 0.5, 0], [-0.5, 0, 0], [0, 0, 0]])
+
+
+def test_the_same_from_python(file: Path) -> None:
+    """A script that holds the files itself, and a case without them."""
+    for text in FILES.values():
+        exec(text, {"__name__": "script"})
+    case = loads("".join(line for line in CASE.splitlines(True) if not line.startswith("extensions")))
+    assert type(case.body[0].material).__module__ == "script"
+    assert Case.model_validate(case.to_data()) == case
