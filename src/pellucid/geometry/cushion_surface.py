@@ -25,8 +25,8 @@ class CushionSurface(CushionDimensions, Meshed):
         for axis, n in zip("xy", self.points, strict=True):
             if n == 2 and axis not in self.halved and "z" not in self.halved:
                 raise ValueError(
-                    f"2 points along {axis} all lie on the common edges, where the two sheets are one; use at least 3, or halve "
-                    f"the cushion along {axis} or z"
+                    f"2 points along {axis} all lie on the common edges, where the two sheets are one; use at least 3, or "
+                    f"halve the cushion along {axis} or z"
                 )
         return self
 
