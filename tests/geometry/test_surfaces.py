@@ -5,6 +5,7 @@ import pytest
 
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.mesh import grid_quads
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import (
     BoxSurface,
@@ -243,6 +244,54 @@ def test_a_cushion_is_two_domed_sheets_with_common_edges():
     assert enclosed_volume(vertices, triangles) == pytest.approx(exact, rel=0.01)
     assert volume_inside(vertices, triangles) > 0.0
     assert not list(mesh_faults(cushion.mesh(), closed=cushion.closed))
+
+
+HALVINGS = [(), ("x",), ("y",), ("z",), ("x", "y"), ("x", "z"), ("y", "z"), ("x", "y", "z")]
+
+
+@pytest.mark.parametrize("points", [(3, 3), (3, 6), (5, 4), (12, 9)])
+@pytest.mark.parametrize("halved", HALVINGS)
+@pytest.mark.parametrize("elements", ["quads", "triangles"])
+def test_every_cushion_is_a_sound_mesh(halved, points, elements):
+    cushion = CushionSurface(centre=(1, 2, 3), sides=(2.0, 1.0), height=0.1, points=points, halved=halved)
+    mesh = Surface(cushion=cushion).mesh(elements)
+    assert not list(mesh_faults(mesh, closed=cushion.closed))
+    assert bool(len(mesh.quads)) == (elements == "quads")
+    # no element lies in the plane of the edges, where it would have a twin in the other sheet
+    for corners in (mesh.quads, mesh.triangles):
+        assert np.all(np.abs(mesh.vertices[corners][:, :, 2] - 3.0).max(axis=1) > 0.0)
+
+
+@pytest.mark.parametrize("points", [(3, 3), (3, 6), (12, 9)])
+def test_the_two_sheets_of_a_cushion_mirror_each_other(points):
+    """Cut in two as well: elements that do not would push the bag to one side."""
+    cushion = CushionSurface(centre=(0, 0, 0), sides=(2.0, 1.0), height=0.1, points=points)
+    vertices, triangles = cushion.triangulate()
+    upper = vertices[triangles][:, :, 2].max(axis=1) > 0.0
+    assert 2 * np.count_nonzero(upper) == len(triangles)
+
+    def places(of, sign):
+        return {frozenset(map(tuple, np.round(corners * (1, 1, sign), 12) + 0.0)) for corners in vertices[of]}
+
+    assert places(triangles[upper], 1.0) == places(triangles[~upper], -1.0)
+    normals = initial_frames(vertices, triangles)[:, 6:]
+    on_edge = vertices[:, 2] == 0.0
+    assert normals[on_edge, 2] == pytest.approx(0.0, abs=1e-14), "halfway between those of the sheets"
+    assert np.einsum("ij,ij->i", normals[on_edge], vertices[on_edge]).min() > 0.0, "outward"
+
+
+def test_a_halved_cushion_keeps_the_order_of_its_corners():
+    cushion = CushionSurface(centre=(0, 0, 0), sides=(1, 1), height=0.1, points=(4, 4), halved=("x", "y", "z"))
+    assert np.array_equal(cushion.mesh().quads, grid_quads(4, 4, wrapped=False))
+
+
+@pytest.mark.parametrize(("points", "axis"), [((2, 5), "x"), ((5, 2), "y")])
+def test_sheets_that_would_coincide_are_refused(points, axis):
+    settings = {"centre": (0, 0, 0), "sides": (1.0, 1.0), "height": 0.2, "points": points}
+    with pytest.raises(ValueError, match=f"2 points along {axis} all lie on the common edges.* use at least 3"):
+        CushionSurface(**settings)
+    for halved in (axis, "z"):
+        assert not list(mesh_faults(CushionSurface(**settings, halved=(halved,)).mesh(), closed=False))
 
 
 @pytest.mark.parametrize(("halved", "share"), [(("x",), 0.5), (("y", "z"), 0.25), (("x", "y", "z"), 0.125)])

@@ -81,7 +81,7 @@ class PointsOnGrid(GridBody):
     def half_width(self) -> tuple[float, float, float]:
         """Half the edge of a point's cube, as `pellucid.contact.surface` puts it."""
         thin = sum(self.grid.thin)
-        return -1.0, self.grid.lattice.cell**-thin, 1.0 / (3 - thin)
+        return -1.0, self.grid.slice_thickness**-thin, 1.0 / (3 - thin)
 
     # sorting
 

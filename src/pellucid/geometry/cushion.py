@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from pellucid.geometry.geometry import AXES, ActiveAxes, Geometry
-from pellucid.model import Vector, parameter
+from pellucid.model import Model, Vector, parameter
 
 Positive = Annotated[float, Field(gt=0)]
 
@@ -21,12 +21,8 @@ Halves = Annotated[tuple[Literal["x", "y", "z"], ...], AfterValidator(_each_once
 """Axes along which only the upper half of something is kept."""
 
 
-class Cushion(Geometry):
-    """The inside of two domed rectangular sheets that are joined at their four edges.
-
-    At distances ξ and η from the middle, as shares of half the sides, they are ± height/2 (1 - ξ²)(1 - η²) apart from the plane
-    of their edges. A rectangle where z is thin; where x or y is, its section through the middle.
-    """
+class CushionDimensions(Model):
+    """Where a cushion is and how large: what its inside and its surface have in common."""
 
     centre_: Vector = parameter("m", "middle of the cushion", alias="centre")
     sides: tuple[Positive, Positive] = parameter("m", "lengths along x and y")
@@ -34,6 +30,14 @@ class Cushion(Geometry):
     halved: Halves = parameter(
         "", "axes along which only the upper half is kept, for a model with planes of symmetry through the centre", ()
     )
+
+
+class Cushion(CushionDimensions, Geometry):
+    """The inside of two domed rectangular sheets that are joined at their four edges.
+
+    At distances ξ and η from the middle, as shares of half the sides, they are ± height/2 (1 - ξ²)(1 - η²) apart from the plane
+    of their edges. A rectangle where z is thin; where x or y is, its section through the middle.
+    """
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         half, kept = 0.5 * np.array([*self.sides, self.height]), np.array([axis in self.halved for axis in AXES])

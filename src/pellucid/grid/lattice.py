@@ -55,6 +55,7 @@ class Grid:
             slab_axis,
         )
         self.thin = thin
+        self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
         momentum, force, velocity, velocity_increment, strain_velocity = (np.zeros((n, 3)) for _ in range(5))
         constrained = np.zeros((n, 3), np.int16)

@@ -8,16 +8,24 @@ from pellucid.model import Model, Vector, parameter
 
 Functions = Literal["trilinear", "gimp", "quadratic-bspline", "cubic-bspline"]
 
+DEFAULT_THICKNESS = 1.0  # m
 MOST_CELLS = 1e9  # along an axis; no machine holds more
 
 
 class GridCase(Model):
-    """A uniform Cartesian grid. An axis no longer than one cell is one cell thick: its velocity is held at zero."""
+    """A uniform Cartesian grid. An axis no longer than one cell is one cell thick: its velocity is held at zero.
+
+    Of a plane problem a slice of `thickness` is computed, of a one-dimensional one a bar of thickness by thickness: masses,
+    energies, momenta and forces are theirs, whatever the cell.
+    """
 
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner; an axis of extent 0 is one cell thick")
     cell: float = parameter("m", "edge of the cubic cells", gt=0)
     functions: Functions = parameter("", "shape functions between points and nodes", "trilinear")
+    thickness: float | None = parameter(
+        "m", f"extent of the bodies along axes that are one cell thick; {DEFAULT_THICKNESS:g} m where not given", None, gt=0
+    )
 
     @model_validator(mode="after")
     def _whole_cells(self) -> "GridCase":
@@ -35,12 +43,21 @@ class GridCase(Model):
                 )
         if all(self.thin()):
             raise ValueError("the grid is at most one cell thick along every axis; make grid.upper larger or cell smaller")
+        if self.thickness is not None and not any(self.thin()):
+            raise ValueError(
+                f"thickness = {self.thickness:g} m is for axes that are one cell thick, and this grid has none; leave it out, "
+                f"or make grid.upper equal to grid.lower along an axis"
+            )
         return self
 
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick and held."""
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
+
+    def slice_thickness(self) -> float:
+        """Extent of the bodies along each thin axis [m]."""
+        return DEFAULT_THICKNESS if self.thickness is None else self.thickness
 
     def counts(self) -> tuple[int, int, int]:
         """Number of cells along each axis."""

@@ -48,13 +48,13 @@ def seed(
     x, y, z = (not flat for flat in grid.thin())
     active = (x, y, z)
     centres, spacing = _lattice(shape, grid, per_cell)
-    thickness = grid.cell ** int(thin.sum())
+    across = grid.slice_thickness() ** int(thin.sum())
     if left_out or not isinstance(shape, Box):
         points, shares = shares_of_cells(shape, left_out, centres, spacing, active)
-        return points, shares * thickness
+        return points, shares * across
     points = centres[shape.contains(centres, active)]
     n = max(len(points), 1)
-    return points, np.full(len(points), shape.measure(active) * thickness / n)
+    return points, np.full(len(points), shape.measure(active) * across / n)
 
 
 def _lattice(shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_model import MembraneCase
+from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.mesh import Mesh
@@ -77,6 +78,8 @@ class MembraneElementsCase(MembraneCase):
         yield from wrong
         if parts.grid is None:
             return
+        if not wrong:
+            yield from slice_problems(place, self.mesh().triangulated(), parts.grid)
         if not wrong and len(parts.names(BodyModel)) > 1:  # alone it meets nothing, and its nodes need no grid
             yield from self._size_problems(place, parts.grid)
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)

@@ -38,7 +38,7 @@ class ElementsOnGrid(PointsOnGrid):
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,
     ) -> None:
-        self.surface = surface = ElementSurface(case)
+        self.surface = surface = ElementSurface(case, grid_case)
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)

@@ -43,7 +43,7 @@ class MembraneElements(NodalBody):
         n_loads: int = 0,
     ) -> None:
         self.name, self.velocity_field, self.grid = case.name, velocity_field, velocity_field.grid
-        self.surface = surface = ElementSurface(case)
+        self.surface = surface = ElementSurface(case, grid_case)
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)

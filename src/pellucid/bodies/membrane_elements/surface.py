@@ -19,8 +19,10 @@ from pellucid.bodies.membrane_elements.strain import (
     StrainedElements,
     strain,
 )
+from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.energy import Totals
 from pellucid.geometry.cells import Cells
+from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import initial_shape
 from pellucid.reductions import ordered_sum
@@ -39,7 +41,7 @@ class ElementSurface:
     in which the body stores them.
     """
 
-    def __init__(self, case: "MembraneElementsCase") -> None:
+    def __init__(self, case: "MembraneElementsCase", grid_case: GridCase) -> None:
         self.law = case.material.law()
         self.thickness = case.thickness
         self.areal_density = case.material.density * case.thickness
@@ -49,7 +51,9 @@ class ElementSurface:
         self.cells = Cells(triangles=mesh.triangles, quadrilaterals=mesh.quads)
         self.mesh = ElementMesh(mesh)
         m, q = len(self.mesh.corners), self.mesh.n_quads
-        volume = case.thickness * self.mesh.areas(self.vertices)
+        self._slice = slice_factor(self.vertices, grid_case)
+        thickness = case.thickness * self._slice  # the elements span their mesh, and weigh and resist as the slice does
+        volume = thickness * self.mesh.areas(self.vertices)
         mass = case.material.density * volume
         self.node_mass = self.mesh.at_nodes(mass)
         """Of the nodes in the order of the mesh [kg], shape (n,)."""
@@ -59,7 +63,7 @@ class ElementSurface:
         self.arrays: dict[str, np.ndarray] = {
             "element_mass": mass,
             "plane_stress": np.zeros((m, 3)),
-            "thickness": np.full(m, case.thickness),
+            "thickness": np.full(m, thickness),
             "volume": volume,
             "strain_energy": np.zeros(m),
             "hourglass_energy": np.zeros(m),
@@ -79,7 +83,7 @@ class ElementSurface:
         self.number, self._ranges = number, len(first) - 1
         where = np.argsort(number)  # from a node's number to its place
         state = ElementArrays(*(self.arrays[name] for name in ElementArrays._fields))
-        what = (self.law, self._control, self.thickness, self._rest, state)
+        what = (self.law, self._control, self.thickness * self._slice, self._rest, state)
         self._bundle = Bundle(StrainedElements(where[self.mesh.corners], self.mesh.n_quads, *what))
         self._about = Bundle(forces.CornersAbout(first, number, self.mesh.fan))
 
@@ -90,11 +94,11 @@ class ElementSurface:
 
     def add_pressure_forces(self, position: np.ndarray, pressure: float, target: np.ndarray) -> None:
         """Forces of a pressure [Pa] along the normals on the nodes [N]."""
-        forces.pressure_forces(self._chunks, self._bundle, position, self._corner_forces, pressure)
+        forces.pressure_forces(self._chunks, self._bundle, position, self._corner_forces, pressure * self._slice)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
 
     def vector_areas(self, position: np.ndarray) -> np.ndarray:
-        """∫ N_K n dA about each node [m²], shape (n, 3)."""
+        """∫ N_K n dA about each node [m²], shape (n, 3); in plane problems of the slice."""
         areas = np.zeros((len(position), 3))
         self.add_pressure_forces(position, 1.0, areas)
         return areas
@@ -127,7 +131,7 @@ class ElementSurface:
         if name == "density":
             return np.asarray(mass / at_nodes(elements["volume"])[self.number])
         if name == "thickness":
-            return self._mean(elements["thickness"])[self.number]
+            return self._mean(elements["thickness"])[self.number] / self._slice
         if name == "stress":
             stress = np.zeros((len(self.mesh.corners), 6))
             forces.cauchy_stresses(self._chunks, self._bundle, position, stress)

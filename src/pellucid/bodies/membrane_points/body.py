@@ -10,6 +10,7 @@ from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
+from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
@@ -45,7 +46,8 @@ class MembranePoints(PointsOnGrid):
         vertices, self._triangles = case.surface.triangulate()
         n = len(vertices)
         area = area_shares(vertices, self._triangles)
-        volume = area * case.thickness
+        self._slice = slice_factor(vertices, grid_case)
+        volume = area * case.thickness * self._slice
         arrays = {
             "id": np.arange(n),
             "position": vertices,
@@ -91,7 +93,7 @@ class MembranePoints(PointsOnGrid):
             gradient=self._gradient,
             law=self.law,
             state=self._state,
-            thickness=self.thickness,
+            thickness=self.thickness * self._slice,
             damage=self.damage,
             record=self._record,
         )
@@ -106,13 +108,14 @@ class MembranePoints(PointsOnGrid):
         return 0.5 * self.thickness, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
-        """The share of the vector area of each point [m²], shape (n, 3), in the order in which they are stored."""
+        """Vector areas [m²], shape (n, 3), in the order in which points are stored; in plane problems those of the slice."""
         thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
-        press(self.n_slabs, self.mapped, self.fans, self.velocity_field.load_row(column - FIRST_LOAD), pressure)
+        load = self.velocity_field.load_row(column - FIRST_LOAD)
+        press(self.n_slabs, self.mapped, self.fans, load, pressure * self._slice)
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pellucid.bodies.membrane_model import MembraneCase
+from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.surface_checks import faults
+from pellucid.geometry.triangulation import Triangulation
 from pellucid.grid.model import GridCase
 from pellucid.materials.damage import DamageRecord
 from pellucid.parts import Parts, StepLimit
@@ -61,6 +63,7 @@ class MembranePointsCase(MembraneCase):
         if wrong:
             yield from wrong
         else:
+            yield from slice_problems(place, Triangulation(vertices, triangles), grid)
             yield from self._damage_problems(path, grid)
             yield from self._density_problems(place, grid)
         yield from place_problems(place, self.bounds(), grid, self.is_surface)
