@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 import numpy as np
 import pytest
 from scenes import RATE_SOLID, SOLID, advance, box, simulation
-from scipy.sparse import coo_array, csc_array, identity, kron
+from scipy.sparse import coo_array, csc_array, identity
 from scipy.sparse.linalg import splu
 
 from pellucid.approximants import grid_functions
