@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.case import loads
+from pellucid.geometry.cells import Cells
 from pellucid.geometry.surfaces import Icosphere
-from pellucid.results import Run, frames
-from pellucid.results.store import RunFolder
+from pellucid.results import Run
+from pellucid.results.storage import frames
+from pellucid.results.storage.run_folder import RunFolder
 
 CENTRE = np.array([67.0, 65.0, 65.0])  # µm
 RADIUS, AMPLITUDE, PERIOD = 50.0, 13.5, 100.0  # µm, µm, µs
@@ -57,17 +59,17 @@ def write(out: Path, refinements: int = 4, spacing: float = 5.0, instants: int =
     distance = np.linalg.norm(box - CENTRE, axis=1)
     fine = lattice(CENTRE - RADIUS, CENTRE + RADIUS, 0.6 * spacing)
     bodies = {
-        "zona": (zona, triangles, 1.0),
-        "cytoplasm": (fine[np.linalg.norm(fine - CENTRE, axis=1) < RADIUS - 2.0], frames.NO_TRIANGLES, 0.6 * spacing),
-        "medium": (box[distance > RADIUS + 4.0], frames.NO_TRIANGLES, spacing),
-        "pipette": (tube(), frames.NO_TRIANGLES, 0.8),
-        "plate": (lattice((2, 30, 30), (17, 100, 100), 5.0), frames.NO_TRIANGLES, 5.0),
+        "zona": (zona, Cells(triangles=triangles), 1.0),
+        "cytoplasm": (fine[np.linalg.norm(fine - CENTRE, axis=1) < RADIUS - 2.0], None, 0.6 * spacing),
+        "medium": (box[distance > RADIUS + 4.0], None, spacing),
+        "pipette": (tube(), None, 0.8),
+        "plate": (lattice((2, 30, 30), (17, 100, 100), 5.0), None, 5.0),
     }
-    for name, (start, surface, size) in bodies.items():
+    for name, (start, cells, size) in bodies.items():
         for k, time in enumerate(np.linspace(0.0, PERIOD, instants)):
             frame = fields(name, start, time, size)
             if k == 0:
-                frames.create(folder.fields(name), instants, 0.0, frame, surface)
+                frames.create(folder.fields(name), instants, 0.0, frame, cells)
             else:
                 frames.append(folder.fields(name), 1e-6 * time, frame)
     return Run(out)

@@ -11,7 +11,7 @@ from pellucid.convergence import Step, observed_order, read_sweep
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric
 
-TUBE = ["converge", "gan2011/shock-tube", "--metric", "density"]
+TUBE = ["converge", "gan2011/shock-tube", "--metric", "density_l1"]
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def second_order(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 
     def solve(case: Any, out: Path, **_options: Any) -> SimpleNamespace:
         folders.append(out)
-        return SimpleNamespace(metrics={"density": Metric(0.0, 0.0, 3 * case.grid.cell**2, 1.0)})
+        return SimpleNamespace(case=case, metrics={"density_l1": Metric(0.0, 0.0, 3 * case.grid.cell**2, 1.0)})
 
     monkeypatch.setattr(pellucid.results, "run_case", solve, raising=False)
     return folders
@@ -33,7 +33,7 @@ def test_error_ratio_and_order_are_printed_and_kept(second_order: list[Path], tm
     assert "observed order, least squares over all values: 2.00" in result.stdout
     assert second_order == [tmp_path / "study" / f"{i}" for i in (1, 2, 3)]
     rows = (tmp_path / "study" / "convergence.csv").read_text().splitlines()
-    assert rows[0] == "grid.cell,error_of_density,ratio,order"
+    assert rows[0] == "grid.cell,error_of_density_l1,ratio,order"
     assert [float(cell) for cell in rows[2].split(",")] == pytest.approx([0.005, 7.5e-5, 4.0, 2.0])
     assert (tmp_path / "study" / "convergence.png").stat().st_size > 1000
 
@@ -63,7 +63,25 @@ def test_an_impossible_value_stops_before_anything_runs(second_order: list[Path]
 def test_an_unknown_metric_is_named_with_those_there_are(second_order: list[Path]) -> None:
     result = CliRunner().invoke(app, ["converge", "basics/sod", "--metric", "mass", "--over", "grid.cell=0.02,0.01"])
     assert result.exit_code == 2
-    assert "no metric `mass`; it has density" in result.stderr
+    assert "basics/sod has no metric `mass`; it has density_l1, " in result.stderr
+    assert not second_order, "nothing has run"
+
+
+def test_a_case_of_ones_own_has_no_metrics(second_order: list[Path], tmp_path: Path) -> None:
+    case = tmp_path / "mine.toml"
+    case.write_text(pellucid.dumps(pellucid.load("basics/sod").model_copy(update={"id": ""})))
+    result = CliRunner().invoke(app, ["converge", str(case), "--metric", "density_l1", "--over", "grid.cell=0.02,0.01"])
+    assert result.exit_code == 2
+    assert "has no metric `density_l1`; it has none; a case has metrics where a Python module" in result.stderr
+    assert not second_order
+
+
+def test_a_metric_that_a_setting_takes_away_is_named(second_order: list[Path]) -> None:
+    over = ["--over", "grid.cell=0.01,0.005"]
+    result = CliRunner().invoke(app, ["converge", "gan2011/shock-tube", "--metric", "shock_position", *over])
+    assert result.exit_code == 2
+    assert "with these settings gan2011/shock-tube has no metric `shock_position`; it has density_l1" in result.stderr
+    assert len(second_order) == 1
 
 
 def test_no_order_is_claimed_without_numbers() -> None:

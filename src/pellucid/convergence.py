@@ -2,11 +2,12 @@
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pellucid import catalogue
 from pellucid.case import Case, parse_value
 from pellucid.errors import UsageError
 from pellucid.progress import Progress
@@ -55,11 +56,14 @@ def study(
 ) -> list[Step]:
     """Run the case for each row of values and follow the error of `metric`; the first key of the sweep is the abscissa.
 
-    The runs stay in folders of `out`, or are thrown away. Raises CaseError for an impossible value before anything
-    runs, and UsageError for a metric that the case does not have.
+    The runs stay in folders of `out`, or are thrown away. Before anything runs it raises CaseError for an impossible value
+    and UsageError for a metric that the case does not have.
     """
     from pellucid.results import run_case
 
+    known = getattr(catalogue.module(case.id), "METRICS", ())
+    if metric not in known:
+        raise UsageError(_unknown(metric, known, case.id or case.title))
     rows = [dict(zip(sweep, row, strict=True)) for row in zip(*sweep.values(), strict=True)]
     variants = [case.with_settings(row) for row in rows]
     steps: list[Step] = []
@@ -119,8 +123,13 @@ def _next_step(steps: Sequence[Step], value: Any, error: float) -> Step:
 def _error(run: "Run", metric: str) -> float:
     metrics = run.metrics
     if metric not in metrics:
-        raise UsageError(f"the case has no metric `{metric}`; it has {', '.join(metrics) or 'none'}")
+        raise UsageError(f"with these settings {_unknown(metric, metrics, run.case.id)}")
     return float(metrics[metric].error)
+
+
+def _unknown(metric: str, known: Iterable[str], case: str) -> str:
+    names = ", ".join(known) or "none; a case has metrics where a Python module of the gallery measures it"
+    return f"{case} has no metric `{metric}`; it has {names}"
 
 
 def _positive(value: Any) -> bool:

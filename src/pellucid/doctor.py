@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 PACKAGES = ("pellucid", "numpy", "scipy", "numba", "h5py", "pydantic", "tomlkit", "pint", "typer", "rich", "matplotlib")
-EXTRAS = {"pyvista": "viz", "gmsh": "mesh", "tetgen": "mesh", "dask": "sweep", "optuna": "sweep", "mpi4py": "mpi"}
+EXTRAS = {"pyvista": "viz", "meshlane": "mesh"}
 
 _THREADING = """
 import numba, numpy

@@ -5,7 +5,7 @@ the columns below; the columns behind them belong to the loads of the run, one f
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -83,13 +83,13 @@ class Totals:
         self.momentum = np.zeros(3)
         self.parts: dict[str, float] = {}
 
-    def to_data(self) -> dict[str, Any]:
+    def to_data(self) -> dict[str, object]:
         """What a checkpoint keeps."""
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
-    def restore(self, data: Mapping[str, Any]) -> None:
+    def restore(self, data: Mapping[str, object]) -> None:
         """Go on from a checkpoint."""
-        vars(self).update({**data, "momentum": np.array(data["momentum"]), "parts": dict(data["parts"])})
+        vars(self).update({**data, "momentum": np.array(data["momentum"])})
 
 
 class Balanced(Protocol):
@@ -204,12 +204,12 @@ class EnergyBudget:
             "energy": self.energy_error(),
         }
 
-    def state_numbers(self) -> dict[str, Any]:
+    def state_numbers(self) -> dict[str, object]:
         """What a checkpoint keeps."""
         arrays = {"initial_momentum": self.initial_momentum.tolist(), "impulse": self.impulse.tolist()}
         return {name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: Mapping[str, object]) -> None:
         """Go on from a checkpoint."""
         arrays = {name: np.array(numbers[name]) for name in ("initial_momentum", "impulse")}
         vars(self).update({**numbers, **arrays})

@@ -2,34 +2,61 @@
 
 import sys
 import warnings
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import Any, Protocol
+
+WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimated
 
 
 class Progress(Protocol):
-    """What a run calls; all times are in seconds, `rate` in point-steps per second, `energy_error` relative."""
+    """What work calls; times are in seconds, `energy_error` is relative."""
 
-    def start(self, total_time: float) -> None:
-        """The run begins, to end at simulated time `total_time`."""
+    def begin(self, phase: str, total: float | None = None) -> None:
+        """A phase such as "running" or "figures" begins, and the one before it ends; `total` is what it counts to."""
 
-    def update(self, *, step: int, time: float, dt: float, rate: float, energy_error: float, eta: float) -> None:
-        """The run stands after `step` steps at simulated time `time`; `eta` is the wall-clock time left."""
+    def compiling(self, kernel: str, number: int, expected: int) -> None:
+        """In the middle of a phase a kernel is compiled, the one of that number; `expected` is 0 where nobody knows."""
+
+    def compiled(self) -> None:
+        """The phase goes on."""
+
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
+        """The run stands after `step` steps at simulated time `time`."""
+
+    def count(self, done: int) -> None:
+        """So many parts of the total of another phase are done."""
 
     def message(self, text: str) -> None:
         """Something that the user should know in any case."""
 
     def stop(self) -> None:
-        """The run has ended, well or not."""
+        """Everything has ended, well or not."""
 
 
 class QuietProgress:
     """Off a terminal: messages only, on stderr."""
 
-    def start(self, total_time: float) -> None:
+    def __init__(self) -> None:
+        self._said = False
+
+    def begin(self, phase: str, total: float | None = None) -> None:
         pass
 
-    def update(self, *, step: int, time: float, dt: float, rate: float, energy_error: float, eta: float) -> None:
+    def compiling(self, kernel: str, number: int, expected: int) -> None:
+        if not self._said:
+            self._said = True
+            self.message("compiling kernels (first run only) ...")
+
+    def compiled(self) -> None:
+        pass
+
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
+        pass
+
+    def count(self, done: int) -> None:
         pass
 
     def message(self, text: str) -> None:
@@ -40,37 +67,122 @@ class QuietProgress:
         pass
 
 
+class WarningsOnly(QuietProgress):
+    """In a program of a user's own: messages are warnings."""
+
+    def compiling(self, kernel: str, number: int, expected: int) -> None:
+        pass
+
+    def message(self, text: str) -> None:
+        warnings.warn(text, stacklevel=3)
+
+
 class TerminalProgress:
-    """On a terminal: one live line with step, time, dt, point-steps/s, energy error and time left."""
+    """On a terminal: one live line with the phase and how far it is; at the end what each phase took."""
 
     def __init__(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
         from rich.table import Column
 
         self._bar = Progress(
+            TextColumn("{task.description}", markup=False),
             BarColumn(bar_width=12),
             TaskProgressColumn(),
+            TimeElapsedColumn(),
             TextColumn("{task.fields[state]}", markup=False, table_column=Column(overflow="fold", no_wrap=False)),
             console=Console(stderr=True),
             transient=True,
         )
         self._task: Any = None
+        self._phase, self._paused, self._total = "", "", 0.0
+        self._since = 0.0
+        self._seconds: dict[str, float] = {}
+        self._pace = Pace()
 
-    def start(self, total_time: float) -> None:
-        self._task = self._bar.add_task("run", total=total_time, state="setting up")
+    def begin(self, phase: str, total: float | None = None) -> None:
+        self._book(phase)
+        self._total, self._pace = total or 0.0, Pace()
+        self._show(phase, total)
         self._bar.start()
 
-    def update(self, *, step: int, time: float, dt: float, rate: float, energy_error: float, eta: float) -> None:
-        if self._task is not None:
-            state = state_line(step=step, time=time, dt=dt, rate=rate, energy_error=energy_error, eta=eta)
-            self._bar.update(self._task, completed=time, state=state)
+    def compiling(self, kernel: str, number: int, expected: int) -> None:
+        self._paused = self._phase
+        self._book("compiling")
+        of = f" of {expected}" if expected >= number else ""
+        self._bar.update(self._task, description="compiling", state=f"kernel {number}{of}, {kernel}")
+
+    def compiled(self) -> None:
+        self._pace.leave_out(self._book(self._paused))
+        self._bar.update(self._task, description=self._phase, state="")
+
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
+        self._pace.add(monotonic(), step, time)
+        rate, left = points * self._pace.steps_per_second(), self._pace.time_left(self._total)
+        state = state_line(step=step, time=time, dt=dt, rate=rate, energy_error=energy_error, left=left)
+        self._bar.update(self._task, completed=time, state=state)
+
+    def count(self, done: int) -> None:
+        self._bar.update(self._task, completed=done, state=f"{done} of {self._total:g}")
 
     def message(self, text: str) -> None:
         self._bar.console.print(text, markup=False, highlight=False)
 
     def stop(self) -> None:
+        self._book("")
+        if self._task is not None:
+            self._bar.remove_task(self._task)
+            self._task = None
         self._bar.stop()
+        if self._seconds:
+            self.message(", ".join(f"{phase} {clock(seconds)}" for phase, seconds in self._seconds.items()))
+            self._seconds = {}
+
+    def _book(self, phase: str) -> float:
+        """Begin a phase; the one before gets the time since then, which is returned."""
+        now = monotonic()
+        taken = now - self._since
+        if self._phase:
+            self._seconds[self._phase] = self._seconds.get(self._phase, 0.0) + taken
+        self._phase, self._since = phase, now
+        return taken
+
+    def _show(self, phase: str, total: float | None) -> None:
+        if self._task is not None:
+            self._bar.remove_task(self._task)
+        self._task = self._bar.add_task(phase, total=total, state="")
+
+
+class Pace:
+    """How fast a run goes, from its last seconds, without those in which kernels were compiled."""
+
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, int, float]] = deque()
+        self._left_out = 0.0
+
+    def leave_out(self, seconds: float) -> None:
+        """So much of the wall-clock time did not go into steps."""
+        self._left_out += seconds
+
+    def add(self, now: float, step: int, time: float) -> None:
+        """At wall-clock time `now` the run stands after `step` steps at simulated time `time`."""
+        self._samples.append((now - self._left_out, step, time))
+        while len(self._samples) > 2 and self._samples[-1][0] - self._samples[1][0] >= WINDOW:
+            self._samples.popleft()
+
+    def steps_per_second(self) -> float:
+        """Steps in a second of wall-clock time; not a number where it is not known yet."""
+        (begun, first, _), (now, last, _) = self._ends()
+        return (last - first) / (now - begun) if now > begun else float("nan")
+
+    def time_left(self, end: float) -> float:
+        """Wall-clock time to the simulated time `end`; not a number where it is not known yet."""
+        (begun, _, first), (now, _, last) = self._ends()
+        return (end - last) * (now - begun) / (last - first) if last > first else float("nan")
+
+    def _ends(self) -> tuple[tuple[float, int, float], tuple[float, int, float]]:
+        none = (0.0, 0, 0.0)
+        return (self._samples[0], self._samples[-1]) if self._samples else (none, none)
 
 
 @contextmanager
@@ -90,12 +202,10 @@ def for_terminal() -> Progress:
     return TerminalProgress() if sys.stderr.isatty() else QuietProgress()
 
 
-def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: float, eta: float) -> str:
-    """One line on where a run stands."""
-    return (
-        f"step {step}  t {time:.4g} s  dt {dt:.3g} s  {rate / 1e6:.3g} M point-steps/s  "
-        f"energy error {energy_error:.1e}  {clock(eta)} left"
-    )
+def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: float, left: float) -> str:
+    """One line on where a run stands; `rate` in point-steps a second."""
+    speed = f"{rate / 1e6:.3g} M point-steps/s  " if rate == rate else ""
+    return f"step {step}  t {time:.4g} s  dt {dt:.3g} s  {speed}energy error {energy_error:.1e}  {clock(left)} left"
 
 
 def clock(seconds: float) -> str:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pellucid import gallery
+from pellucid import catalogue
 from pellucid.case.lines import key_lines
 
 
@@ -53,9 +53,9 @@ def paths(data: Any, path: tuple = ()) -> set[tuple]:
     return {path} - {()} | {deeper for key, item in items for deeper in paths(item, (*path, key))}
 
 
-@pytest.mark.parametrize("case", gallery.ids())
+@pytest.mark.parametrize("case", catalogue.ids())
 def test_no_key_of_a_gallery_case_is_missed(case: str) -> None:
-    text = gallery.text(case)
+    text = catalogue.text(case)
     assert set(key_lines(text)) == paths(tomllib.loads(text))
 
 

@@ -3,7 +3,7 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from pellucid import gallery
+from pellucid import catalogue
 from pellucid.case import Case, dumps, json_schema, load, loads
 
 
@@ -13,7 +13,7 @@ def test_a_case_survives_the_way_through_toml(text: str) -> None:
     assert dumps(loads(dumps(case))) == dumps(case)
 
 
-@pytest.mark.parametrize("name", gallery.ids())
+@pytest.mark.parametrize("name", catalogue.ids())
 def test_gallery_cases_are_valid_and_survive_the_way_through_toml(name: str) -> None:
     for case in (load(name), load(name).quick_variant()):
         assert case.id == name
@@ -29,7 +29,7 @@ def test_numbers_keep_every_bit(text: str) -> None:
 
 
 def test_texts_with_quotes_and_lines_survive() -> None:
-    case = load(gallery.ids()[0]).with_settings({"description": 'a "b"\nc\\d\té = [1] # no comment'})
+    case = load(catalogue.ids()[0]).with_settings({"description": 'a "b"\nc\\d\té = [1] # no comment'})
     assert loads(dumps(case)) == case
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 import pellucid
-from pellucid import gallery
+from pellucid import catalogue
 from pellucid.case import dumps, load, loads
 from pellucid.results.metrics import Metric
 
@@ -17,7 +17,7 @@ class Outcome:
     metrics: dict[str, Metric]
 
 
-@pytest.fixture(scope="session", params=gallery.ids())
+@pytest.fixture(scope="session", params=catalogue.ids())
 def quick(request, tmp_path_factory):
     """The quick variant of a case, run once for all tests."""
     out = tmp_path_factory.mktemp(request.param.replace("/", "-"))
@@ -25,7 +25,7 @@ def quick(request, tmp_path_factory):
     return Outcome(run, run.metrics)
 
 
-@pytest.mark.parametrize("name", gallery.ids())
+@pytest.mark.parametrize("name", catalogue.ids())
 def test_says_what_it_is(name):
     case = load(name)
     assert case.title
@@ -37,15 +37,15 @@ def test_says_what_it_is(name):
     assert case.quick_variant() != case
 
 
-@pytest.mark.parametrize("name", gallery.ids())
+@pytest.mark.parametrize("name", catalogue.ids())
 def test_survives_writing_and_reading(name):
     case = load(name)
     assert loads(dumps(case), name) == case
 
 
-@pytest.mark.parametrize("name", gallery.ids())
+@pytest.mark.parametrize("name", catalogue.ids())
 def test_measures_itself(name):
-    module = gallery.module(name)
+    module = catalogue.module(name)
     assert module is not None
     assert callable(module.metrics)
     assert callable(module.figures)
@@ -66,8 +66,12 @@ def test_metrics_have_references(quick):
         assert metric.meaning, name
 
 
+def test_metrics_are_known_before_a_run(quick):
+    assert set(quick.metrics) <= set(catalogue.module(quick.run.case.id).METRICS)
+
+
 def test_figures_are_drawn(quick):
-    for figure in gallery.module(quick.run.case.id).figures(quick.run).values():
+    for figure in catalogue.module(quick.run.case.id).figures(quick.run).values():
         figure.canvas.draw()
         # pictures in space have no axes, but a scale bar
         assert all(axes.get_xlabel() or axes.get_title() or not axes.lines or not axes.axison for axes in figure.axes)
@@ -78,7 +82,8 @@ def test_mass_is_constant(quick):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", gallery.ids())
+@pytest.mark.parametrize("name", catalogue.ids())
 def test_full_run_is_within_its_tolerances(name):
     run = pellucid.run(load(name), report=False)
+    assert set(run.metrics) == set(catalogue.module(name).METRICS)
     assert not {key: metric for key, metric in run.metrics.items() if not metric.passed}

@@ -3,7 +3,7 @@ import pytest
 import synthetic_oocyte
 
 from pellucid.gallery.gan2011 import piezo_pictures
-from pellucid.results.style import house_style
+from pellucid.results.pictures.style import house_style
 
 
 @pytest.fixture(scope="module")
@@ -12,7 +12,7 @@ def run(tmp_path_factory):
 
 
 def red_pixels(run, time, stage):
-    from pellucid.results.style import new_figure
+    from pellucid.results.pictures.style import new_figure
 
     figure = new_figure(4.0, 4.0)
     axes = figure.subplots()
@@ -35,12 +35,6 @@ def test_the_cut_shows_the_pressure_at_the_contact(run):
     stage = piezo_pictures.cut_stage(run, 300, run.times("zona"))
     pressure = run.fields("cytoplasm", 50e-6)["pressure"]
     assert stage.limits[1] > 0.5 * np.abs(pressure).max()
-
-
-def test_instants_are_those_of_frames_that_the_run_reached(run):
-    assert piezo_pictures.recorded(run, (28e-6, 52e-6, 76e-6, 100e-6)) == pytest.approx([25e-6, 50e-6, 75e-6, 100e-6])
-    assert piezo_pictures.recorded(run, (28e-6, 27e-6, 300e-6)) == pytest.approx([25e-6])
-    assert piezo_pictures.recorded(run, (300e-6,)) == pytest.approx([100e-6])
 
 
 def test_figures_and_film_can_be_drawn(run, monkeypatch):

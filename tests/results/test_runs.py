@@ -12,7 +12,7 @@ from free_flight import FakeSimulation, free_flight
 
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, resume_case, run_case
-from pellucid.results.files import OutputError
+from pellucid.results.storage.files import OutputError
 
 pytestmark = pytest.mark.usefixtures("fake")
 
@@ -78,6 +78,38 @@ def test_fields_are_those_of_the_nearest_frame(tmp_path):
     start = FakeSimulation(free_flight()).bodies[0].frame()
     for name, values in run.fields("gas", 0.1).items():
         assert np.array_equal(values, start[name])
+
+
+def test_a_body_that_the_run_does_not_have_is_named_with_those_it_has(tmp_path):
+    run = run_case(free_flight(), tmp_path / "run", report=False)
+    for ask in (run.fields, run.times, run.cells, run.triangles):
+        with pytest.raises(UsageError, match=r"has no body `nosuch`; its bodies are gas, block"):
+            ask("nosuch")
+
+
+@pytest.mark.parametrize("time", [-1.0, -0.126, 1.126, 5.0])
+def test_a_time_beyond_the_frames_is_told_the_first_and_the_last(tmp_path, time):
+    run = run_case(free_flight(), tmp_path / "run", report=False)
+    with pytest.raises(UsageError, match=r"no frame of gas near t = .*: the first is at 0 s, the last at 1 s"):
+        run.fields("gas", time)
+
+
+def test_half_an_interval_beyond_the_frames_is_near_enough(tmp_path):
+    run = run_case(free_flight(), tmp_path / "run", report=False)
+    assert np.array_equal(run.fields("gas", 1.125)["position"], run.fields("gas")["position"])
+    assert np.array_equal(run.fields("gas", -0.125)["position"], run.fields("gas", 0.0)["position"])
+
+
+def test_a_run_is_finished_at_the_end_of_its_case_only(tmp_path, fake, monkeypatch):
+    out = tmp_path / "run"
+    assert not run_case(free_flight(), out, until=0.3, report=False).finished
+    assert resume_case(out, report=False).finished
+    monkeypatch.setattr(fake, "breaks_at", 3)
+    with pytest.raises(RunStopped):
+        run_case(free_flight(), out)
+    run = Run(out)
+    assert not run.finished
+    assert run.metrics == {}
 
 
 def test_without_a_folder_the_results_live_as_long_as_the_run(tmp_path):

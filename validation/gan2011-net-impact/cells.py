@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 from pellucid.references import finite_elements
-from pellucid.results.run import Run
-from pellucid.results.style import DPI, LINES, house_style, label, new_figure
+from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
+from pellucid.results.storage.run import Run
 
 CURVES = {
     "gan2011/net-impact": (

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 from explicit import Choice, run
 
-from pellucid.results.style import COLOURS, DPI, house_style, label, new_figure
+from pellucid.results.pictures.style import COLOURS, DPI, house_style, label, new_figure
 from reference import NOISE
 
 CASE = "membrane-on-sphere"

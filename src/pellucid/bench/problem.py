@@ -38,7 +38,10 @@ def bench_case(body: str, points: int, **time: Any) -> Case:
             "title": f"Benchmark: {body}",
             "grid": {"lower": [0.0, 0.0, 0.0], "upper": corner, "cell": CELL},
             "time": {"end": 1.0, **time},
-            "energy": {"warn": 1e9, "stop": 1e9},  # speed is measured here; small waves in a hot gas make poor books
+            "energy": {
+                "warn": 1e9,
+                "stop": 1e9,
+            },  # speed is measured here; of small waves in a hot gas little energy moves, and its relative error is large
             "body": [
                 {
                     "kind": "material-points",

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from pellucid import gallery
+from pellucid import catalogue
 from pellucid.bodies.models import Body
 from pellucid.case.explain import explain, problem, value_at
 from pellucid.case.lines import Path, key_lines
@@ -32,9 +32,9 @@ def load(case: "str | FilePath") -> Case:
     Raises CaseError naming file, line, key, value, limit and remedy of everything that is wrong.
     """
     text, filename = _source(case)
-    folder = gallery.folder(str(case)) if gallery.has(str(case)) else str(FilePath(case).parent)
+    folder = catalogue.folder(str(case)) if catalogue.has(str(case)) else str(FilePath(case).parent)
     loaded = loads(text, filename, folder)
-    return loaded.model_copy(update={"id": case}) if gallery.has(str(case)) and not loaded.id else loaded
+    return loaded.model_copy(update={"id": case}) if catalogue.has(str(case)) and not loaded.id else loaded
 
 
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
@@ -54,13 +54,13 @@ def located(error: CaseError, case: str, quick: bool = False, settings: Sequence
 
 def _source(case: "str | FilePath") -> tuple[str, str]:
     """The text of a case and the name of its file."""
-    if gallery.has(str(case)):
-        return gallery.text(str(case)), f"{case}.toml"
+    if catalogue.has(str(case)):
+        return catalogue.text(str(case)), f"{case}.toml"
     path = FilePath(case)
     try:
         return path.read_text(encoding="utf-8-sig"), str(case)
     except (FileNotFoundError, NotADirectoryError):
-        remedy = "" if path.suffix == ".toml" else gallery.suggestion(str(case))
+        remedy = "" if path.suffix == ".toml" else catalogue.suggestion(str(case))
         raise CaseError(Problem(f"there is no gallery case and no file {case}", remedy=remedy)) from None
     except IsADirectoryError:
         raise CaseError(f"{case} is a folder, not a case file") from None

@@ -20,12 +20,12 @@ def list_cases() -> None:
     """List the gallery: id, title, source, and wall-clock time of the quick and the full run on two cores."""
     import tomllib
 
-    from pellucid import gallery
+    from pellucid import catalogue
     from pellucid.progress import clock
 
     rows = []
-    for name in gallery.ids():
-        case = tomllib.loads(gallery.text(name))  # as it stands: to build every case, with its surfaces, takes a while
+    for name in catalogue.ids():
+        case = tomllib.loads(catalogue.text(name))  # as it stands: to build every case, with its surfaces, takes a while
         rows.append((name, case["title"], case["source"], clock(case["times"]["quick"]), clock(case["times"]["full"])))
     print_table(("id", "title", "source", "quick", "full"), rows)
 
@@ -34,11 +34,11 @@ def show(case: CaseArgument) -> None:
     """Print a case file, to copy and edit: pellucid show gan2011/shock-tube > mine.toml"""
     from pathlib import Path
 
-    from pellucid import gallery
+    from pellucid import catalogue
     from pellucid.case import load
 
-    if gallery.has(case):
-        typer.echo(gallery.text(case), nl=False)
+    if catalogue.has(case):
+        typer.echo(catalogue.text(case), nl=False)
     else:
         load(case)  # says what is wrong with it, or that it is not there
         typer.echo(Path(case).read_text(encoding="utf-8"), nl=False)

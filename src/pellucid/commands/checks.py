@@ -25,15 +25,15 @@ def verify(
     threads: Threads = None,
 ) -> None:
     """Run cases and compare them with their references; status 3 if any metric falls short."""
-    from pellucid import gallery
+    from pellucid import catalogue
     from pellucid.progress import watching
     from pellucid.results.verify import verify as run_checks
 
     for name in cases or ():
-        if not gallery.has(name):
-            raise UsageError(f"there is no gallery case {name}\n    {gallery.suggestion(name)}")
+        if not catalogue.has(name):
+            raise UsageError(f"there is no gallery case {name}\n    {catalogue.suggestion(name)}")
     with watching() as progress:
-        checks = run_checks(cases or list(gallery.ids()), full=full, out=out, threads=threads, progress=progress)
+        checks = run_checks(cases or list(catalogue.ids()), full=full, out=out, threads=threads, progress=progress)
     names = {"case": [check.case for check in checks], "metric": [check.name for check in checks]}
     print_metrics(names, [check.metric for check in checks])
     short = [check for check in checks if not check.metric.passed]

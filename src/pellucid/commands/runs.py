@@ -81,13 +81,15 @@ def report(
     ] = None,
 ) -> None:
     """Draw the figures of a run again and write its report.html."""
-    from pellucid.results.report import write_report
-    from pellucid.results.run import Run
-    from pellucid.results.store import RunFolder
+    from pellucid.progress import watching
+    from pellucid.results.report.report import write_report
+    from pellucid.results.storage.run import Run
+    from pellucid.results.storage.run_folder import RunFolder
 
     for folder in (dir_, *([beside] if beside else ())):
         RunFolder(folder).read_case()  # says where there is no run
-    write_report(dir_, Run(beside) if beside else None)
+    with watching() as progress:
+        write_report(dir_, Run(beside) if beside else None, progress)
     typer.echo(f"the report is {dir_ / 'report.html'}")
 
 
@@ -115,7 +117,7 @@ def unused(parent: Path, name: str) -> Path:
 
 def prepared(folder: Path) -> Path:
     """The folder, fit for a new run: an earlier run may be replaced, anything else is refused with UsageError."""
-    from pellucid.results.files import usable
+    from pellucid.results.storage.files import usable
 
     with usable(folder):
         if folder.exists() and not folder.is_dir():

@@ -74,6 +74,11 @@ class GridCoupling:
         by_cell = {"order": self._order, "position": self._points.position[self._order]}
         self._share(sort_by_cell(by_cell, self._scratch, self.velocity_field.grid.lattice, self._stencil))
 
+    def sort_if_needed(self) -> None:
+        """Make the index anew where a node left its slab; to be called before anything of a step goes to the grid."""
+        if self.slabs.left_slab.any():
+            self.sort()
+
     def _share(self, slabs: Slabs) -> None:
         self.slabs, self.n_slabs = slabs, len(slabs.layer) - 1
         grid = self.velocity_field.grid
@@ -82,12 +87,7 @@ class GridCoupling:
         )
 
     def scatter(self, force: np.ndarray | None = None) -> None:
-        """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3).
-
-        The index is renewed before where a node left its slab.
-        """
-        if self.slabs.left_slab.any():
-            self.sort()
+        """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
         transfer.scatter(self.n_slabs, self.mapped, 1, 0)
         if force is not None:
             scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.grid.nodes.force)

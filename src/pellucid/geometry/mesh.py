@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.cells import cut_in_two
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.model import Model
 
@@ -41,11 +42,6 @@ class Meshed(Model):
     def triangulate(self) -> Triangulation:
         """Its mesh with every quadrilateral cut in two: the vertices are the same."""
         return self.mesh().triangulated()
-
-
-def cut_in_two(quads: np.ndarray) -> np.ndarray:
-    """Two triangles for each quadrilateral, one after the other, shape (2 q, 3)."""
-    return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
 def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:

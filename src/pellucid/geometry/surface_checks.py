@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from pellucid.geometry.cells import cut_in_two
 from pellucid.geometry.enclosure import signed_volume
-from pellucid.geometry.mesh import NO_QUADS, Mesh, cut_in_two
+from pellucid.geometry.mesh import NO_QUADS, Mesh
 from pellucid.geometry.triangulation import directed_edges, pieces
 
 FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name

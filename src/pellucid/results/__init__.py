@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pellucid.results.launch import resume_case, run_case
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 __all__ = ["Run", "resume_case", "run_case"]
 
-_HOME = {"run_case": "pellucid.results.launch", "resume_case": "pellucid.results.launch", "Run": "pellucid.results.run"}
+_HOME = {"run_case": "pellucid.results.launch", "resume_case": "pellucid.results.launch", "Run": "pellucid.results.storage.run"}
 
 
 def __getattr__(name: str) -> Any:

@@ -1,12 +1,8 @@
 """Metrics: what a run found beside what it should have found, and how far apart the two may be."""
 
 import math
-import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from pellucid.results.run import Run
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -41,21 +37,3 @@ class Metric:
 def finite(number: float) -> float | None:
     """The number, or None for one that is not finite."""
     return float(number) if math.isfinite(number) else None
-
-
-def evaluate(run: "Run") -> dict[str, Metric]:
-    """The metrics of a finished run by name, from the module of its gallery case.
-
-    Empty for a case of the user's own and for a run stopped early. Empty with a warning where the module cannot judge
-    the run: settings may have made of the case what its reference does not cover.
-    """
-    from pellucid import gallery
-
-    module = gallery.module(run.case.id)
-    if module is None or not run.finished:
-        return {}
-    try:
-        return dict(module.metrics(run))
-    except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
-        warnings.warn(f"the metrics of {run.case.id} do not apply to this run: {error}", stacklevel=2)
-        return {}

@@ -33,13 +33,15 @@ def verify(
     With `out` each case leaves its results in `out/<group>/<case>`. A run that stops itself is a row that has not
     passed. Raises `CaseError` for an id that is none.
     """
-    from pellucid import gallery
+    from pellucid import catalogue
     from pellucid.case import load
 
-    cases = {name: load(name) for name in ids or gallery.ids()}
+    cases = {name: load(name) for name in ids or catalogue.ids()}
     rows = []
     for name, case in cases.items():
         folder = Path(out) / name if out is not None else None
+        if progress is not None:
+            progress.message(f"{name} ...")
         variant = case if full else case.quick_variant()
         try:
             run = run_case(variant, folder, threads, progress=progress, report=folder is not None)
@@ -47,7 +49,7 @@ def verify(
             rows.append(_failure(name, f"the run stopped itself: {error}"))
             continue
         rows += [Row(name, label, metric) for label, metric in run.metrics.items()]
-        if gallery.module(name) and not run.metrics:
+        if catalogue.module(name) and not run.metrics:
             rows.append(_failure(name, "the metrics could not be computed"))
     return rows
 

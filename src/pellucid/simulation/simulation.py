@@ -1,15 +1,14 @@
 """A case set in motion: bodies, grid, conditions, and the only time loop."""
 
 import hashlib
+import json
 import os
 import signal
-import threading
 import time as wall_clock
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from math import hypot, inf, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -20,11 +19,14 @@ from pellucid.energy import CONTACT_WORK, EnergyBudget, in_history, total_work
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
-from pellucid.jit import mark_cached, set_threads
+from pellucid.jit import set_threads
+from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.overlap import refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.timing import time_verbs
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -37,19 +39,40 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 def kernel_key(case: "Case") -> str:
-    """Names the kernels that a case needs, to tell whether they are compiled already."""
-    laws = sorted({_law_kinds(body) for body in case.body})
-    fields = sorted((body.kind, body.field) for body in case.body)
-    conditions = f"{bool(case.motion)} {bool(case.pressure)} {bool(case.absorbing)} {fields}"
-    kinds = f"{case.grid.functions} {case.grid.thin()} {case.time.transfer} {case.time.scheme} {laws} {conditions}"
-    return hashlib.sha256(kinds.encode()).hexdigest()[:16]
+    """Names the kernels that a case needs: those that follow from all that it chooses, whatever its numbers and names are."""
+    data = case.to_data()
+    bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
+    shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
+    conditions = sorted(name for name, several in data.items() if isinstance(several, list) and several)
+    time = case.time.scheme, case.time.transfer
+    what = (case.grid.functions, case.grid.thin(), *time, bodies, shared, len({body["field"] for body in data["body"]}) > 1)
+    return hashlib.sha256(json.dumps((what, conditions)).encode()).hexdigest()[:16]
 
 
-def _law_kinds(body: Any) -> tuple[str, ...]:
-    material = body.material
-    eos, damage = getattr(material, "eos", None), getattr(material, "damage", None)
-    how = "" if damage is None else "local" if damage.radius is None else "nonlocal"
-    return (material.kind, getattr(material, "energy_update", ""), getattr(eos, "kind", ""), how)
+def _choices(value: Any) -> Any:
+    """The words and switches of a table, without its numbers."""
+    if isinstance(value, dict):
+        return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
+    return value if isinstance(value, (str, bool)) else type(value).__name__
+
+
+class Observer(Protocol):
+    """What looks at a run: it may read the simulation, and never changes it."""
+
+    def begin(self, simulation: "Simulation") -> None:
+        """Before the first step."""
+
+    def after_step(self, simulation: "Simulation") -> None:
+        """After each step."""
+
+    def checkpoint(self, simulation: "Simulation") -> None:
+        """Keep all that is needed to go on."""
+
+    def end(self, simulation: "Simulation") -> None:
+        """After the last step."""
+
+    def failed(self, simulation: "Simulation", error: RunStopped) -> None:
+        """When the run stopped itself."""
 
 
 class Simulation:
@@ -87,7 +110,7 @@ class Simulation:
         self.timers: dict[str, float] = {}
         self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if timed:
-            self._time_verbs()
+            time_verbs(self, self.timers)
 
     def _worthwhile_threads(self) -> int:
         """Threads that a body of this size keeps busy."""
@@ -149,13 +172,13 @@ class Simulation:
         self._check_energy()
         self._look_at_contact()
 
-    def run(self, recorder: Any, until: float | None = None, progress: Any = None) -> None:
+    def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
-        started, n_before, shown = wall_clock.monotonic(), self.n_steps, 0.0
-        with _signals() as caught:
+        shown = 0.0
+        with signals_caught() as caught:
             recorder.begin(self)
             if progress:
-                progress.start(self.case.time.end if until is None else until)
+                progress.begin("running", self.case.time.end if until is None else until)
             try:
                 while not self.clock.finished(until):
                     self.step()
@@ -166,28 +189,16 @@ class Simulation:
                     now = wall_clock.monotonic()
                     if progress and now - shown > PROGRESS_INTERVAL:
                         shown = now
-                        self._show(progress, now - started, n_before, until)
+                        self._show(progress)
                 recorder.end(self)
-                mark_cached(kernel_key(self.case))
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise
-            finally:
-                if progress:
-                    progress.stop()
 
-    def _show(self, progress: Any, seconds: float, n_before: int, until: float | None) -> None:
+    def _show(self, progress: Progress) -> None:
         points = sum(body.n_points for body in self.bodies)
-        steps = self.n_steps - n_before
-        left = (self.case.time.end if until is None else until) - self.time
-        progress.update(
-            step=self.n_steps,
-            time=self.time,
-            dt=self.dt,
-            rate=points * steps / seconds,
-            energy_error=self.budget.energy_error(),
-            eta=left / self.dt * seconds / steps,
-        )
+        error = self.budget.energy_error()
+        progress.update(step=self.n_steps, time=self.time, dt=self.dt, points=points, energy_error=error)
 
     def _check_energy(self) -> None:
         error = abs(self.budget.energy_error())
@@ -277,43 +288,3 @@ class Simulation:
         self.clock.restore(numbers["clock"])
         self.budget.restore(numbers["balance"])
         self._warned = set(numbers["warned"])
-
-    def _time_verbs(self) -> None:
-        parts = {"sort": "sort", "detect_contact": "contact", "advance": "grid", "project": "grid", "record": "reductions"}
-        for verb, part in (parts | {"clear": "grid", "clear_momentum": "grid"}).items():
-            setattr(self, verb, self._timed(part, getattr(self, verb)))
-        on_grid = {
-            "particle_to_grid": "scatter",
-            "update_velocities": "velocities",
-            "update_stress": "gradients and law",
-            "update_positions": "move",
-        }
-        own = {"predict": "scatter", "correct": "velocities", "update": "gradients and law"}
-        for bodies, verbs in ((self.grid_bodies, on_grid), (self.nodal_bodies, own)):
-            for body in bodies:
-                for verb, part in verbs.items():
-                    setattr(body, verb, self._timed(part, getattr(body, verb)))
-
-    def _timed(self, part: str, verb: Callable[..., None]) -> Callable[..., None]:
-        def timed(*arguments: Any, **named: Any) -> None:
-            start = wall_clock.perf_counter()
-            verb(*arguments, **named)
-            self.timers[part] = self.timers.get(part, 0.0) + wall_clock.perf_counter() - start
-
-        return timed
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Collect SIGTERM and SIGINT instead of dying in the middle of a step; only the main thread can."""
-    caught: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield caught
-        return
-    numbers = (signal.SIGTERM, signal.SIGINT)
-    previous = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in numbers}
-    try:
-        yield caught
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)

@@ -111,8 +111,9 @@ class MembraneElements(NodalBody):
     # the step
 
     def begin(self, dt: float) -> None:
-        """Forget the external forces of the last step."""
+        """Forget the external forces of the last step; renew the index where a node left its slab."""
         self._dt = dt
+        self.coupling.sort_if_needed()
         self._loads.fill(0.0)
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:

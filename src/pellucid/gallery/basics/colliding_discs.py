@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.results.metrics import Metric
-from pellucid.results.style import label, new_figure
+from pellucid.results.pictures.style import label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
     Array = NDArray[np.float64]
 
@@ -24,6 +24,8 @@ CAPTIONS = {
     "discs": "The discs at six instants, coloured by pressure.",
     "velocities": "Mean velocity of each disc along the line of centres; dotted, what finite elements give for the rebound.",
 }
+
+METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_begins", "contact_duration", "rebound")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
@@ -42,9 +44,9 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "momentum": Metric(drift, 0.0, drift, 1e-12, "", "|sum m v| over sum m |v| at the end: rounding only"),
         "mirror": Metric(asymmetry, 0.0, asymmetry, 1e-9, "", "largest sum of the two mean velocities over the speed"),
         "diagonal": Metric(off_line, 0.0, off_line, 1e-6, "", "largest vx - vy of a disc over the speed"),
-        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative energy error of the ledger at the end"),
+        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative error of the energy balance at the end"),
         # Contact squeezes a cell or two of each disc at once, which the step and the transfer follow at first order only.
-        "energy_swing": Metric(swing, 0.0, swing, 0.03, "", "largest relative energy error of the ledger on the way"),
+        "energy_swing": Metric(swing, 0.0, swing, 0.03, "", "largest relative error of the energy balance on the way"),
     }
     if _as_published(run):
         result |= _contact(run, times, lower, speed)

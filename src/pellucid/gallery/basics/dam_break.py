@@ -6,13 +6,13 @@ import numpy as np
 
 from pellucid.references.dam_break import Column, martin_moyce
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 # The experimenters could not see when the flow began; all their series for this shape pass Z = 1.44 at T = 1.19 to 1.22.
 # So the front is compared in time that counts from that passage; the difference of the starts is a metric of its own.
@@ -28,6 +28,8 @@ CAPTIONS = {
     "front": "Front of the water, and its height at the wall, against time, beside the experiment and Ritter's bound.",
     "water": "The water at six instants, coloured by speed.",
 }
+
+METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "density_spread")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

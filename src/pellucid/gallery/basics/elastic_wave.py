@@ -6,15 +6,17 @@ import numpy as np
 
 from pellucid.references.elastic_wave import StandingWave, period_of
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"wave": "Velocity and displacement along the bar at the end, and the velocity of the antinode against time."}
+
+METRICS = ("velocity_l2", "displacement_l2", "period")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

@@ -6,17 +6,19 @@ import numpy as np
 
 from pellucid.references.spinning_disc import SpinningDisc
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
     Array = NDArray[np.float64]
 
 CAPTIONS = {"spinning_disc": "Mean stress against time, and the stresses over the radius, averaged over the frames."}
+
+METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "energy")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
@@ -54,7 +56,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "angular_momentum": Metric(
             spin[-1], spin[0], lost, second_order, "kg m^2/s", "at the end against the start: the transfer conserves it nearly"
         ),
-        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative energy error of the ledger at the end"),
+        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative error of the energy balance at the end"),
     }
 
 

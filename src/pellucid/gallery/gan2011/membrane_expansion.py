@@ -8,12 +8,12 @@ from scipy.interpolate import LinearNDInterpolator
 from pellucid.case import load
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, SEQUENTIAL, label, new_figure, with_unit
+from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, label, new_figure, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 TOLERANCE, CELL = 0.05, 0.01  # of the largest change, asked at this cell [m]; in proportion to the cell above it
 LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's
@@ -24,6 +24,8 @@ CAPTIONS = {
     "shapes": "The lid (lines) and the cube cut through the middle at the instants of the paper's figure 14.",
     "lid": "The lid at those instants, coloured by its height over the box.",
 }
+
+METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

@@ -7,12 +7,12 @@ import numpy as np
 from pellucid.case import load
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, asked at this cell [m]; in proportion to the cell above it
 TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side
@@ -23,6 +23,8 @@ CAPTIONS = {
     "without friction; below, how far the run is from the tied ones.",
     "shapes": "Net and cuboid from the side, at the instants of the paper's figure 7.",
 }
+
+METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

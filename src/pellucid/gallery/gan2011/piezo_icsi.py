@@ -1,4 +1,4 @@
-"""Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether the books close."""
+"""Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether energy is conserved."""
 
 from typing import TYPE_CHECKING
 
@@ -6,16 +6,17 @@ import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.gan2011 import piezo_pictures
-from pellucid.gallery.gan2011.piezo_pictures import films, recorded
+from pellucid.gallery.gan2011.piezo_pictures import films
 from pellucid.geometry.enclosure import inside
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 __all__ = ["CAPTIONS", "figures", "films", "metrics"]
 
@@ -30,6 +31,8 @@ CAPTIONS = piezo_pictures.CAPTIONS | {
     "colours tell at which recorded instant a point had failed.",
 }
 
+METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """What the paper describes, in numbers: points, path of the tip, place of the failure, leaks, energy."""
@@ -43,7 +46,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     swing = float(np.abs(wanted).max())
     off = float(np.abs(history["tip_y"] - wanted).max()) / swing
     escaped = float(max(_escaped(run, float(time)) for time in run.times("zona")))
-    facing = _facing(run, float(recorded(run, [FIRST])[0]))
+    facing = _facing(run, float(recorded(run.times("zona"), [FIRST])[0]))
     unexplained = float(np.abs(history["energy_error"]).max())
     result = {
         # rounding of places of 100 um under displacements of 10 um
@@ -54,7 +57,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
             facing, 1.0, 1.0 - facing, 0.15, "", "share of the points failed at 28 us on the half that faces the pipette"
         ),
         # of first order in the step; at the paper's step it is 0.5 %
-        "energy_error": Metric(unexplained, 0.0, unexplained, 0.05, "", "largest relative error of the energy ledger"),
+        "energy_error": Metric(unexplained, 0.0, unexplained, 0.05, "", "largest relative error of the energy balance"),
     }
     if run.case.grid == load("gan2011/piezo-icsi").grid:
         points = sum(len(run.fields(body.name, 0.0)["mass"]) for body in run.case.body)

@@ -6,29 +6,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pellucid.bodies.models import MembranePointsCase
-from pellucid.results.films import Film, evenly
-from pellucid.results.scenes.render import render
-from pellucid.results.scenes.scene import (
-    View,
-    ball_radii,
-    bricks,
-    camera_for,
-    coloured,
-    corner_words,
-    lattice_sides,
-    rim,
-    scale_bar,
-    section,
-    show,
-)
-from pellucid.results.scenes.things import Balls, Camera, Colour, Mesh, Plane, Section, Thing
-from pellucid.results.style import WIDTH, new_figure
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.instants import evenly, recorded
+from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.rendering.camera import Camera, Plane, View, camera_for
+from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawable, Mesh, Section
+from pellucid.results.pictures.rendering.points import ball_radii, bricks, lattice_sides
+from pellucid.results.pictures.rendering.render import render
+from pellucid.results.pictures.rendering.sections import rim, section
+from pellucid.results.pictures.style import WIDTH, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
 """Those of the paper's pictures [s]."""
@@ -89,7 +81,7 @@ def films(run: "Run") -> dict[str, Film]:
 def oocyte_whole(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
     """Zona, pipette and plate at some instants [s]; failed parts of the zona in red."""
     stage = whole_stage(run, COLUMNS)
-    return _panels(run, recorded(run, times), stage)
+    return _panels(run, recorded(run.times("zona"), times), stage)
 
 
 def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
@@ -97,7 +89,7 @@ def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    shown = recorded(run, times)
+    shown = recorded(run.times("zona"), times)
     stage = cut_stage(run, COLUMNS, shown)
     figure = _panels(run, shown, stage)
     low, high = stage.limits
@@ -134,27 +126,20 @@ def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
     zona = run.fields("zona", time)
     failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["mass"]), bool)
     skin = Mesh(zona["position"], run.triangles("zona"), np.tile(ZONA, (len(failed), 1)), failed, FAILED)
-    things: list[Thing] = [skin, _pipette(run, time), _plate(run, time, stage.cut)]
+    drawn: list[Drawable] = [skin, _pipette(run, time), _plate(run, time, stage.cut)]
     if stage.cut:
         thickness = next(body.thickness for body in run.case.body if isinstance(body, MembranePointsCase))
         inner = run.fields("cytoplasm", time)
         pressure = section(skin, stage.camera, stage.cut, inner["position"], inner["pressure"])
-        things.append(Section(stage.cut, coloured(pressure, stage.limits, PALETTE)))
-        things += [rim(skin, stage.cut, thickness, RIM), _medium(run, time, stage.cut)]
-    show(axes, render(things, stage.camera, stage.cut), stage.camera)
+        drawn.append(Section(stage.cut, coloured(pressure, stage.limits, PALETTE)))
+        drawn += [rim(skin, stage.cut, thickness, RIM), _medium(run, time, stage.cut)]
+    show(axes, render(drawn, stage.camera, stage.cut), stage.camera)
     scale_bar(axes, stage.camera)
     times = run.times("zona")
     instant = 1e6 * float(times[np.argmin(np.abs(times - time))])
     count = int(failed.sum())
     words = "1 failed point" if count == 1 else f"{count} failed points"
     corner_words(axes, f"{instant:.0f} µs", words if "failed" in zona else "", FAILED_INK if count else "#666677")
-
-
-def recorded(run: "Run", times: Iterable[float]) -> np.ndarray:
-    """The instants of the frames nearest to these times [s], each once, those that the run did not reach left out."""
-    frames = run.times("zona")
-    reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
-    return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])
 
 
 def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":

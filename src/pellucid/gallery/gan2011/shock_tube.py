@@ -7,17 +7,33 @@ import numpy as np
 from pellucid.case import load
 from pellucid.references.shock_tube import QUANTITIES, Array, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 CELLS = 4  # the paper plots means over four cells
 DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as wrong as the tolerance allows
 DENSEST = 0.78 / 0.729825  # the densest shocked gas over the exact density behind the shock
 SCATTER = 0.25  # of single points about the means, more on coarse grids, with linear functions and behind weaker shocks
+
+METRICS = (
+    "density_l1",
+    "pressure_l1",
+    "velocity_l1",
+    "internal_energy_l1",
+    "density_left",
+    "pressure_left",
+    "velocity_left",
+    "density_right",
+    "pressure_right",
+    "velocity_right",
+    "shock_position",
+    "largest_density",
+    "densest_point",
+)
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

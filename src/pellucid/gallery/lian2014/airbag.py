@@ -7,12 +7,13 @@ import numpy as np
 from pellucid.geometry.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 GAS = ("charge", "air")
 CLOSE = 0.25  # cells outside the bag at which a point has leaked
@@ -29,9 +30,11 @@ CAPTIONS = {
     "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }
 
+METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "energy", "compression")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
-    """The bag at rest, leaks, the gas's pressure, the ledger and compression."""
+    """The bag at rest, leaks, the gas's pressure, the energy balance and compression."""
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     _same_bag(skin.surface.cushion, skin.material.poisson_ratio)
     times = run.times("bag")
@@ -120,11 +123,6 @@ def _extreme_stresses(run: "Run", time: float) -> tuple[float, float]:
     return float(principal.min()), float(principal.max())
 
 
-def _reached(run: "Run") -> list[float]:
-    last = run.times("bag")[-1]
-    return [time for time in INSTANTS if time <= 1.01 * last]
-
-
 def _curves(run: "Run") -> "Figure":
     figure = new_figure(height=6.0)
     (volume, lengths), (pressure, energy) = figure.subplots(2, 2, sharex=True)
@@ -167,7 +165,7 @@ def _curves(run: "Run") -> "Figure":
 
 
 def _shapes(run: "Run") -> "Figure":
-    reached = _reached(run)
+    reached = recorded(run.times("bag"), INSTANTS)
     figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
     subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
     sheet, shown = run.fields("bag", 0.0)["position"], {}
@@ -183,7 +181,7 @@ def _shapes(run: "Run") -> "Figure":
         now = run.fields("bag", time)["position"][row]
         axes.plot(now[:, 0], now[:, 2], color=COLOURS[0], label="sheet")
         axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:g} ms")
+        axes.set_title(f"t = {1e3 * time:.3g} ms")
         label(axes, "x", "z", "m", "m")
         axes.label_outer()
     for unused in subplots[len(reached) :]:
@@ -193,7 +191,7 @@ def _shapes(run: "Run") -> "Figure":
 
 
 def _wrinkles(run: "Run") -> "Figure":
-    reached = _reached(run)[-3:]
+    reached = recorded(run.times("bag"), INSTANTS)[-3:]
     figure = new_figure(height=3.4)
     subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
     triangles = run.triangles("bag")
@@ -207,7 +205,7 @@ def _wrinkles(run: "Run") -> "Figure":
         colours = share[triangles].mean(axis=1)
         drawn = axes.tripcolor(x, y, colours, triangles=triangles, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:g} ms")
+        axes.set_title(f"t = {1e3 * time:.3g} ms")
         label(axes, "x", "y", "m", "m")
         axes.label_outer()
     figure.colorbar(drawn, ax=list(subplots), label="smaller over larger principal stress", shrink=0.8)

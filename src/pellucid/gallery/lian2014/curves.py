@@ -6,12 +6,12 @@ import numpy as np
 
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, new_figure
+from pellucid.results.pictures.style import COLOURS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
@@ -23,6 +24,8 @@ CAPTIONS = {
     "energy": "Share of the energy at the start that is lost.",
     "shapes": "Membrane and gas of the quarter that is computed; dotted, the circle.",
 }
+
+METRICS = ("radius_0", "radius_90", "energy")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
@@ -73,7 +76,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
 
 
 def _shapes(run: "Run") -> "Figure":
-    reached = [time for time in INSTANTS if time <= 1.01 * run.times("membrane")[-1]]
+    reached = recorded(run.times("membrane"), INSTANTS)
     figure = new_figure(height=3.2)
     turn = np.linspace(0.0, 0.5 * pi, 91)
     for axes, time in zip(figure.subplots(1, len(reached), sharey=True, squeeze=False)[0], reached, strict=True):
@@ -81,7 +84,7 @@ def _shapes(run: "Run") -> "Figure":
             axes.plot(*run.fields(name, time)["position"][:, :2].T, ".", markersize=size, label=name)
         axes.plot(circle(run) * np.cos(turn), circle(run) * np.sin(turn), "k:", linewidth=1)
         axes.set_aspect("equal")
-        axes.set_title(f"t = {time:g} s")
+        axes.set_title(f"t = {time:.3g} s")
         label(axes, "x", "y", "m", "m")
         axes.label_outer()
     figure.legend(*axes.get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)

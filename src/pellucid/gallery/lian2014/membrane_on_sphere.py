@@ -6,14 +6,14 @@ from pellucid.case import load
 from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of
 from pellucid.references import finite_elements
-from pellucid.results.films import Film
 from pellucid.results.metrics import Metric
-from pellucid.results.scenes.scene import View
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.rendering.camera import View
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 VIEW = View(-55.0, 14.0)
 INSTANTS = (1e-4, 2.6e-4, 4e-4, 5e-4)
@@ -23,6 +23,8 @@ CAPTIONS = {
     "do, a mean over sheets that differ by a trace of noise.",
     "shapes": "The sheet wraps itself round the sphere, which is drawn as a ball of its volume.",
 }
+
+METRICS = ("centre_deviation", "corner_deviation", "hourglass")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

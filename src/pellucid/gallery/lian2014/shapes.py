@@ -5,17 +5,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.results.films import Film, evenly
-from pellucid.results.scenes.render import render
-from pellucid.results.scenes.scene import View, ball_radii, camera_for, corner_words, scale_bar, show
-from pellucid.results.scenes.things import Balls, Camera, Colour, Mesh, Thing
-from pellucid.results.style import COLOURS, WIDTH, label, new_figure
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.instants import evenly, recorded
+from pellucid.results.pictures.rendering.axes import corner_words, scale_bar, show
+from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
+from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawable, Mesh
+from pellucid.results.pictures.rendering.points import ball_radii
+from pellucid.results.pictures.rendering.render import render
+from pellucid.results.pictures.style import COLOURS, WIDTH, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 SHEET: Colour = (0.36, 0.76, 0.77)
 SPHERE: Colour = (0.80, 0.62, 0.40)
@@ -30,7 +33,7 @@ def sections(run: "Run", body: str, times: Iterable[float], half_width: float, r
 
     half_width: of x, what is shown [m]; row: height of a row of pictures [inch].
     """
-    chosen = nearest(run, times)
+    chosen = recorded(run.times("sheet"), times)
     figure = new_figure(height=row * -(-len(chosen) // 2) + 0.4)
     figure.set_layout_engine("compressed", wspace=0.06)  # or the numbers below neighbours would touch
     subplots = figure.subplots(-(-len(chosen) // 2), 2, sharex=True, sharey=True, squeeze=False)
@@ -51,7 +54,7 @@ def sections(run: "Run", body: str, times: Iterable[float], half_width: float, r
 
 def panels(run: "Run", view: View, times: Iterable[float]) -> "Figure":
     """Pictures of the frames nearest to some instants [s], two in a row."""
-    chosen = nearest(run, times)
+    chosen = recorded(run.times("sheet"), times)
     camera = camera_for(view, _places(run, chosen), PANEL_COLUMNS)
     rows, columns = -(-len(chosen) // 2), 2
     high, wide = camera.shape
@@ -86,21 +89,14 @@ def draw(axes: "Axes", run: "Run", time: float, camera: Camera) -> None:
     mass = len(IMAGES) * sphere["mass"].sum()
     radius = ball_radii(mass, sphere["density"][0])
     middle = np.array([[0.0, 0.0, np.average(sphere["position"][:, 2], weights=sphere["mass"])]])
-    things: list[Thing] = [
+    drawn: list[Drawable] = [
         Mesh(sheet, triangles, np.tile(SHEET, (len(sheet), 1)), np.zeros(len(sheet), bool)),
         Balls(middle, np.array([float(radius)]), np.array([SPHERE])),
     ]
-    show(axes, render(things, camera, None), camera)
+    show(axes, render(drawn, camera, None), camera)
     scale_bar(axes, camera)
     times = run.times("sheet")
     corner_words(axes, f"{1e3 * float(times[np.argmin(np.abs(times - time))]):.2f} ms", "")
-
-
-def nearest(run: "Run", times: Iterable[float]) -> np.ndarray:
-    """The instants of the frames nearest to these times [s], each once, those that the run did not reach left out."""
-    frames = run.times("sheet")
-    reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
-    return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])
 
 
 def _places(run: "Run", times: Iterable[float]) -> np.ndarray:

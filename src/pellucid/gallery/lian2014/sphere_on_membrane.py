@@ -8,14 +8,14 @@ from pellucid.case import load
 from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
 from pellucid.references import finite_elements
-from pellucid.results.films import Film
 from pellucid.results.metrics import Metric
-from pellucid.results.scenes.scene import View
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.rendering.camera import View
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
 VIEW = View(-60.0, 12.0)
@@ -26,6 +26,8 @@ CAPTIONS = {
     "curves": "Middle of the sheet and top of the sphere beside finite elements with sides of 0.25 mm and, dotted, of 1 mm.",
     "shapes": "Sheet and sphere beside the plane y = 0: at the impact, on the way down, lowest, and after the rebound.",
 }
+
+METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", "rebound")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:

@@ -10,14 +10,15 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from pellucid.gallery.lian2014.shapes import IMAGES, nearest, sections
+from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 
@@ -35,6 +36,8 @@ CAPTIONS = {
     "pieces": "The water from above: what hangs together with most of it, and what no longer does.",
 }
 
+METRICS = ("leak", "momentum", "energy", "spread", "broken")
+
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Water below the sheet in any frame, momentum, energy, the drop's spread, and what broke off it."""
@@ -47,7 +50,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     text = "momentum that no impulse explains, over the largest sum of mass times speed"
     result["momentum"] = Metric(momentum, 0.0, momentum, ROUNDING, "", text)
     lost = float(np.abs(run.history["energy_error"]).max())
-    text = "largest error of the energy ledger, over the largest energy that moved"
+    text = "largest error of the energy balance, over the largest energy that moved"
     result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", text)
     grown = radius(run, end) / radius(run, 0.0)
     text = "the drop's radius over that at the start; falls short of the reference by"
@@ -114,7 +117,7 @@ def _curves(run: "Run") -> "Figure":
 
 
 def _pieces(run: "Run") -> "Figure":
-    reached = nearest(run, PLANS)
+    reached = recorded(run.times("drop"), PLANS)
     figure = new_figure(height=3.5)
     subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
     for axes, time in zip(subplots, reached, strict=True):

@@ -7,12 +7,13 @@ import numpy as np
 from pellucid.geometry.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
-from pellucid.results.style import COLOURS, label, new_figure
+from pellucid.results.pictures.instants import recorded
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pellucid.results.run import Run
+    from pellucid.results.storage.run import Run
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
@@ -24,6 +25,8 @@ CAPTIONS = {
     "curves": "Height and width of the bag; speed of the water and force of the floor; energies.",
     "shapes": "Skin and water beside the plane y = 0.",
 }
+
+METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
@@ -109,8 +112,7 @@ def _curves(run: "Run") -> "Figure":
 
 
 def _shapes(run: "Run") -> "Figure":
-    frames = run.times("skin")
-    reached = [time for time in INSTANTS if time <= 1.01 * frames[-1]]
+    reached = recorded(run.times("skin"), INSTANTS)
     figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
     subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
     near = 0.3 * run.case.grid.cell

@@ -1,0 +1,53 @@
+"""The catalogue of the gallery: which cases there are, their files, and the modules beside them.
+
+It imports nothing: the modules in `gallery/` stand on the results, and reading a case only needs to know where its file is.
+"""
+
+import difflib
+from functools import cache
+from importlib.resources import files
+from types import ModuleType
+
+GALLERY = "pellucid.gallery"
+
+
+@cache
+def ids() -> tuple[str, ...]:
+    """The ids of all cases, such as "gan2011/shock-tube", sorted."""
+    groups = (group for group in files(GALLERY).iterdir() if group.is_dir())
+    found = (f"{group.name}/{item.name[:-5]}" for group in groups for item in group.iterdir() if item.name.endswith(".toml"))
+    return tuple(sorted(found))
+
+
+def has(case: str) -> bool:
+    """Whether there is a case of this id."""
+    return case in ids()
+
+
+def text(case: str) -> str:
+    """The case file of an id, as it is written."""
+    group, name = case.split("/")
+    return (files(GALLERY) / group / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def folder(case: str) -> str:
+    """Where the case file of an id lies, and what it reads beside it."""
+    return str(files(GALLERY) / case.split("/")[0])
+
+
+def module(case: str) -> ModuleType | None:
+    """The Python module beside a case, with its `metrics` and `figures`; None where it measures nothing.
+
+    Its `METRICS` are the names of all metrics that the case can have, known before anything runs.
+    """
+    from importlib import import_module
+    from importlib.util import find_spec
+
+    name = f"{GALLERY}.{case.replace('/', '.').replace('-', '_')}"
+    return import_module(name) if has(case) and find_spec(name) else None
+
+
+def suggestion(name: str) -> str:
+    """What to do about a name that is no case."""
+    close = difflib.get_close_matches(name, ids(), 1, cutoff=0.5)
+    return f"did you mean `{close[0]}`?" if close else "`pellucid list` shows the gallery; a file ends in .toml"

@@ -1,0 +1,59 @@
+"""What numba compiles, told as it does: which kernel, the how manieth, of how many."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from pellucid.jit import cache_folder
+from pellucid.progress import Progress
+
+
+@contextmanager
+def compilation_told(progress: Progress, key: str) -> Iterator[None]:
+    """Tell of every kernel that is compiled in the block; what is loaded from the cache is none.
+
+    `key` names the kernels that the block needs. How many these are is known from an earlier time, such as that of other
+    sources or of another version of numba; a cache that holds some of them makes it fewer.
+    """
+    from numba.core.event import Listener, install_listener
+
+    expected = _kept_count(key)
+
+    class Teller(Listener):  # type: ignore[misc]
+        number = depth = 0
+
+        def on_start(self, event: Any) -> None:
+            self.number += 1
+            self.depth += 1
+            if self.depth == 1:  # what is compiled on the way to a kernel counts, but the kernel is named
+                progress.compiling(event.data["dispatcher"].py_func.__name__.lstrip("_"), self.number, expected)
+
+        def on_end(self, event: Any) -> None:
+            self.depth -= 1
+            if self.depth == 0:
+                progress.compiled()
+
+    teller = Teller()
+    with install_listener("numba:compile", teller):
+        yield
+    if teller.number > expected:
+        _keep_count(key, teller.number)
+
+
+def _kept_count(key: str) -> int:
+    with suppress(OSError, ValueError):
+        return int(_place(key).read_text(encoding="ascii"))
+    return 0
+
+
+def _keep_count(key: str, count: int) -> None:
+    """Silent where the cache cannot be written."""
+    with suppress(OSError):
+        _place(key).parent.mkdir(parents=True, exist_ok=True)
+        _place(key).write_text(str(count), encoding="ascii")
+
+
+def _place(key: str) -> Path:
+    """Beside the folders of compiled kernels, which are other ones after each change of the sources."""
+    return cache_folder().parent / "counts" / key

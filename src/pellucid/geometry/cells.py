@@ -1,0 +1,47 @@
+"""Cells over the points of a body: what its files and pictures show between the points."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+def _none(corners: int) -> np.ndarray:
+    return np.zeros((0, corners), np.int64)
+
+
+class Cells(NamedTuple):
+    """Cells by kind; a row numbers the corners of a cell in the order of the body's points.
+
+    Triangles and quadrilaterals are counterclockwise about their normal. The fourth corner of a tetrahedron lies on the side
+    from which its first three are counterclockwise.
+    """
+
+    points: np.ndarray = _none(1)
+    lines: np.ndarray = _none(2)
+    triangles: np.ndarray = _none(3)
+    quadrilaterals: np.ndarray = _none(4)
+    tetrahedra: np.ndarray = _none(4)
+
+    @classmethod
+    def of_points(cls, n: int) -> "Cells":
+        """Every one of `n` points is a cell."""
+        return cls(points=np.arange(n).reshape(-1, 1))
+
+    def surface(self) -> np.ndarray:
+        """Triangles that show the body, shape (m, 3): quadrilaterals cut in two, then triangles, then faces of tetrahedra.
+
+        A face between two tetrahedra is left out; the others turn their normals outwards.
+        """
+        return np.concatenate([cut_in_two(self.quadrilaterals), self.triangles, outer_faces(self.tetrahedra)])
+
+
+def cut_in_two(quads: np.ndarray) -> np.ndarray:
+    """Two triangles for each quadrilateral, one after the other, shape (2 q, 3)."""
+    return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+
+
+def outer_faces(tetrahedra: np.ndarray) -> np.ndarray:
+    """The faces that belong to one tetrahedron only, with outward normals, shape (m, 3)."""
+    faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
+    _, which, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return faces[count[which.ravel()] == 1]

@@ -1,0 +1,114 @@
+"""Pictures of bodies as dots at their points, coloured by a field, in one or two dimensions."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.pictures.quantities import Fields, Limits, limits, meaning, values_of
+from pellucid.results.pictures.style import COLOURS, WIDTH, label, new_figure, with_unit
+from pellucid.results.storage.probes import scalar
+from pellucid.state import FIELDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PathCollection
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+INSTANTS = 4
+MOST_POINTS = 60_000
+"""More points than this are thinned out evenly: a picture has no more places to show them."""
+
+PROFILES = ("density", "velocity", "pressure", "internal_energy")
+
+MOST_HEIGHT = 6.5  # of the panels together [inch]
+
+
+def profiles(run: "Run", axis: int) -> "Figure":
+    """Fields of every point at the end along an axis, 0 to 2."""
+    names = [body.name for body in run.case.body]
+    bodies = {name: _thinned(run.fields(name)) for name in names}
+    wanted = [field for field in PROFILES if all(field in fields for fields in bodies.values())]
+    figure = new_figure(height=5.6)
+    grid = figure.subplots(2, 2, sharex=True).flat
+    component = "xyz"[axis]
+    for axes, field in zip(grid, wanted, strict=False):
+        for name, colour in zip(names, COLOURS * len(names), strict=False):
+            fields = bodies[name]
+            values = scalar(fields[field], component if fields[field].ndim > 1 else None)
+            axes.plot(fields["position"][:, axis], values, ".", markersize=2, color=colour, label=name)
+        label(axes, component, field, "m", FIELDS[field].unit)
+    for axes in list(figure.axes)[len(wanted) :]:
+        axes.remove()
+    figure.axes[0].legend(markerscale=5)
+    figure.suptitle(f"Every point at t = {run.times(names[0])[-1]:.4g} s")
+    return figure
+
+
+def panels_in_plane(run: "Run", quantity: str) -> "Figure":
+    """All bodies at some instants, coloured by "speed" or "load"."""
+    names = [body.name for body in run.case.body]
+    times = run.times(names[0])
+    chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
+    states = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
+    title, unit = meaning(states[0], quantity)
+    values = [np.concatenate([values_of(fields, quantity) for fields in bodies]) for bodies in states]
+    colours = limits(values)
+    flat = _Flat(run.case.grid.thin(), [fields["position"] for bodies in states for fields in bodies])
+    down, width, height = flat.arrangement(len(chosen))
+    figure = new_figure(height=height * down + 0.75, layout="compressed")
+    panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
+    for unused in panels[len(chosen) :]:
+        unused.remove()
+    panels = panels[: len(chosen)]
+    for axes, bodies, shown, time in zip(panels, states, values, chosen, strict=True):
+        together = np.concatenate([fields["position"] for fields in bodies])
+        dots = flat.draw(axes, together, shown, width, colours)
+        axes.set_title(f"t = {time:.4g} s")
+    bar = figure.colorbar(dots, ax=list(panels), shrink=0.9, pad=0.01, aspect=25, extend=colours.extend)
+    bar.set_label(with_unit(title, unit))
+    bar.outline.set_visible(False)
+    return figure
+
+
+class _Flat:
+    """Where points lie on the paper, the same for all panels."""
+
+    def __init__(self, thin: tuple[bool, bool, bool], positions: list[np.ndarray]) -> None:
+        self.flat = [axis for axis in range(3) if not thin[axis]]
+        together = np.concatenate(positions)[:, self.flat]
+        low, high = together.min(axis=0), together.max(axis=0)
+        margin = 0.04 * float((high - low).max())
+        self.low, self.high = low - margin, high + margin
+
+    def arrangement(self, panels: int) -> tuple[int, float, float]:
+        """Rows of panels that make them largest on the paper, and width and height of a panel [inch]."""
+        ratio = (self.high - self.low)[1] / (self.high - self.low)[0]
+        best = (1, 0.0, 0.0)
+        for down in range(1, panels + 1):
+            across = -(-panels // down)
+            width = min((WIDTH - 1.4) / across, (MOST_HEIGHT / down - 0.3) / ratio)
+            if width > best[1]:
+                best = (down, width, width * ratio + 0.3)
+        return best
+
+    def draw(self, axes: "Axes", position: np.ndarray, values: np.ndarray, width: float, colours: Limits) -> "PathCollection":
+        paper = position[:, self.flat]
+        extent = self.high - self.low
+        spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
+        size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
+        x, y = paper.T
+        dots = axes.scatter(x, y, c=values, s=size, linewidths=0, vmin=colours.low, vmax=colours.high)
+        axes.set_xlim(self.low[0], self.high[0])
+        axes.set_ylim(self.low[1], self.high[1])
+        axes.set_aspect("equal")
+        axes.grid(False)
+        label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
+        axes.label_outer()
+        return dots
+
+
+def _thinned(fields: Fields) -> Fields:
+    stride = -(-len(fields["position"]) // MOST_POINTS)
+    return {name: values[::stride] for name, values in fields.items()}

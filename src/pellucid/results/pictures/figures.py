@@ -1,0 +1,117 @@
+"""The figures of a run: those of its gallery case, its bodies, the energy balance, the momentum, the probes."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
+from pellucid.results.pictures.bodies_in_space import panels_in_space
+from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
+from pellucid.results.storage.files import explained, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+
+def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
+    """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles.
+
+    The probes are drawn together with those of the same name of the run `beside`.
+    """
+    folder = run.folder.figures
+    titles = {}
+    with house_style():
+        figures = drawn_by_module(run, "figures")
+        figures |= bodies(run) | {"energies": energies(run), "momentum": momentum(run)}
+        if run.case.probe:
+            figures["probes"] = probes(run, beside)
+        with explained(run.out):
+            folder.mkdir(exist_ok=True)
+            for name, figure in figures.items():
+                path = folder / f"{name}.png"
+                figure.draw_without_rendering()  # the layout settles in the second drawing
+                with replacing(path) as temporary:
+                    figure.savefig(temporary, format="png", dpi=DPI)
+                titles[path] = figure.get_suptitle()
+    return titles
+
+
+def bodies(run: "Run") -> "dict[str, Figure]":
+    """Bodies at some instants by speed and by pressure or stress; along a tube the profiles at the end."""
+    thin = run.case.grid.thin()
+    if sum(thin) == 2:
+        return {"profiles_of_points": profiles(run, thin.index(False))}
+    draw = panels_in_plane if any(thin) else panels_in_space
+    return {f"bodies_{name}": draw(run, name) for name in ("speed", "load")}
+
+
+def energy_columns(run: "Run") -> list[str]:
+    """The columns of the history that hold energies."""
+    return [name for name, unit in run.units.items() if unit == "J" and name not in {probe.name for probe in run.case.probe}]
+
+
+def energies(run: "Run") -> "Figure":
+    """The energy balance: every energy against time, and its relative error beside the limits of the case."""
+    figure = new_figure(height=4.0)
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    times = run.history["time"]
+    for number, name in enumerate(energy_columns(run)):
+        values, words = run.history[name], name.removesuffix("_energy").replace("_", " ")
+        if name == "internal_energy":  # that of a stiff liquid is a million times what moves
+            values, words = values - values[0], "change of internal"
+        if np.any(values != 0.0):
+            left.plot(times, values, LINES[number // 7 % 4], label=words)
+    label(left, "time", "energy", "s", "J")
+    figure.legend(loc="outside lower center", ncols=5)
+    right.plot(times, 100.0 * run.history["energy_error"], color="black")
+    right.axhline(0.0, color="#889", linewidth=0.8)
+    label(right, "time", "error of the balance", "s", "%")
+    largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
+    warn = 100.0 * run.case.energy.warn
+    if largest > 0.3 * warn:
+        for limit in (-warn, warn):
+            right.axhline(limit, color="#D55E00", linestyle="--", linewidth=1.0)
+        right.annotate("limit of the warning", (times[0], warn), color="#D55E00", fontsize=8, va="bottom")
+    return figure
+
+
+def momentum(run: "Run") -> "Figure":
+    """The three components of the momentum against time."""
+    figure = new_figure(height=2.8)
+    axes = figure.subplots()
+    for axis, line in zip("xyz", LINES, strict=False):
+        axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
+    label(axes, "time", "momentum", "s", "kg m/s")
+    axes.legend(ncols=3, loc="best")
+    return figure
+
+
+def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
+    """Every probe against time, with the one of the same name of another run where it has one."""
+    number = len(run.case.probe)
+    across = 2 if number == 4 else min(3, number)
+    down = -(-number // across)
+    figure = new_figure(height=2.8 * down)
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for axes, probe in zip(panels, run.case.probe, strict=False):
+        axes.plot(run.history["time"], run.history[probe.name])
+        if beside and beside.units.get(probe.name) == run.units[probe.name]:
+            axes.plot(beside.history["time"], beside.history[probe.name], LINES[1])
+        label(axes, "time", probe.name, "s", run.units[probe.name])
+    for axes in panels[number:]:
+        axes.remove()
+    lines = max((list(axes.lines) for axes in panels[:number]), key=len)
+    if beside and len(lines) > 1:
+        figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
+    return figure
+
+
+def _told_apart(run: "Run", other: "Run") -> str:
+    """What a run is called beside another: by the kinds of bodies that differ, else by its folder."""
+    kinds = {body.name: body.kind for body in other.case.body}
+    differing = [f"{body.name}: {body.kind}" for body in run.case.body if kinds.get(body.name) != body.kind]
+    return ", ".join(differing) or run.out.name

@@ -1,0 +1,16 @@
+"""Which frames of a run a picture or film shows."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+
+def evenly(times: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of the instants, the first and the last among them, as evenly as they lie."""
+    return times[np.unique(np.linspace(0, len(times) - 1, most).round().astype(int))]
+
+
+def recorded(frames: np.ndarray, times: Iterable[float]) -> np.ndarray:
+    """The instants of the frames [s] nearest to these times [s], each once; those that the run did not reach are left out."""
+    reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
+    return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])

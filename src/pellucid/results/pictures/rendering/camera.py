@@ -1,0 +1,81 @@
+"""Where the eye is, and where in the picture a place in space lies.
+
+Bodies have lengths in metres. Projected they have pixels: x to the right, y up, depth towards the eye.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class View(NamedTuple):
+    """Where the eye is [degrees]: turned from x about z, and above the horizon."""
+
+    turn: float
+    rise: float
+
+    def axes(self) -> np.ndarray:
+        """Rows right, up, towards the eye: unit vectors."""
+        turn, rise = np.radians(self)
+        right = np.array([-np.sin(turn), np.cos(turn), 0.0])
+        eye = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        return np.stack([right, np.cross(eye, right), eye])
+
+
+class Plane(NamedTuple):
+    """What lies beyond, normal·x > offset [m], is cut away."""
+
+    normal: tuple[float, float, float]
+    offset: float
+
+    def beyond(self, position: np.ndarray) -> np.ndarray:
+        """Distance beyond the plane [m], negative on the side that stays, shape (n,)."""
+        return position @ np.array(self.normal) - self.offset
+
+
+class Camera(NamedTuple):
+    """Parallel projection. `axes`: rows right, up, towards the eye; `low`, `high`: corners of the paper [m]; pixels a metre."""
+
+    axes: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    scale: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of pixels."""
+        columns, rows = np.ceil((self.high - self.low) * self.scale).astype(int)
+        return int(rows), int(columns)
+
+    def project(self, position: np.ndarray) -> np.ndarray:
+        """Place in pixels with the depth, shape (n, 3), of positions [m], shape (n, 3)."""
+        return np.asarray((position @ self.axes.T - np.append(self.low, 0.0)) * self.scale)
+
+    def depth_of(self, plane: Plane, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Depth of a plane that is not seen edge on, in pixels."""
+        (nx, ny, nz), offset = self._projected(plane)
+        return (offset - nx * x - ny * y) / nz
+
+    def keeps(self, plane: Plane, x: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Which places in pixels lie on this side of a plane."""
+        (nx, ny, nz), offset = self._projected(plane)
+        return nx * x + ny * y + nz * depth <= offset
+
+    def position(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Positions [m] of places in pixels, shape (n, 3)."""
+        paper = np.stack([x, y, depth], axis=-1) / self.scale + np.append(self.low, 0.0)
+        return np.asarray(paper @ self.axes)
+
+    def _projected(self, plane: Plane) -> tuple[np.ndarray, float]:
+        normal = self.axes @ np.array(plane.normal)
+        return normal, (plane.offset - float(normal[:2] @ self.low)) * self.scale
+
+
+def camera_for(view: View, positions: np.ndarray, columns: int, margin: float = 0.03) -> Camera:
+    """The camera whose picture of so many columns holds all positions [m], shape (n, 3), and a margin around them."""
+    axes = view.axes()
+    paper = positions @ axes[:2].T
+    low, high = paper.min(axis=0), paper.max(axis=0)
+    gap = margin * (high - low).max()
+    low, high = low - gap, high + gap
+    return Camera(axes, low, high, columns / (high - low)[0])

@@ -1,0 +1,134 @@
+"""What a picture in space is made of: surfaces, balls, flat sections; how each covers pixels and what they show."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.results.pictures.rendering.camera import Camera, Plane
+from pellucid.results.pictures.rendering.raster import Fragments, ball_fragments, triangle_fragments
+
+LEAST_RADIUS = 0.75  # pixels: smaller balls would fall between the pixels
+
+Colour = tuple[float, float, float]
+
+
+class Look(NamedTuple):
+    """What pixels show: normals in the axes of the camera and RGB colours, each of shape (k, 3)."""
+
+    normals: np.ndarray
+    colours: np.ndarray
+
+
+class Mesh(NamedTuple):
+    """A surface: vertices [m], shape (n, 3), triangles, shape (m, 3), RGB colours of the vertices, shape (n, 3).
+
+    Where `marked`, shape (n,), interpolates to more than a half the colour is `mark`; one marked vertex alone shows.
+    One that is not `lit` has its plain colours; one that is not `cuttable` stays whole: sections are drawn so.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    colours: np.ndarray
+    marked: np.ndarray
+    mark: Colour = (0.0, 0.0, 0.0)
+    lit: bool = True
+    cuttable: bool = True
+
+    @property
+    def primitives(self) -> int:
+        """Number of triangles."""
+        return len(self.triangles)
+
+    def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
+        """The pixels that the triangles cover, without what is cut away."""
+        for x, y, depth, which in triangle_fragments(camera.project(self.vertices)[self.triangles], camera.shape):
+            kept = camera.keeps(cut, x, y, depth) if cut and self.cuttable else np.full(len(x), True)
+            yield x[kept], y[kept], depth[kept], which[kept]
+
+    def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, triangle: np.ndarray) -> Look:
+        """Normals and colours, interpolated."""
+        place, corners = camera.project(self.vertices), self.triangles[triangle]
+        a, u, v = place[corners[:, 0]], place[corners[:, 1]] - place[corners[:, 0]], place[corners[:, 2]] - place[corners[:, 0]]
+        dx, dy = x - a[:, 0], y - a[:, 1]
+        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        s, t = (dx * v[:, 1] - dy * v[:, 0]) / area, (u[:, 0] * dy - u[:, 1] * dx) / area
+        weights = np.stack([1.0 - s - t, s, t], axis=1)
+
+        def interpolated(values: np.ndarray) -> np.ndarray:
+            return np.asarray(np.einsum("ki,ki...->k...", weights, values[corners]))
+
+        colours = interpolated(self.colours)
+        colours[interpolated(self.marked.astype(float)) > 0.5] = self.mark
+        return Look(interpolated(vertex_normals(place, self.triangles)), colours)
+
+
+class Balls(NamedTuple):
+    """Balls: centres [m], shape (n, 3), radii [m], shape (n,), RGB colours, shape (n, 3).
+
+    With a `skin` they are shaded as one smooth body. Where a cut goes through those with a skin or without light it leaves a
+    plane face.
+    """
+
+    centres: np.ndarray
+    radii: np.ndarray
+    colours: np.ndarray
+    lit: bool = True
+    skin: bool = False
+
+    @property
+    def primitives(self) -> int:
+        """Number of balls."""
+        return len(self.centres)
+
+    def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
+        """The pixels that the balls cover; those with their centre beyond a cut are left out."""
+        kept = np.flatnonzero(cut.beyond(self.centres) <= 0.0) if cut else np.arange(self.primitives)
+        face = cut if self.skin or not self.lit else None
+        for x, y, depth, which in ball_fragments(self._projected(camera), kept, camera.shape):
+            yield x, y, np.minimum(depth, camera.depth_of(face, x, y)) if face else depth, which
+
+    def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, ball: np.ndarray) -> Look:
+        """Normals and colours."""
+        cx, cy, _, radius = self._projected(camera)[ball].T
+        nx, ny = (x - cx) / radius, (y - cy) / radius
+        nz = np.sqrt(np.maximum(0.0, 1.0 - nx**2 - ny**2))
+        return Look(np.stack([nx, ny, nz], axis=1), self.colours[ball])
+
+    def _projected(self, camera: Camera) -> np.ndarray:
+        radius = np.maximum(self.radii * camera.scale, LEAST_RADIUS)
+        return np.column_stack([camera.project(self.centres), radius])
+
+
+class Section(NamedTuple):
+    """A painted plane: RGB colours of the pixels, shape (rows, columns, 3), not a number where it has none."""
+
+    plane: Plane
+    colours: np.ndarray
+    lit: bool = False
+
+    @property
+    def primitives(self) -> int:
+        """Number of pixels."""
+        return self.colours.shape[0] * self.colours.shape[1]
+
+    def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
+        """The pixels with a colour; the plane that cuts others away does not cut its own picture."""
+        y, x = np.nonzero(np.isfinite(self.colours[:, :, 0]))
+        yield x, y, camera.depth_of(self.plane, x, y), y * self.colours.shape[1] + x
+
+    def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, pixel: np.ndarray) -> Look:
+        """The colours as they are."""
+        colours = self.colours.reshape(-1, 3)[pixel]
+        return Look(np.tile([0.0, 0.0, 1.0], (len(colours), 1)), colours)
+
+
+Drawable = Mesh | Balls | Section
+
+
+def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals of the vertices, shape (n, 3): those of the triangles around, weighted with their areas."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    corners = triangles.ravel()
+    total = np.stack([np.bincount(corners, np.repeat(n, 3), len(vertices)) for n in normal.T], axis=1)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny))

@@ -1,0 +1,61 @@
+"""Where a plane cuts closed membranes open: the field inside, and the membrane's rim."""
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+from scipy.spatial import cKDTree
+
+from pellucid.results.pictures.rendering.camera import Camera, Plane
+from pellucid.results.pictures.rendering.drawables import Colour, Mesh, vertex_normals
+from pellucid.results.pictures.rendering.render import inside
+
+NEIGHBOURS = 14  # points that give a pixel of a section its value
+HAIR = 2e-3  # of the thickness of a membrane
+COARSE = 3  # pixels between those that are looked up
+
+
+def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """A field of points, shape (n,), on the pixels of the plane inside a closed mesh, else not a number.
+
+    The mean of the nearest points, weighted by a bell curve as wide as the points are apart, on a lattice of pixels; linear
+    between them.
+    """
+    within = inside(mesh, camera, plane)
+    found = np.full(within.shape, np.nan)
+    y, x = np.nonzero(within)
+    if not len(x) or not len(position):
+        return found
+    rows, columns = (np.arange(z.min(), z.max() + 2 * COARSE, COARSE, dtype=float) for z in (y, x))
+    v, u = np.meshgrid(rows, columns, indexing="ij")
+    nearest = np.arange(1, min(NEIGHBOURS, len(position)) + 1)
+    distance, which = cKDTree(position).query(camera.position(u, v, camera.depth_of(plane, u, v)), k=nearest)
+    apart = np.mean(np.asarray(distance)[..., min(3, len(nearest) - 1)])
+    weight = np.exp(-np.square(distance / apart)) + np.finfo(float).tiny
+    coarse = (weight * values[which]).sum(axis=-1) / weight.sum(axis=-1)
+    found[y, x] = map_coordinates(coarse, [(y - rows[0]) / COARSE, (x - columns[0]) / COARSE], order=1)
+    return found
+
+
+def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:
+    """The section of a membrane of that thickness [m] with a plane: a flat ribbon in its true width, marked as the mesh.
+
+    It lies a hair beyond the plane, so that it covers what else is painted there.
+    """
+    beyond = plane.beyond(mesh.vertices)
+    above = beyond[mesh.triangles] > 0.0
+    cut = mesh.triangles[above.any(axis=1) & ~above.all(axis=1)]
+    edges = np.stack([cut, np.roll(cut, -1, axis=1)], axis=2)
+    a, b = edges[(beyond[edges] > 0.0).sum(axis=2) == 1].T  # of each triangle two edges cross the plane, one after the other
+    share = (beyond[a] / (beyond[a] - beyond[b]))[:, None]
+
+    def there(values: np.ndarray) -> np.ndarray:
+        return np.asarray((1.0 - share) * values[a] + share * values[b])
+
+    along = np.array(plane.normal) / np.linalg.norm(plane.normal)
+    side = there(vertex_normals(mesh.vertices, mesh.triangles))
+    side -= (side @ along)[:, None] * along
+    side *= 0.5 * thickness / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), np.finfo(float).tiny)
+    middle = there(mesh.vertices) + HAIR * thickness * along
+    vertices = np.stack([middle + side, middle - side], axis=1).reshape(-1, 3)
+    ribbon = (4 * np.arange(len(cut))[:, None, None] + np.array([[0, 1, 2], [1, 3, 2]])).reshape(-1, 3)
+    marked = np.repeat(there(mesh.marked[:, None].astype(float)), 2)
+    return Mesh(vertices, ribbon, np.tile(colour, (len(vertices), 1)), marked, mesh.mark, lit=False, cuttable=False)

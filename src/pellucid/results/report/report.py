@@ -1,0 +1,213 @@
+"""`report.html`: one file that tells what was run, whether it is right, and what it looks like."""
+
+import base64
+import math
+from collections.abc import Iterable
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pellucid.progress import Progress, WarningsOnly
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures import figures
+from pellucid.results.pictures.case_module import captions
+from pellucid.results.pictures.films import FILM_DPI, write_films
+from pellucid.results.pictures.style import DPI, WIDTH, pretty
+from pellucid.results.storage.files import explained, write_text
+from pellucid.results.storage.run import Run
+
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+{style}</style></head>
+<body><main>
+{body}
+</main></body></html>
+"""
+
+CAPTIONS = {
+    "energies": "The energy balance and its error, relative to the energy that went through it.",
+    "momentum": "Total momentum.",
+    "probes": "The probes of the case.",
+    "bodies_speed": "The bodies, coloured by speed.",
+    "bodies_load": "The bodies, coloured by pressure (fluids) or by von Mises' equivalent stress (solids).",
+    "profiles_of_points": "Every point at the end.",
+}
+
+
+def write_report(out: Run | Path | str, beside: Run | None = None, progress: Progress | None = None) -> Path:
+    """Draw the figures and films of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
+
+    A run `beside` is drawn into the figure of the probes, and its metrics stand beside those of the run.
+
+    Raises `UsageError` where there is no run that has ended.
+    """
+    run = out if isinstance(out, Run) else Run(out)
+    summary = run.summary
+    texts = CAPTIONS | captions(run)
+    progress = progress or WarningsOnly()
+    titles = dict.fromkeys(write_films(run, progress), "")
+    progress.begin("figures")
+    titles |= figures.write_figures(run, beside)
+    pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]
+    sections = [
+        _header(run, summary),
+        _facts(run, summary),
+        _section("Checks", _metrics(run.metrics)) if run.metrics else "",
+        _section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
+        _section("Figures", "".join(pictures)),
+        _section("Energy balance", _balance(run)),
+        _section("Conservation", _conservation(run, summary)),
+        _section("The case", _case(run)),
+    ]
+    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    body = "\n".join(filter(None, sections))
+    page = PAGE.format(title=escape(run.case.title), style=style, body=body)
+    with explained(run.out):
+        write_text(run.folder.report, page)
+    return run.folder.report
+
+
+def number(value: float, digits: int = 4, padded: bool = False) -> str:
+    """A number for the eye, with a raised power of ten where it is very large or small; `padded` keeps zeros behind."""
+    if not math.isfinite(value):
+        return "not finite"
+    if value == 0.0:
+        return "0"
+    if 1e-3 <= abs(value) < 10.0**digits:
+        text = f"{value:#.{digits}g}" if padded else f"{value:.{digits}g}"
+        return text.rstrip(".").replace("-", "−")
+    if 1e-3 <= abs(value) < 1e6:
+        return f"{value:.0f}".replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    shown = mantissa if padded else f"{float(mantissa):g}"
+    return f"{shown} × 10<sup>{int(power)}</sup>".replace("-", "−")
+
+
+def _header(run: Run, summary: dict[str, Any]) -> str:
+    metrics = run.metrics.values()
+    passed = sum(metric.passed for metric in metrics)
+    if not metrics:
+        badge = ""
+    elif passed == len(metrics):
+        badge = f'<p class="badge pass">all {passed} checks passed</p>'
+    else:
+        badge = f'<p class="badge fail">{len(metrics) - passed} of {len(metrics)} checks failed</p>'
+    source = f'<p class="source">{escape(run.case.source)}</p>' if run.case.source else ""
+    description = filter(None, map(str.strip, run.case.description.split("\n\n")))
+    paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
+    early, end = "", number(run.case.time.end)
+    if not run.finished:
+        early = f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {end} s: nothing is judged yet.</p>'
+    name = f'<p class="id">{escape(run.case.id)}</p>' if run.case.id else ""
+    return f"<header>{name}<h1>{escape(run.case.title)}</h1>{source}{badge}{early}{paragraphs}</header>"
+
+
+def _facts(run: Run, summary: dict[str, Any]) -> str:
+    commit = f" <small>({escape(summary['commit'][:10])})</small>" if summary["commit"] else ""
+    facts = [
+        ("points", f"{summary['points']:,}".replace(",", "\u202f")),
+        ("steps", f"{summary['steps']:,}".replace(",", "\u202f")),
+        ("simulated time", f"{number(summary['end_time'])} s"),
+        ("wall time", f"{number(summary['wall_seconds'], 3)} s"),
+        ("point-steps per second", f"{number(summary['point_steps_per_second'] / 1e6, 3)} million"),
+        ("threads", str(summary["threads"])),
+        ("pellucid", escape(summary["version"]) + commit),
+    ]
+    items = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts)
+    return f'<dl class="facts">{items}</dl>'
+
+
+def _section(title: str, body: str) -> str:
+    return f"<section><h2>{title}</h2>{body}</section>"
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]], kind: str = "") -> str:
+    titles = "".join(f"<th>{cell}</th>" for cell in head)
+    lines = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    table = f'<table class="{kind}"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'
+    return f'<div class="wide">{table}</div>'
+
+
+def _metrics(metrics: dict[str, Metric]) -> str:
+    def row(name: str, metric: Metric) -> list[str]:
+        unit = f" {escape(pretty(metric.unit))}" if metric.unit else ""
+        mark = '<span class="pass">✓ pass</span>' if metric.passed else '<span class="fail">✗ fail</span>'
+        meaning = f'<br><span class="meaning">{escape(metric.meaning)}</span>' if metric.meaning else ""
+        return [
+            f"{escape(name.replace('_', ' '))}{meaning}",
+            number(metric.value, padded=True) + unit,
+            number(metric.reference, padded=True) + unit,
+            number(metric.error, 3),
+            number(metric.tolerance, 3),
+            mark,
+        ]
+
+    head = ("check", "found", "reference", "error", "tolerance", "")
+    return _table(head, (row(name, metric) for name, metric in metrics.items()), "numbers last-word")
+
+
+def _figure(path: Path, caption: str) -> str:
+    picture = path.read_bytes()
+    data = base64.b64encode(picture).decode("ascii")
+    kind = path.suffix[1:]
+    pixels = int.from_bytes(picture[16:20]) if kind == "png" else int.from_bytes(picture[6:8], "little")  # of their headers
+    width = min(100.0, 100.0 * pixels / (WIDTH * (DPI if kind == "png" else FILM_DPI)))  # so that letters have one size
+    caption = escape(caption or path.stem.replace("_", " ").capitalize() + ".")
+    image = f'<img alt="{caption}" style="width: {width:.0f}%" src="data:image/{kind};base64,{data}">'
+    return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
+
+
+def _balance(run: Run) -> str:
+    def row(name: str) -> list[str]:
+        values = run.history[name]
+        shown = (values[0], values[-1], values[-1] - values[0], np.nanmax(np.abs(values)))
+        return [name.replace("_", " "), *(number(float(value), padded=True) for value in shown)]
+
+    head = ("entry", "start [J]", "end [J]", "change [J]", "largest size [J]")
+    error, limits = run.history["energy_error"], run.case.energy
+    verdict = (
+        f"<p>Relative error of the energy balance: <strong>{number(float(error[-1]), 3)}</strong> at the end, at most "
+        f"{number(float(np.nanmax(np.abs(error))), 3)} on the way (warning above {number(limits.warn)}, stop above "
+        f"{number(limits.stop)}; in the first steps, when hardly any energy has moved, it says little).</p>"
+    )
+    moving = [name for name in figures.energy_columns(run) if np.any(run.history[name] != 0.0)]
+    return _table(head, map(row, moving), "numbers") + verdict
+
+
+def _conservation(run: Run, summary: dict[str, Any]) -> str:
+    def shown(error: float | None) -> str:
+        return "not finite" if error is None else number(error, 3)
+
+    remarks = {
+        "mass": "the points keep theirs",
+        "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
+        "energy": "of the energy balance at the end",
+    }
+    rows = ([name, shown(error), remarks.get(name, "")] for name, error in summary["conservation"].items())
+    return _table(("quantity", "relative error", ""), rows, "numbers last-word")
+
+
+def _case(run: Run) -> str:
+    case = run.case
+    cells = " × ".join(map(str, case.grid.counts()))
+    step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
+    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
+    rows = [
+        ["grid", f"{cells} cells of {number(case.grid.cell)} m, {case.grid.functions} functions"],
+        ["time", f"{order}, step {step}, to {number(case.time.end)} s"],
+        *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.body),
+    ]
+    text = escape(run.folder.case.read_text(encoding="utf-8"))
+    folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
+    return _table(("", ""), rows, "plain") + folded
+
+
+def _words(body: Any) -> str:
+    material = body.material
+    law = getattr(getattr(material, "eos", None), "kind", "")
+    return ", ".join(filter(None, (body.kind, material.kind, law, f"density {material.density:g} kg/m³"))).replace("-", " ")

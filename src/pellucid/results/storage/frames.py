@@ -1,0 +1,106 @@
+"""`fields/<body>.vtkhdf`: the fields of a body at each instant, as temporal VTKHDF (opens in ParaView, VTK >= 9.4).
+
+The file is laid out once, for all frames that the run can produce, and gets its name only when the first frame is in
+it. Every dataset has its place in the file from the start; places not yet written take no room on the disk. A later
+frame overwrites bytes in place and then the number of frames, so the structure of the file never changes: a process
+killed at any moment leaves a whole file, and a full disk leaves the frames before.
+
+`position` is another name of the dataset `Points`. VTK orders a symmetric tensor XX, YY, ZZ, XY, YZ, XZ; pellucid
+orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that goes in or out here has ours.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pellucid.geometry.cells import Cells
+from pellucid.results.storage import vtkhdf
+from pellucid.results.storage.files import OutputError, replacing, sync
+from pellucid.results.storage.staged import put
+from pellucid.results.storage.vtkhdf import CONSTANT, Layout, counting, lay_out, layout, opened
+
+TO_VTK = [0, 1, 2, 5, 3, 4]
+FROM_VTK = [0, 1, 2, 4, 5, 3]
+_TENSOR = 6
+
+Frame = Mapping[str, np.ndarray]
+
+
+def create(path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None) -> None:
+    """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
+
+    Without `cells` every point is one. Raises OSError where the system cannot write it.
+    """
+    if cells is None:
+        cells = Cells.of_points(len(frame["position"]))
+    with replacing(path) as temporary:
+        lay_out(temporary, capacity, frame, cells)
+        _write(temporary, layout(temporary), 0, time, frame)
+
+
+def append(path: Path, time: float, frame: Frame) -> None:
+    """Write one more frame; a file that is full is first laid out anew with twice the room."""
+    places = layout(_existing(path))
+    if places.frames == places.capacity:
+        with replacing(path) as temporary:
+            lay_out(temporary, 2 * places.capacity, frame, read_cells(path))
+            new = layout(temporary)
+            for index, earlier in enumerate(times(path)):
+                _write(temporary, new, index, earlier, read(path, index))
+        places = new._replace(frames=places.frames)
+    _write(path, places, places.frames, time, frame)
+
+
+def cut(path: Path, count: int) -> None:
+    """Keep the first `count` frames; the resumed run writes the others again."""
+    if len(times(path)) < count:
+        raise OutputError(f"{path} has fewer than the {count} frames that its checkpoint counts: it was changed")
+    with counting(path, count):
+        pass
+    sync(path)
+
+
+def times(path: Path) -> np.ndarray:
+    """The instants of the frames [s], shape (frames,)."""
+    with opened(_existing(path)) as file:
+        return np.asarray(file["VTKHDF/Steps/Values"][:])
+
+
+def read(path: Path, index: int) -> dict[str, np.ndarray]:
+    """The fields of frame `index`, each of shape (n,), (n, 3) or (n, 6). Raises IndexError where there is none."""
+    with opened(_existing(path)) as file:
+        root = file["VTKHDF"]
+        n, count = int(root["NumberOfPoints"][0]), len(root["Steps/Values"])
+        if not -count <= index < count:
+            raise IndexError(f"{path} has {count} frames; there is no frame {index}")
+        frame = {}
+        for name, dataset in root["PointData"].items():
+            start = int(root[f"Steps/PointDataOffsets/{name}"][index % count])
+            values = np.asarray(dataset[start : start + n])
+            frame[name] = values[:, FROM_VTK] if _is_tensor(values) else values
+    return frame
+
+
+def read_cells(path: Path) -> Cells:
+    """The cells of the body, the same in all frames."""
+    return vtkhdf.read_cells(_existing(path))
+
+
+def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> None:
+    with counting(path, index + 1) as file:  # a frame counts when all of it is there
+        for name, place in places.fields.items():
+            if name not in CONSTANT or index == 0:
+                values = frame[name][:, TO_VTK] if _is_tensor(frame[name]) else frame[name]
+                put(file, place.offset + index * place.size, np.ascontiguousarray(values, place.dtype).data)
+        put(file, places.values + 8 * index, np.float64(time).tobytes())
+
+
+def _is_tensor(values: np.ndarray) -> bool:
+    return values.shape[1:] == (_TENSOR,)
+
+
+def _existing(path: Path) -> Path:
+    if not path.is_file():
+        raise OutputError(f"there are no fields at {path}")
+    return path

@@ -1,0 +1,62 @@
+"""`history.csv`: one row per instant, a row of names, a row of units, floats that read back exactly."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pellucid.results.storage.files import OutputError, sync, write_text
+
+HEADER_ROWS = 2
+
+
+def create(path: Path, units: Mapping[str, str]) -> None:
+    """Start a history: `units` gives the columns in their order, `time` first, each with its SI unit ("" for none)."""
+    names = ",".join(units)
+    write_text(path, f"{names}\n#{','.join(unit or '1' for unit in units.values())}\n")
+
+
+def append(path: Path, row: Sequence[float | int]) -> None:
+    """Add a row and hand it to the system; a process killed in between leaves at most an unfinished last line."""
+    line = ",".join(repr(value) if isinstance(value, int) else repr(float(value)) for value in row) + "\n"
+    handle = os.open(path, os.O_WRONLY | os.O_APPEND)
+    try:
+        data = line.encode()
+        if os.write(handle, data) != len(data):
+            raise OSError(28, "No space left on device")
+    finally:
+        os.close(handle)
+
+
+def cut(path: Path, rows: int) -> None:
+    """Keep the first `rows` rows: what came after the checkpoint is written again by the resumed run."""
+    lines = path.read_bytes().splitlines(keepends=True)
+    kept = lines[: HEADER_ROWS + rows]
+    if len(kept) < HEADER_ROWS + rows or not kept[-1].endswith(b"\n"):
+        raise OutputError(f"{path} has fewer than the {rows} rows that its checkpoint counts: it was changed")
+    if len(kept) < len(lines):
+        os.truncate(path, sum(map(len, kept)))
+        sync(path)
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    """Columns by name, each of shape (rows,); an unfinished last line is left out."""
+    names, _, rows = _lines(path)
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows]).reshape(len(rows), len(names))
+    return {name: np.ascontiguousarray(table[:, column]) for column, name in enumerate(names)}
+
+
+def read_units(path: Path) -> dict[str, str]:
+    """The unit of each column ("1" for a pure number)."""
+    names, units, _ = _lines(path)
+    return dict(zip(names, units, strict=True))
+
+
+def _lines(path: Path) -> tuple[list[str], list[str], list[str]]:
+    if not path.is_file():
+        raise OutputError(f"there is no history in {path.parent}")
+    *lines, _unfinished = path.read_text(encoding="utf-8").split("\n")
+    if len(lines) < HEADER_ROWS or not lines[1].startswith("#"):
+        raise OutputError(f"{path} does not begin with a row of names and a row of units")
+    return lines[0].split(","), lines[1][1:].split(","), lines[HEADER_ROWS:]

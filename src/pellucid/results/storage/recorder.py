@@ -1,0 +1,164 @@
+"""The recorder: looks at a run after every step and writes what is due. It never changes a step."""
+
+import json
+import time as clock
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.case.inputs import digests
+from pellucid.errors import RunStopped
+from pellucid.geometry.cells import Cells
+from pellucid.results.metrics import finite
+from pellucid.results.storage import checkpoint, frames, history
+from pellucid.results.storage.files import explained, sync, write_text
+from pellucid.results.storage.package import package_commit, package_version
+from pellucid.results.storage.probes import ProbeReader
+from pellucid.results.storage.run_folder import RunFolder
+from pellucid.results.storage.schedule import Schedule, capacity
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+class Recorder:
+    """Writes history, frames, checkpoints and the facts of a run to its folder.
+
+    `numbers` are those of the checkpoint that the run goes on from, None for a run from the start.
+    """
+
+    def __init__(self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None) -> None:
+        self.folder, self.case = folder, case
+        self._resumed = numbers is not None
+        recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
+        self._rows = Schedule(case.history_interval(), **recorded["rows"])
+        self._frames = Schedule(case.frame_interval(), **recorded["frames"])
+        self._inputs = recorded.get("inputs") or digests(case)
+        self._probes = ProbeReader(case.probe, recorded.get("probes"))
+        self._wall_before = float(recorded["wall_seconds"])
+        self._started = self._checkpointed = clock.monotonic()
+        self.facts: dict[str, Any] = {}
+
+    def begin(self, sim: Any) -> None:
+        """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""
+        self._started = self._checkpointed = clock.monotonic()
+        with explained(self.folder.path):
+            if self._resumed:
+                history.cut(self.folder.history, self._rows.done)
+                for body in sim.bodies:
+                    frames.cut(self.folder.fields(body.name), self._frames.done)
+            else:
+                history.create(self.folder.history, self._columns(sim))
+                self.folder.fields("").parent.mkdir(exist_ok=True)
+        if not self._resumed:
+            self._probes.start(sim.bodies)
+            self.after_step(sim)
+
+    def after_step(self, sim: Any) -> None:
+        """After each step: write what is due."""
+        if self._rows.due(sim.time):
+            self._write_row(sim)
+        if self._frames.due(sim.time):
+            self._write_frame(sim)
+        if clock.monotonic() - self._checkpointed >= self.case.output.checkpoint:
+            self.checkpoint(sim)
+
+    def end(self, sim: Any) -> None:
+        """After the last step: a last row and frame, a checkpoint, the facts for the summary."""
+        finished = sim.time >= self.case.time.end * (1.0 - 1e-12)
+        if not finished:  # an early stop: what is written below is not part of the run and is cut when it goes on
+            self.checkpoint(sim)
+        if self._rows.last_step != sim.n_steps:
+            self._write_row(sim)
+        if self._frames.last_step != sim.n_steps:
+            self._write_frame(sim)
+        if finished:
+            self.checkpoint(sim)
+        self.facts = self._facts(sim)
+
+    def checkpoint(self, sim: Any) -> None:
+        """Write a checkpoint from which the run goes on bit for bit."""
+        with explained(self.folder.path):
+            sync(self.folder.history)
+            for body in sim.bodies:
+                sync(self.folder.fields(body.name))
+        recorded = {
+            "rows": self._rows.to_data(),
+            "frames": self._frames.to_data(),
+            "probes": self._probes.to_data(),
+            "inputs": self._inputs,
+            "wall_seconds": self.wall_seconds(),
+        }
+        checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})
+        self._checkpointed = clock.monotonic()
+
+    def failed(self, sim: Any, error: RunStopped) -> None:
+        """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
+        what = {"message": str(error), "step": sim.n_steps, "time": finite(sim.time)}
+        what |= error.place
+        try:
+            self.folder.forensics.mkdir(exist_ok=True)
+            write_text(self.folder.forensics / "failure.json", json.dumps(what, indent=2, default=_plain) + "\n")
+            np.savez(self.folder.forensics / "state.npz", **sim.state_arrays())
+        except OSError as trouble:
+            error.add_note(f"the forensic dump could not be written: {trouble}")
+
+    def wall_seconds(self) -> float:
+        """Wall-clock time spent on the run so far, by every process that had a part in it [s]."""
+        return self._wall_before + clock.monotonic() - self._started
+
+    def _columns(self, sim: Any) -> dict[str, str]:
+        energies = dict.fromkeys(map(column_of, sim.energies()), "J")
+        momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
+        clock_columns = {"time": "s", "step": "", "dt": "s"}
+        return clock_columns | energies | {"energy_error": ""} | momentum | self._probes.units()
+
+    def _write_row(self, sim: Any) -> None:
+        row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
+        values = self._probes.read(sim.bodies, sim.reactions(), sim.time)
+        with explained(self.folder.path):
+            history.append(self.folder.history, [*row, *sim.momentum(), *values])
+        self._rows.mark(sim.time, sim.n_steps)
+
+    def _write_frame(self, sim: Any) -> None:
+        with explained(self.folder.path):
+            for body in sim.bodies:
+                path = self.folder.fields(body.name)
+                if self._frames.done == 0:
+                    room = capacity(self.case.time.end, self._frames.interval)
+                    frames.create(path, room, sim.time, body.frame(), _cells(body))
+                else:
+                    frames.append(path, sim.time, body.frame())
+        self._frames.mark(sim.time, sim.n_steps)
+
+    def _facts(self, sim: Any) -> dict[str, Any]:
+        points, wall = sum(body.n_points for body in sim.bodies), self.wall_seconds()
+        return {
+            "case": self.case.id or self.case.title,
+            "version": package_version(),
+            "commit": package_commit(),
+            "threads": sim.threads,
+            "points": points,
+            "steps": sim.n_steps,
+            "wall_seconds": wall,
+            "point_steps_per_second": points * sim.n_steps / wall if wall > 0.0 else 0.0,
+            "end_time": sim.time,
+            "conservation": {name: float(error) for name, error in sim.conservation().items()},
+            "energies": {name: float(energy) for name, energy in sim.energies().items()},
+        }
+
+
+def column_of(energy: str) -> str:
+    """The history's column of an entry of the energy balance."""
+    return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
+
+
+def _cells(body: Any) -> Cells:
+    if len(body.quads) + len(body.triangles):
+        return Cells(quadrilaterals=body.quads, triangles=body.triangles)
+    return Cells.of_points(body.n_points)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)

@@ -1,0 +1,118 @@
+"""A run that lies in a folder, opened for reading."""
+
+import shutil
+import warnings
+import weakref
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid import catalogue
+from pellucid.errors import UsageError
+from pellucid.geometry.cells import Cells
+from pellucid.results.metrics import Metric
+from pellucid.results.storage import frames, history
+from pellucid.results.storage.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+class Run:
+    """What a run left in the folder `out`, which goes with this object if it is `temporary`.
+
+    Everything is read when it is first asked for.
+    """
+
+    def __init__(self, out: Path | str, temporary: bool = False) -> None:
+        self.folder = RunFolder(out)
+        if temporary:
+            weakref.finalize(self, shutil.rmtree, self.out, ignore_errors=True)
+
+    @property
+    def out(self) -> Path:
+        """The folder."""
+        return self.folder.path
+
+    @cached_property
+    def case(self) -> "Case":
+        """The resolved case."""
+        return self.folder.read_case()
+
+    @cached_property
+    def history(self) -> dict[str, np.ndarray]:
+        """Columns of `history.csv` by name, each of shape (rows,)."""
+        return history.read(self.folder.history)
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units of the columns of the history ("1" for a pure number)."""
+        return history.read_units(self.folder.history)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """`summary.json`. Raises `UsageError` where the run has not ended."""
+        return self.folder.read_summary()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run reached the end of its case."""
+        return self.folder.ended and bool(self.summary["end_time"] >= self.case.time.end * (1.0 - 1e-12))
+
+    @cached_property
+    def metrics(self) -> dict[str, Metric]:
+        """The metrics of a finished run by name, computed from its files by the module of its gallery case.
+
+        Empty for a case of the user's own and for a run that is not finished. Empty with a warning where the module cannot
+        judge the run: settings may have made of the case what its reference does not cover.
+        """
+        module = catalogue.module(self.case.id)
+        if module is None or not self.finished:
+            return {}
+        try:
+            return dict(module.metrics(self))
+        except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
+            warnings.warn(f"the metrics of {self.case.id} do not apply to this run: {error}", stacklevel=2)
+            return {}
+
+    def times(self, body: str) -> np.ndarray:
+        """Instants of the frames of a body [s], shape (frames,). Raises `UsageError` for a body that the case does not have."""
+        return frames.times(self._file(body))
+
+    def fields(self, body: str, time: float | None = None) -> dict[str, np.ndarray]:
+        """Fields of a body at the frame nearest to `time` [s], the last by default.
+
+        Shapes (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. Points keep their
+        order from frame to frame. Raises `UsageError` for a body that the case does not have, and for a time further than
+        half an interval between frames before the first or after the last.
+        """
+        return frames.read(self._file(body), -1 if time is None else self._nearest(body, time))
+
+    def cells(self, body: str) -> Cells:
+        """Cells of a body, which number its points in the order of `fields`, the same at all times."""
+        return frames.read_cells(self._file(body))
+
+    def triangles(self, body: str) -> np.ndarray:
+        """Triangles that show a membrane, shape (m, 3), see `Cells.surface`; bodies of points have none."""
+        return self.cells(body).surface()
+
+    def _nearest(self, body: str, time: float) -> int:
+        """The number of the frame nearest to a time [s]."""
+        times = self.times(body)
+        slack = 0.5 * self.case.frame_interval() * (1.0 + 1e-9)
+        if not times[0] - slack <= time <= times[-1] + slack:
+            raise UsageError(
+                f"there is no frame of {body} near t = {time:g} s: the first is at {times[0]:g} s, the last at {times[-1]:g} s"
+            )
+        return int(np.argmin(np.abs(times - time)))
+
+    def _file(self, body: str) -> Path:
+        names = [known.name for known in self.case.body]
+        if body not in names:
+            raise UsageError(f"the run in {self.out} has no body `{body}`; its bodies are {', '.join(names)}")
+        return self.folder.fields(body)
+
+    def __repr__(self) -> str:
+        return f"Run({str(self.out)!r})"

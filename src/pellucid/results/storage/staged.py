@@ -1,0 +1,79 @@
+"""A file whose changes wait in memory until they are written together."""
+
+from typing import BinaryIO
+
+
+class StagedFile:
+    """What HDF5 takes for the file `raw`: it reads from there, and what it writes is kept here until `commit`.
+
+    HDF5 may end the whole process when a write fails on a full disk; here it never sees one fail. `raw` is unbuffered.
+    """
+
+    def __init__(self, raw: BinaryIO) -> None:
+        self._raw = raw
+        self._changes: list[tuple[int, bytes]] = []
+        self._size = raw.seek(0, 2)
+        self._place = 0
+
+    def commit(self) -> None:
+        """Write the changes one after the other. Raises OSError where the system cannot."""
+        self._raw.truncate(self._size)
+        for start, data in self._changes:
+            put(self._raw, start, data)
+
+    def commit_at_once(self) -> None:
+        """Write everything from the first to the last place that changed with one write: all changes count, or none."""
+        start = min(first for first, _ in self._changes)
+        end = max(first + len(data) for first, data in self._changes)
+        put(self._raw, start, self._read(start, end))
+
+    # what HDF5 asks of a file
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place in the file."""
+        self._place = offset + (0, self._place, self._size)[whence]
+        return self._place
+
+    def tell(self) -> int:
+        """The place in the file."""
+        return self._place
+
+    def read(self, size: int) -> bytes:
+        """So many bytes from the place on; those that were never written are zero."""
+        data = self._read(self._place, self._place + size)
+        self._place += size
+        return data
+
+    def write(self, data: memoryview) -> int:
+        """Keep a change."""
+        self._changes.append((self._place, bytes(data)))
+        self._place += len(data)
+        self._size = max(self._size, self._place)
+        return len(data)
+
+    def truncate(self, size: int) -> int:
+        """The size of the file from now on."""
+        self._size = size
+        return size
+
+    def flush(self) -> None:
+        """Nothing to do before `commit`."""
+
+    def _read(self, start: int, end: int) -> bytes:
+        self._raw.seek(start)
+        found = bytearray(end - start)
+        known = self._raw.read(end - start)
+        found[: len(known)] = known
+        for first, data in self._changes:
+            low, high = max(start, first), min(end, first + len(data))
+            if low < high:
+                found[low - start : high - start] = data[low - first : high - first]
+        return bytes(found)
+
+
+def put(file: BinaryIO, offset: int, data: bytes | bytearray | memoryview) -> None:
+    """Write all of `data` at `offset` of an unbuffered file."""
+    file.seek(offset)
+    rest = memoryview(data).cast("B")
+    while rest:
+        rest = rest[file.write(rest) :]

@@ -1,0 +1,170 @@
+"""The layout of a temporal VTKHDF file, and where in the file its parts lie.
+
+HDF5 lays the file out, reads it, and sets the number of frames, always by way of memory (`StagedFile`): HDF5 may end the
+whole process when a write fails on a full disk, and knows no change that is whole or not there. The fields of a frame are
+written into their places without HDF5.
+
+The number of frames is stored twice, as the attribute `NSteps` and as the length of `Values`, and VTK crashes where they
+differ. They are made first, so that they lie close together and change with one write.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import h5py
+import numpy as np
+
+from pellucid.geometry.cells import Cells
+from pellucid.results.storage.staged import StagedFile
+from pellucid.state import FIELDS
+
+CONSTANT = ("id", "mass")
+"""Fields that never change: stored once, and every frame refers to them."""
+
+POLYGONS, GRID = b"PolyData", b"UnstructuredGrid"
+GROUPS = {"Vertices": ("points",), "Lines": ("lines",), "Polygons": ("quadrilaterals", "triangles"), "Strips": ()}
+"""Kinds of cells in the groups of POLYGONS, in their order."""
+
+TYPES = {"points": 1, "lines": 3, "quadrilaterals": 9, "triangles": 5, "tetrahedra": 10}
+"""Numbers of the kinds of cells in a GRID, in their order."""
+
+
+class Place(NamedTuple):
+    """Where a field lies: offset in the file, bytes that a frame takes, and the file's type of number."""
+
+    offset: int
+    size: int
+    dtype: np.dtype
+
+
+class Layout(NamedTuple):
+    """What a file holds, and where everything lies that is written without HDF5."""
+
+    frames: int
+    capacity: int
+    fields: dict[str, Place]
+    values: int
+
+
+def opened(path: Path) -> AbstractContextManager[Any]:
+    """The file, for reading. HDF5 never opens it for more, so readers and the run do not lock each other out."""
+    return h5py.File(path, "r")
+
+
+def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], cells: Cells) -> None:
+    """Make a file with places for `capacity` frames of fields of the shapes and types of `frame`; one counts.
+
+    The cells are the same in every frame. Raises OSError where the system cannot write it.
+    """
+    n = len(frame["position"])
+    once, starts = np.zeros(capacity, np.int64), np.arange(capacity, dtype=np.int64) * n
+    with path.open("w+b", buffering=0) as raw:
+        staged = StagedFile(raw)
+        with h5py.File(staged, "w", libver="earliest") as file:
+            root = file.create_group("VTKHDF")
+            steps = root.create_group("Steps")
+            steps.attrs["NSteps"] = np.int64(1)
+            _place(steps, "Values", (1,), np.dtype(np.float64), most=capacity)
+            root.attrs["Version"] = np.array([2, 0], np.int64)
+            root.attrs["Type"] = np.bytes_(GRID if len(cells.tetrahedra) else POLYGONS)
+            steps["PointOffsets"] = starts
+            steps["NumberOfParts"] = once + 1
+            steps["PartOffsets"] = once
+            root["NumberOfPoints"] = np.array([n], np.int64)
+            _put_cells(root, cells, capacity)
+            data, offsets = root.create_group("PointData"), steps.create_group("PointDataOffsets")
+            for name, array in frame.items():
+                home, label = (root, "Points") if name == "position" else (data, name)
+                frames = 1 if name in CONSTANT else capacity
+                _place(home, label, (frames * n, *array.shape[1:]), array.dtype)
+                home[label].attrs["unit"] = FIELDS[name].unit or "1"
+                home[label].attrs["meaning"] = FIELDS[name].meaning
+                offsets[name] = once if name in CONSTANT else starts
+            data["position"] = root["Points"]
+        staged.commit()
+
+
+def layout(path: Path) -> Layout:
+    """Find the places in a file made by `lay_out`."""
+    with opened(path) as file:
+        root, steps = file["VTKHDF"], file["VTKHDF/Steps"]
+        n = int(root["NumberOfPoints"][0])
+        fields = {}
+        for name, dataset in root["PointData"].items():
+            size = n * int(np.prod(dataset.shape[1:], dtype=int)) * dataset.dtype.itemsize
+            fields[name] = Place(dataset.id.get_offset(), size, dataset.dtype)
+        values = steps["Values"]
+        chunk = values.id.get_chunk_info_by_coord((0,))
+        return Layout(len(values), len(steps["PointOffsets"]), fields, chunk.byte_offset)
+
+
+def read_cells(path: Path) -> Cells:
+    """The cells of a file."""
+    with opened(path) as file:
+        root = file["VTKHDF"]
+        if root.attrs["Type"] == GRID:
+            types = root["Types"][:]
+            return Cells(**{kind: _read_cells(root, types == number, kind) for kind, number in TYPES.items()})
+        found: dict[str, np.ndarray] = {}
+        for name, kinds in GROUPS.items():
+            sides = np.diff(root[name]["Offsets"][:])
+            found |= {kind: _read_cells(root[name], sides == _corners(kind), kind) for kind in kinds}
+        return Cells(**found)
+
+
+@contextmanager
+def counting(path: Path, count: int) -> Iterator[BinaryIO]:
+    """The file, for writing places; when the block ends well, `count` frames count, all at once."""
+    with path.open("r+b", buffering=0) as raw:
+        staged = StagedFile(raw)
+        with h5py.File(staged, "r+", libver="earliest") as file:
+            file["VTKHDF/Steps"].attrs.modify("NSteps", np.int64(count))
+            file["VTKHDF/Steps/Values"].resize((count,))
+        yield raw
+        staged.commit_at_once()
+
+
+def _put_cells(root: Any, cells: Cells, capacity: int) -> None:
+    steps = root["Steps"]
+    if len(cells.tetrahedra):
+        kinds = [getattr(cells, kind) for kind in TYPES]
+        _put_group(root, kinds)
+        root["Types"] = np.repeat(np.array(list(TYPES.values()), np.uint8), list(map(len, kinds)))
+    else:
+        for name, named in GROUPS.items():
+            _put_group(root.create_group(name), [getattr(cells, kind) for kind in named])
+    shape = (capacity,) if len(cells.tetrahedra) else (capacity, len(GROUPS))
+    steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros(shape, np.int64)
+
+
+def _put_group(group: Any, kinds: list[np.ndarray]) -> None:
+    corners = np.concatenate([np.zeros(0, np.int64), *(cells.ravel() for cells in kinds)])
+    sides = np.concatenate([np.zeros(0, np.int64), *(np.full(len(cells), cells.shape[1]) for cells in kinds)])
+    group["NumberOfCells"] = np.array([len(sides)], np.int64)
+    group["NumberOfConnectivityIds"] = np.array([len(corners)], np.int64)
+    group["Connectivity"] = corners.astype(np.int64)
+    group["Offsets"] = np.concatenate([[0], np.cumsum(sides)]).astype(np.int64)
+
+
+def _read_cells(group: Any, which: np.ndarray, kind: str) -> np.ndarray:
+    starts = group["Offsets"][:-1][which]
+    corners = np.asarray(group["Connectivity"][:], np.int64)
+    return corners[starts[:, None] + np.arange(_corners(kind))]
+
+
+def _corners(kind: str) -> int:
+    return int(Cells._field_defaults[kind].shape[1])
+
+
+def _place(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype, most: int | None = None) -> None:
+    """A dataset whose place in the file is fixed now and whose bytes are written later; a vector may grow to `most`."""
+    plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    if most:
+        plan.set_chunk((most,))  # one chunk with room for all, so that growing changes its length and nothing else
+    plan.set_obj_track_times(False)  # the same run gives the same bytes
+    plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    space = h5py.h5s.create_simple(shape, (most,) if most else shape)
+    h5py.h5d.create(group.id, name.encode(), h5py.h5t.py_create(dtype), space, dcpl=plan)

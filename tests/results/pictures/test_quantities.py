@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+
+from pellucid.results.pictures.quantities import limits
+
+
+def test_a_few_extreme_values_do_not_wash_out_the_rest():
+    low, high, extend = limits([np.linspace(-1.0, 1.0, 1000), np.array([1e6])])
+    assert (low, high) == pytest.approx((-1.0, 1.0), abs=0.02)
+    assert extend == "both"
+
+
+@pytest.mark.parametrize("speeds", [np.zeros(5), np.full(5, 3.0), np.array([np.nan]), np.append(np.zeros(999), 7.0)])
+def test_speeds_have_no_colours_below_zero(speeds):
+    low, high, extend = limits([speeds])
+    assert 0.0 == low < high
+    assert extend in ("neither", "max")
+
+
+def test_one_negative_value_lies_between_the_limits():
+    low, high, extend = limits([np.full(5, -2.0)])
+    assert low < -2.0 < high < 0.0
+    assert extend == "neither"
+
+
+def test_the_ends_say_whether_values_go_on():
+    values = np.linspace(0.0, 1.0, 1001)
+    assert limits([np.append(values, np.zeros(20))]).extend == "max"
+    assert limits([np.array([1.0, 2.0])]).extend == "both"

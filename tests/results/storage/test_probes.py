@@ -1,0 +1,117 @@
+"""Probes: fields to numbers, points that are followed, reactions."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pellucid.case import Probe
+from pellucid.results.storage.probes import ProbeReader, reduce
+
+FRAME = {
+    "id": np.array([2, 0, 1]),
+    "position": np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]),
+    "velocity": np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.0, 0.0]]),
+    "pressure": np.array([1.0, 5.0, 3.0]),
+    "stress": np.array([[7.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 2.0], [4.0, 4.0, 4.0, 0.0, 0.0, 0.0]]),
+}
+
+
+def probe(quantity, reduce="mean", component=None, **more):
+    return Probe(name=f"{quantity}-{reduce}", body="gas", quantity=quantity, reduce=reduce, component=component, **more)
+
+
+@pytest.mark.parametrize(
+    ("asked", "value"),
+    [
+        (probe("pressure"), 3.0),
+        (probe("pressure", "max"), 5.0),
+        (probe("pressure", "min"), 1.0),
+        (probe("pressure", "sum"), 9.0),
+        (probe("pressure", "nearest", at=(1.4, 0.3, 0.0)), 5.0),
+        (probe("velocity", "min", "y"), -2.0),
+        (probe("velocity", "max"), 5.0),
+        (probe("stress", "max", "xy"), 2.0),
+        (probe("stress", "max"), 7.0),
+        (probe("stress", "nearest", at=(1.0, 0.0, 0.0)), 2.0 * np.sqrt(3.0)),
+        (probe("stress", "min"), 0.0),
+    ],
+)
+def test_reduces_a_field_to_a_number(asked, value):
+    assert reduce(asked, FRAME.__getitem__) == pytest.approx(value, rel=1e-15)
+
+
+class Body:
+    name = "gas"
+
+    def __init__(self):
+        self.fetched = []
+        self.fields = dict(FRAME)
+
+    def field(self, name):
+        self.fetched.append(name)
+        return self.fields[name]
+
+
+def test_only_the_needed_arrays_are_fetched_each_once():
+    body = Body()
+    asked = [probe("pressure"), probe("velocity", "max"), probe("pressure", "min")]
+    assert ProbeReader(asked).read([body], {}, 0.0) == [3.0, 5.0, 1.0]
+    assert body.fetched == ["pressure", "velocity"]
+
+
+def test_counts_the_points_above_a_value():
+    asked = [probe("pressure", "count", above=above) for above in (0.0, 1.0, 5.0)]
+    assert ProbeReader(asked).read([Body()], {}, 0.0) == [3.0, 2.0, 0.0]
+
+
+def test_follows_the_point_that_was_nearest_at_the_start():
+    """Though the points are sorted anew, and though another comes nearer."""
+    body = Body()
+    reader = ProbeReader([probe("position", "point", "x", at=(0.9, 0.0, 0.0), change=True), probe("pressure", change=True)])
+    reader.start([body])
+    assert reader.read([body], {}, 0.0) == [0.0, 0.0]
+    order = [2, 0, 1]
+    body.fields = {name: values[order] for name, values in body.fields.items()}
+    body.fields["position"] = body.fields["position"] + np.where(body.fields["id"] == 0, 0.5, -1.0)[:, None]
+    body.fields["pressure"] = body.fields["pressure"] + 2.0
+    again = ProbeReader(reader._probes, json.loads(json.dumps(reader.to_data())))  # as a checkpoint keeps it
+    assert again.read([body], {}, 1.0) == [0.5, 2.0]
+
+
+def test_carries_a_place_where_no_point_lies():
+    body = Body()
+    reader = ProbeReader([probe("position", "point", "x", at=(1.1, 0.2, 0.0), carried=True)])
+    reader.start([body])
+    assert reader.read([body], {}, 0.0) == pytest.approx([1.1], rel=1e-15)
+    body.fields["position"] = body.fields["position"] + np.where(body.fields["id"] == 0, -0.5, 0.25)[:, None]
+    assert reader.read([body], {}, 1.0) == pytest.approx([0.6], rel=1e-15)
+
+
+def test_a_reaction_is_the_mean_force_since_the_row_before():
+    asked = [
+        Probe(name="r", quantity="reaction", condition="tip", component="y"),
+        Probe(name="s", quantity="reaction", condition="tip"),
+    ]
+    reader = ProbeReader(asked)
+    assert reader.units() == {"r": "N", "s": "N"}
+    assert reader.read([], {}, 0.0) == [0.0, 0.0]
+    assert reader.read([], {"tip": np.array([3.0, 4.0, 0.0])}, 0.5) == [8.0, 10.0]
+    again = ProbeReader(asked, json.loads(json.dumps(reader.to_data())))
+    assert again.read([], {"tip": np.array([3.0, 3.0, 0.0])}, 0.75) == [-4.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"quantity": "reaction", "body": "gas"}, "`condition` belongs to"),
+        ({"quantity": "pressure"}, "needs the name of a `body`"),
+        ({"quantity": "pressure", "body": "gas", "reduce": "point"}, "give both or neither"),
+        ({"quantity": "pressure", "body": "gas", "condition": "tip"}, "`condition` belongs to"),
+        ({"quantity": "position", "body": "gas", "component": "z", "carried": True}, "`carried` belongs to"),
+        ({"quantity": "position", "body": "gas", "reduce": "point", "at": (0, 0, 0), "carried": True}, "needs a `component`"),
+    ],
+)
+def test_probes_that_make_no_sense(table, words):
+    with pytest.raises(ValueError, match=words):
+        Probe(name="p", **table)

@@ -1,0 +1,36 @@
+import errno
+import os
+
+import pytest
+from free_flight import free_flight
+
+from pellucid.errors import UsageError
+from pellucid.results.storage import run_folder
+from pellucid.results.storage.files import OutputError, explained
+
+
+def test_a_folder_below_a_file_is_a_bad_argument(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match=r"cannot write results to .*sub: Not a directory\n.*name a folder"):
+        run_folder.RunFolder(tmp_path / "file/sub").start(free_flight())
+
+
+@pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOENT])
+def test_a_folder_that_cannot_be_made_is_a_bad_argument(code, tmp_path, monkeypatch):
+    def refuse(*arguments, **options):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(run_folder.Path, "mkdir", refuse)
+    with pytest.raises(UsageError, match=os.strerror(code)) as caught:
+        run_folder.RunFolder(tmp_path / "out").start(free_flight())
+    assert caught.value.exit_status == 2
+
+
+@pytest.mark.parametrize(
+    ("code", "remedy"),
+    [(errno.ENOSPC, "make room"), (errno.EDQUOT, "make room"), (errno.EFBIG, "make room"), (errno.EIO, "mend this")],
+)
+def test_a_full_or_failing_disk_stops_the_run(code, remedy, tmp_path):
+    with pytest.raises(OutputError, match=f"{remedy} and start again") as caught, explained(tmp_path):
+        raise OSError(code, os.strerror(code))
+    assert caught.value.exit_status == 3

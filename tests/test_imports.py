@@ -1,0 +1,81 @@
+"""Modules of the package import each other without cycles; lint-imports sees to the order of the folders, not inside them."""
+
+import ast
+from pathlib import Path
+
+import pellucid
+
+PACKAGE = Path(pellucid.__file__).parent
+
+TO_BE_MENDED = [[f"pellucid.case.{name}" for name in ("explain", "reading", "relations", "schema", "spec")]]
+
+
+def modules() -> dict[str, Path]:
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def imported(name: str, path: Path, known: set[str]) -> set[str]:
+    """The modules that a module imports anywhere in its text, those under TYPE_CHECKING left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    left_out = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
+    found = set()
+    for node in ast.walk(tree):
+        if node in left_out:
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name} has a relative import"
+            full = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {item if item in known else str(node.module) for item in full}
+    return (found & known) - {name}
+
+
+def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Groups of modules each of which leads to every other (Tarjan 1972, SIAM J. Comput. 1, 146)."""
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    groups = []
+
+    def visit(name: str) -> None:
+        index[name] = low[name] = len(index)
+        stack.append(name)
+        for other in sorted(graph[name]):
+            if other not in index:
+                visit(other)
+                low[name] = min(low[name], low[other])
+            elif other in stack:
+                low[name] = min(low[name], index[other])
+        if low[name] == index[name]:
+            group = stack[stack.index(name) :]
+            del stack[stack.index(name) :]
+            if len(group) > 1:
+                groups.append(sorted(group))
+
+    for name in sorted(graph):
+        if name not in index:
+            visit(name)
+    return groups
+
+
+def test_cycles_are_found() -> None:
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": set(), "e": {"d", "f"}, "f": {"e"}}
+    assert cycles(graph) == [["a", "b", "c"], ["e", "f"]]
+
+
+def test_no_module_leads_back_to_itself() -> None:
+    paths = modules()
+    graph = {name: imported(name, path, set(paths)) for name, path in paths.items()}
+    assert graph["pellucid.results.report.report"] > {"pellucid.results.pictures.films"}, "imports are seen"
+    assert cycles(graph) == TO_BE_MENDED
