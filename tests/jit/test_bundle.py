@@ -1,13 +1,15 @@
-"""A bundle of nested tuples and arrays enters a parallel loop, and leaves no references behind."""
+"""A bundle of nested tuples and arrays enters kernels, and leaves no references behind."""
 
 import sys
 from typing import NamedTuple
 
+import numba
 import numpy as np
-from numba import prange
+import pytest
 
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
 
 
 class Inner(NamedTuple):
@@ -18,29 +20,81 @@ class Inner(NamedTuple):
 class Outer(NamedTuple):
     inner: Inner
     offsets: tuple[float, float]
+    on: bool
+    result: np.ndarray
 
 
-@kernel(parallel=True)
-def scale(n, bundle):
-    for i in prange(n):
-        scale_one(bundle, i)
+class Empty(NamedTuple):
+    pass
 
 
 @kernel()
-def scale_one(bundle, i):
-    outer, result = bundle.content
-    result[i] = outer.inner.factor * outer.inner.array[i] + outer.offsets[i % 2]
+def scale(n, bundle):
+    parallel_for(_scale_one, n, bundle)
+
+
+@kernel(inner=True)
+def _scale_one(i, bundle):
+    inner, offsets = bundle.inner, bundle.offsets
+    if bundle.on:
+        bundle.result[i] = inner.factor * inner.array[i] + offsets[i % 2]
 
 
 def test_nested_tuples_pass_through_a_parallel_loop():
     array, result = np.arange(100.0), np.zeros(100)
-    scale(100, Bundle(Outer(Inner(array, 3.0), (0.5, -0.5)), result))
+    scale(100, Bundle(Outer(Inner(array, 3.0), (0.5, -0.5), True, result)))
     assert np.array_equal(result, 3.0 * np.arange(100.0) + np.where(np.arange(100) % 2, -0.5, 0.5))
+    scale(100, Bundle(Outer(Inner(array, 1.0), (0.5, -0.5), False, result)))
+    assert result[1] == 2.5
+
+
+def test_the_tuple_itself_does_as_well():
+    """Kernels read members by name, and need not know which of the two they have."""
+    array, result = np.arange(10.0), np.zeros(10)
+    scale(10, Outer(Inner(array, 3.0), (0.5, -0.5), True, result))
+    assert result[9] == 26.5
+
+
+def test_members_have_the_same_names_in_python():
+    bundle = Bundle(Outer(Inner(np.zeros(1), 3.0), (0.5, -0.5), True, np.zeros(1)))
+    assert bundle.offsets == (0.5, -0.5)
+    with pytest.raises(AttributeError, match="nothing"):
+        bundle.nothing  # noqa: B018
+
+
+def test_slices_and_lists_of_strides_are_kept():
+    whole, result = np.arange(40.0).reshape(20, 2), np.zeros(20)
+    scale(20, Bundle(Outer(Inner(whole[:, 1], 1.0), (0.0, 0.0), True, result)))
+    assert np.array_equal(result, whole[:, 1])
+
+
+class Mixed(NamedTuple):
+    small: np.int16
+    flag: bool
+    nothing: Empty
+    pairs: tuple[tuple[int, float], tuple[int, float]]
+    byte: np.uint8
+    flags: np.ndarray
+    last: np.float32
+
+
+@kernel()
+def read(bundle):
+    pairs = bundle.pairs
+    total = 1.0 * bundle.small + bundle.byte + bundle.last + pairs[0][0] + pairs[0][1] + pairs[1][0] + pairs[1][1]
+    return bundle.flag, total, bundle.flags[1, 0], bundle.flags.shape, bundle.flags.size
+
+
+def test_members_of_any_size_are_found():
+    flags = np.zeros((2, 3), bool)
+    flags[1, 0] = True
+    mixed = Mixed(np.int16(-3), True, Empty(), ((1, 0.5), (2, 0.25)), np.uint8(200), flags, np.float32(0.125))
+    assert read(Bundle(mixed)) == (True, 200.875, True, (2, 3), 6)
 
 
 def test_a_kept_bundle_sees_its_arrays_change():
     array, result = np.zeros(4), np.zeros(4)
-    bundle = Bundle(Outer(Inner(array, 2.0), (0.0, 0.0)), result)
+    bundle = Bundle(Outer(Inner(array, 2.0), (0.0, 0.0), True, result))
     for value in (1.0, 2.0):
         array[:] = value
         scale(4, bundle)
@@ -49,9 +103,30 @@ def test_a_kept_bundle_sees_its_arrays_change():
 
 def test_calls_leave_no_references():
     array, result = np.zeros(4), np.zeros(4)
-    bundle = Bundle(Outer(Inner(array, 2.0), (0.0, 0.0)), result)
+    bundle = Bundle(Outer(Inner(array, 2.0), (0.0, 0.0), True, result))
     scale(4, bundle)
     before = [sys.getrefcount(thing) for thing in (array, result, bundle, bundle.content)]
     for _ in range(100):
         scale(4, bundle)
     assert [sys.getrefcount(thing) for thing in (array, result, bundle, bundle.content)] == before
+
+
+def test_a_bundle_keeps_its_arrays_alive():
+    bundle = Bundle(Outer(Inner(np.full(1000, 7.0), 1.0), (0.0, 0.0), True, np.zeros(1000)))
+    for _ in range(3):
+        scale(1000, bundle)
+        np.full(1000, -1.0)  # takes the memory of what was let go
+    assert np.all(bundle.result == 7.0)
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+def test_what_cannot_be_kept_is_refused():
+    class Named(NamedTuple):
+        name: str
+
+    @kernel()
+    def nothing(bundle):
+        return 0
+
+    with pytest.raises(Exception, match="a bundle cannot hold"):
+        nothing(Bundle(Named("text")))

@@ -10,7 +10,7 @@ from pellucid.bodies.contract import GridBody
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import transfer as kernels
-from pellucid.grid.points import HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, PointArrays, Slabs
+from pellucid.grid.points import HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, InOrder, MappedPoints, PointArrays, Slabs
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
@@ -60,8 +60,17 @@ class PointsOnGrid(GridBody):
     def _share(self, slabs: Slabs) -> None:
         """Hand points and slabs to the kernels."""
         self.slabs = slabs
-        lattice, nodes = self.grid.lattice, self.grid.nodes
-        self.mapped = Bundle(self.functions, self.transfer, lattice, nodes, self.points, slabs, self._affine)
+        mapped = MappedPoints(
+            functions=self.functions,
+            transfer=self.transfer,
+            lattice=self.grid.lattice,
+            nodes=self.grid.nodes,
+            points=self.points,
+            slabs=slabs,
+            affine=self._affine,
+            index=InOrder(),
+        )
+        self.mapped = Bundle(mapped)
         self.n_slabs = len(slabs.layer) - 1
 
     @property

@@ -63,8 +63,9 @@ class PrescribedPoints:
     def _bound(self) -> Bundle:
         """The arrays as kernels take them; a checkpoint replaces those of the body."""
         driven, start = self.body.arrays["driven"], self.body.arrays["start"]
-        if self._bundle is None or self._bundle.content[0] is not driven:
-            self._bundle = Bundle(driven, start, self._velocity, self._displacement, self._axes, self._impulse, self._energy)
+        if self._bundle is None or self._bundle.driven is not driven:
+            motions = self._velocity, self._displacement, self._axes
+            self._bundle = Bundle(driven_points.DrivenPoints(driven, start, *motions, self._impulse, self._energy))
         return self._bundle
 
     def begin(self, time: float, dt: float) -> None:

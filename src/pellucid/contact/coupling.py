@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numba import prange
-from numpy import uintp
+from numpy import intp
 
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_motion
 from pellucid.grid import transfer
-from pellucid.grid.points import NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs
+from pellucid.grid.points import NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs, place_of
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.transfer import placed
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
@@ -17,30 +16,30 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
 
 NO_AFFINE = np.zeros((0, 9))
 
 
-@kernel()
-def _look_slab(mapped, s):
-    body = mapped.content
-    lattice, x, slabs, order = body.lattice, body.points.position, body.slabs, body.index.order
+@kernel(inner=True)
+def _look_slab(s, mapped):
+    lattice, x, slabs, index = mapped.lattice, mapped.points.position, mapped.slabs, mapped.index
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
-        fault, beyond = placed(lattice, x, uintp(order[q]), 0.0, 0.0, 0.0, lowest, highest)
+        p = place_of(index, q)
+        fault, beyond = placed(lattice, x, p, 0.0, 0.0, 0.0, lowest, highest)
         left_slab |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
-            at_fault = order[q]
+            at_fault = intp(p)  # type: ignore[assignment]
     slabs.left_slab[s] = left_slab
     slabs.fault[s, 0], slabs.fault[s, 1] = first_fault, at_fault
 
 
-@kernel(parallel=True)
+@kernel()
 def _look(n, mapped):
-    for s in prange(n):
-        _look_slab(mapped, s)
+    parallel_for(_look_slab, n, mapped)
 
 
 class GridCoupling:

@@ -45,7 +45,7 @@ class ContactDetection:
         self._shared = np.empty(n, np.int64)
         self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
         self._box = np.empty((2, 3))
-        self._where = Bundle(self._slot, self._near, self._box)
+        self._where = Bundle(normals.SharedNodes(self._slot, self._near, self._box))
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
         # a membrane beside a volume in one field counts as a volume too

@@ -6,27 +6,41 @@ m_b) dt) on a, friction only under compression. Constrained nodes are as heavy a
 """
 
 from math import sqrt
-
-from numba import prange
+from typing import NamedTuple
 
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
-from pellucid.grid.momentum import FIRM
+from pellucid.grid.lattice import Nodes
+from pellucid.grid.momentum import FIRM, ExternalAction
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.parallel import parallel_for
 
 STICK, SLIP = 0, 1
 """Kinds of contact while bodies press: together, or sliding with friction (or none)."""
 CHUNK = 1024  # nodes that are summed together
 
 
-@kernel(parallel=True)
-def measure_mobility(node, mass, constrained, driven_mass, mobility):
-    """1/m of the nodes along each axis [1/kg], 0 where they are constrained, by supports or firmly by driven points."""
-    for e in prange(len(node)):
+class Side(NamedTuple):
+    """The nodes of one of two fields, as kernels take them."""
+
+    nodes: Nodes
+    external: ExternalAction
+    moves_points: bool  # whether the grid moves the points
+
+
+@kernel(inner=True)
+def _mobility_chunk(chunk, node, mass, constrained, driven_mass, mobility):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         m = mass[I]
         for d in range(3):
             firm = constrained[I, d] > 0 or (len(driven_mass) > 0 and driven_mass[I, d] >= FIRM * m)
             mobility[e, d] = 0.0 if firm else 1.0 / m
+
+
+@kernel()
+def measure_mobility(chunks, node, mass, constrained, driven_mass, mobility):
+    """1/m of the nodes along each axis [1/kg], 0 where they are constrained, by supports or firmly by driven points."""
+    parallel_for(_mobility_chunk, chunks, node, mass, constrained, driven_mass, mobility)
 
 
 @pointwise
@@ -62,15 +76,20 @@ def _impulse_at(kind, friction, e, I, normal, one, other, w1, w2):
     return _impulse(kind, friction, n, u, w)
 
 
-@kernel(parallel=True)
-def stop_approach(kind, friction, node, normal, one, other, w1, w2):
-    """Give two sides the impulses that their velocities ask for."""
-    for e in prange(len(node)):
+@kernel(inner=True)
+def _stop_approach_chunk(chunk, kind, friction, node, normal, one, other, w1, w2):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         impulse = _impulse_at(kind, friction, e, I, normal, one, other, w1, w2)
         for d in range(3):
             one[I, d] += w1[e, d] * impulse[d]
             other[I, d] -= w2[e, d] * impulse[d]
+
+
+@kernel()
+def stop_approach(chunks, kind, friction, node, normal, one, other, w1, w2):
+    """Give two sides the impulses that their velocities ask for."""
+    parallel_for(_stop_approach_chunk, chunks, kind, friction, node, normal, one, other, w1, w2)
 
 
 @kernel(inline=True)
@@ -81,12 +100,11 @@ def _add_to_node(I, d, more, velocity, velocity_increment, strain_velocity):
     velocity_increment[I, d] += more
 
 
-@kernel(parallel=True)
-def resolve(kind, friction, node, normal, one, other, w1, w2, total):
-    """Give the nodes of two sides the impulses that their velocities ask for, and add these up; what is held does not move."""
+@kernel(inner=True)
+def _resolve_chunk(chunk, kind, friction, node, normal, one, other, w1, w2, total):
     v1, increment1, strain_velocity1 = one
     v2, increment2, strain_velocity2 = other
-    for e in prange(len(node)):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         impulse = _impulse_at(kind, friction, e, I, normal, v1, v2, w1, w2)
         for d in range(3):
@@ -96,8 +114,14 @@ def resolve(kind, friction, node, normal, one, other, w1, w2, total):
 
 
 @kernel()
-def _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, chunk):
-    nodes, external, moved_by_grid = side.content
+def resolve(chunks, kind, friction, node, normal, one, other, w1, w2, total):
+    """Give the nodes of two sides the impulses that their velocities ask for, and add these up; what is held does not move."""
+    parallel_for(_resolve_chunk, chunks, kind, friction, node, normal, one, other, w1, w2, total)
+
+
+@kernel(inner=True)
+def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, gravity, dt, works):
+    nodes, external, moved_by_grid = side.nodes, side.external, side.moves_points
     velocity, force, constrained = nodes.velocity, nodes.force, nodes.constrained
     driven_mass, driven_impulse, loads = external.driven_mass, external.impulse, external.loads
     n_loads = len(loads) if loads.shape[1] > 0 else 0
@@ -128,18 +152,17 @@ def _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, ch
     works[chunk, MOTION] += moved
 
 
-@kernel(parallel=True)
+@kernel()
 def sum_works(chunks, side, node, mobility, impulse, sign, gravity, dt, works):
     """What impulses change in the works of other forces; supports and prescribed motions give back what they take.
 
-    side: the bundle (nodes, external action, whether the grid moves the points); works: rows as `pellucid.energy` has them.
+    side: the bundle of a `Side`; works: rows as `pellucid.energy` has them.
     """
-    for chunk in prange(chunks):
-        _sum_works_chunk(side, node, mobility, impulse, sign, gravity, dt, works, chunk)
+    parallel_for(_sum_works_chunk, chunks, side, node, mobility, impulse, sign, gravity, dt, works)
 
 
-@kernel()
-def _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work, chunk):
+@kernel(inner=True)
+def _work_chunk(chunk, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         for d in range(3):
@@ -149,8 +172,7 @@ def _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, velocit
                 )
 
 
-@kernel(parallel=True)
+@kernel()
 def work_on_points(chunks, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work):
     """Work of impulses on the points that they reach, from the momentum that these have before and after the step."""
-    for chunk in prange(chunks):
-        _work_chunk(node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work, chunk)
+    parallel_for(_work_chunk, chunks, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work)

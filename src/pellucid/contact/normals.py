@@ -4,18 +4,29 @@ The nodes are listed and numbered; what is summed about a node is its moments, a
 """
 
 from math import inf, sqrt
+from typing import NamedTuple
 
-from numba import prange
+import numpy as np
 from numpy import uintp
 
-from pellucid.approximants.axis import axis_weights
 from pellucid.grid.momentum import NOTHING
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_by_colour
 
 SMOOTH = 0.7
 """Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
 MARGIN = 1e-6  # of a cell, for rounding
 NORMAL, CENTRE, VOLUME, COLUMNS = 0, 3, 6, 7  # columns of an moments; of a surface its area at rest is the volume
+
+
+class SharedNodes(NamedTuple):
+    """Where the numbered nodes are, over all nodes of the grid."""
+
+    slot: np.ndarray  # (nodes,) number of the node, -1 where it has none
+    near: np.ndarray  # (nodes,) 1 where a stencil that begins here holds a numbered node
+    box: np.ndarray  # (2, 3) the points beyond it reach none [m]
 
 
 @kernel()
@@ -67,31 +78,29 @@ def _beyond(box, x, p):
     return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
 
 
-@kernel()
-def _sum_moments_slab(mapped, where, areas, at_rest, sloped, moments, beside, s):
-    fn, _, lattice, _, points, slabs, _ = mapped.content
-    slot, near, box = where.content
+@kernel(inner=True)
+def _sum_moments_slab(s, mapped, where, areas, at_rest, sloped, moments, beside):
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    slot, near, box = where.slot, where.near, where.box
     x = points.position
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     surface = len(areas) > 0
     listed = slabs.first[s]
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
         if _beyond(box, x, p):
             continue
-        i, wx, gx = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
-        j, wy, gy = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
-        k, wz, gz = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
-        start = i * stride[0] + j * stride[1] + k * stride[2]
-        if near[start] == 0:
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+        if near[about.start] == 0:
             continue
-        beside[listed] = signed
+        beside[listed] = p
         listed += 1
         V = at_rest * points.mass[p] if surface else points.volume[p]
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
-                    e = slot[start + a * stride[0] + b * stride[1] + c * stride[2]]
+                    e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0:
                         w = wx[a] * wy[b] * wz[c]
                         if surface:
@@ -108,41 +117,37 @@ def _sum_moments_slab(mapped, where, areas, at_rest, sloped, moments, beside, s)
         beside[listed] = -1
 
 
-@kernel(parallel=True)
+@kernel()
 def sum_moments(n, mapped, where, areas, at_rest, sloped, moments, beside):
     """Sums about each numbered node: where `sloped` volume gradients, or of a membrane its `areas`; places and volumes.
 
     at_rest: area of a membrane by its mass. The points that reach such nodes are listed in `beside` from the slab's first one
     on, and after them -1.
     """
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _sum_moments_slab(mapped, where, areas, at_rest, sloped, moments, beside, 2 * half + colour)
+    parallel_by_colour(_sum_moments_slab, n, mapped, where, areas, at_rest, sloped, moments, beside)
 
 
-@kernel()
-def _extents_slab(mapped, where, normal, radius, moments, ends, s):
-    fn, _, lattice, _, points, slabs, _ = mapped.content
-    slot, near, box = where.content
+@kernel(inner=True)
+def _extents_slab(s, mapped, where, normal, radius, moments, ends):
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    slot, near, box = where.slot, where.near, where.box
     half, scale, exponent = radius
     x = points.position
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
         if _beyond(box, x, p):
             continue
-        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
-        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
-        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
-        start = i * stride[0] + j * stride[1] + k * stride[2]
-        if near[start] == 0:
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
+        if near[about.start] == 0:
             continue
         V = points.volume[p]
         r = half if half >= 0.0 else 0.5 * (V * scale) ** exponent
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
-                    e = slot[start + a * stride[0] + b * stride[1] + c * stride[2]]
+                    e = slot[node_at(about, lattice, a, b, c)]
                     w = wx[a] * wy[b] * wz[c]
                     if e >= 0 and w > 0.0:
                         along = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
@@ -152,12 +157,10 @@ def _extents_slab(mapped, where, normal, radius, moments, ends, s):
                         moments[e, VOLUME] += w * V
 
 
-@kernel(parallel=True)
+@kernel()
 def extents_along(n, mapped, where, normal, radius, moments, ends):
     """Places along the normal of each numbered node and volumes, and how far points reach along it and against it, (2, n)."""
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _extents_slab(mapped, where, normal, radius, moments, ends, 2 * half + colour)
+    parallel_by_colour(_extents_slab, n, mapped, where, normal, radius, moments, ends)
 
 
 @kernel()
@@ -176,36 +179,32 @@ def orient(one, other, normal):
             normal[e, d] *= scale
 
 
-@kernel()
-def _foremost_slab(mapped, beside, slot, normal, radius, foremost, sign, s):
-    fn, _, lattice, _, points, slabs, _ = mapped.content
+@kernel(inner=True)
+def _foremost_slab(s, mapped, beside, slot, normal, radius, foremost, sign):
+    functions, lattice = mapped.functions, mapped.lattice
+    points, slabs = mapped.points, mapped.slabs
     half, scale, exponent = radius
     x = points.position
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        if beside[signed] < 0:
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        if beside[q] < 0:
             break
-        p = uintp(beside[signed])
-        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
-        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
-        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
-        start = i * stride[0] + j * stride[1] + k * stride[2]
+        p = uintp(beside[q])
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
         r = half if half >= 0.0 else 0.5 * (points.volume[p] * scale) ** exponent
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
-                    e = slot[start + a * stride[0] + b * stride[1] + c * stride[2]]
+                    e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
                         along = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
                         foremost[e] = max(foremost[e], sign * along + r)
 
 
-@kernel(parallel=True)
+@kernel()
 def foremost_along(n, mapped, beside, slot, normal, radius, foremost, sign):
     """How far the points beside the nodes reach along sign times the normals [m], each with its own extent; (n,)."""
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _foremost_slab(mapped, beside, slot, normal, radius, foremost, sign, 2 * half + colour)
+    parallel_by_colour(_foremost_slab, n, mapped, beside, slot, normal, radius, foremost, sign)
 
 
 @kernel()

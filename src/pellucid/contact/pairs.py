@@ -35,8 +35,12 @@ class ContactPair:
         self.name, self._kind, self._friction = name, kind, friction
         self.detection, self._bodies = ContactDetection((fields[0].grid, fields[1].grid), bodies), bodies
         self._fields = fields
-        self._sides = [Bundle(field.grid.nodes, field.external, field.moves_points) for field in fields]
+        self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
         self._mobility, self._impulse = np.zeros((2, 0, 3)), np.zeros((0, 3))
+
+    @property
+    def _chunks(self) -> int:
+        return len(self._impulse) // impulses.CHUNK + 1
 
     def detect(self) -> None:
         """Find where the fields touch, after the bodies gave their mass to the nodes."""
@@ -45,7 +49,8 @@ class ContactPair:
         self._mobility, self._impulse = np.empty((2, n, 3)), np.zeros((n, 3))
         for mobility, field in zip(self._mobility, self._fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
-            impulses.measure_mobility(self.detection.node, nodes.mass, nodes.constrained, driven_mass, mobility)
+            held = nodes.constrained, driven_mass
+            impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *held, mobility)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both fields, each with the nodes at which the fields touch, shape (n,)."""
@@ -57,12 +62,13 @@ class ContactPair:
         where, (one, other) = (self.detection.node, self.detection.normal), (field.grid.nodes for field in self._fields)
         first = (one.velocity, one.velocity_increment, one.strain_velocity)
         second = (other.velocity, other.velocity_increment, other.strain_velocity)
-        impulses.resolve(self._kind, self._friction, *where, first, second, *self._mobility, self._impulse)
+        impulses.resolve(self._chunks, self._kind, self._friction, *where, first, second, *self._mobility, self._impulse)
 
     def project(self) -> None:
         """The same for the velocities that strain the points, which does no work."""
         where, (one, other) = (self.detection.node, self.detection.normal), (field.grid.nodes for field in self._fields)
-        impulses.stop_approach(self._kind, self._friction, *where, one.strain_velocity, other.strain_velocity, *self._mobility)
+        sides = one.strain_velocity, other.strain_velocity
+        impulses.stop_approach(self._chunks, self._kind, self._friction, *where, *sides, *self._mobility)
 
     def impulse(self) -> np.ndarray:
         """On the first field over this step [N s], shape (3,)."""
@@ -70,21 +76,19 @@ class ContactPair:
 
     def works(self, gravity: tuple[float, float, float], dt: float, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
-        chunks = len(self._impulse) // impulses.CHUNK + 1
-        works = np.zeros((chunks, row))
+        works = np.zeros((self._chunks, row))
         for side, mobility, sign in zip(self._sides, self._mobility, SIGNS, strict=True):
-            impulses.sum_works(chunks, side, self.detection.node, mobility, self._impulse, sign, gravity, dt, works)
+            impulses.sum_works(self._chunks, side, self.detection.node, mobility, self._impulse, sign, gravity, dt, works)
         return ordered_sum(works)
 
     def work_on_points(self) -> float:
         """Work of the impulses of this step on points that the grid moves [J], when their momentum is on the nodes anew."""
-        chunks = len(self._impulse) // impulses.CHUNK + 1
-        work = np.zeros((chunks, 1))
+        work = np.zeros((self._chunks, 1))
         for field, mobility, sign in zip(self._fields, self._mobility, SIGNS, strict=True):
             if field.moves_points:
                 nodes = field.grid.nodes
                 moved = nodes.mass, nodes.momentum, nodes.velocity, nodes.velocity_increment
-                impulses.work_on_points(chunks, self.detection.node, mobility, self._impulse, sign, *moved, work)
+                impulses.work_on_points(self._chunks, self.detection.node, mobility, self._impulse, sign, *moved, work)
         return float(ordered_sum(work)[0])
 
 

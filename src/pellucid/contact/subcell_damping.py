@@ -9,11 +9,12 @@ along n, the direction of the whole impulse. Where Δv « σ, what it takes over
 
 from math import sqrt
 
-from numba import prange
-from numpy import uintp
-
-from pellucid.approximants.axis import axis_weights
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.parallel import parallel_by_colour, parallel_for
+
+CHUNK = 4096  # nodes of the grid that a thread takes at a time
 
 
 @pointwise
@@ -31,43 +32,54 @@ def _against_mean(v, contact, mean, I):
     return v[0] * contact[I, 0] + v[1] * contact[I, 1] + v[2] * contact[I, 2] - mean[I]
 
 
-@kernel()
-def _measure_slab(mapped, mean, fluctuation, s):
-    fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    x, contact = points.position, nodes.velocity_increment
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
-        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
-        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+@kernel(inner=True)
+def _mean_chunk(chunk, contact, momentum, mass, mean, fluctuation):
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+        c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
+        fluctuation[I] = mean[I] = 0.0
+        if mass[I] > 0.0 and (c0 != 0.0 or c1 != 0.0 or c2 != 0.0):
+            mean[I] = (momentum[I, 0] * c0 + momentum[I, 1] * c1 + momentum[I, 2] * c2) / mass[I]
+
+
+@kernel(inner=True)
+def _part_chunk(chunk, contact, mass, fluctuation):
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+        if fluctuation[I] > 0.0:
+            square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
+            fluctuation[I] = part_taken(fluctuation[I] / (mass[I] * square), sqrt(square)) / square
+
+
+@kernel(inner=True)
+def _measure_slab(s, mapped, mean, fluctuation):
+    functions, lattice, contact, index = mapped.functions, mapped.lattice, mapped.nodes.velocity_increment, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about = stencil(functions, lattice, points.position, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
         m, v = points.mass[p], (points.velocity[p, 0], points.velocity[p, 1], points.velocity[p, 2])
         for a in range(len(wx)):
             for b in range(len(wy)):
-                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
                 for c in range(len(wz)):
-                    I = uintp(row + c * stride[2])
+                    I = node_at(about, lattice, a, b, c)
                     along = _against_mean(v, contact, mean, I)  # 0 where contact does not press: cheaper than to ask
                     fluctuation[I] += wx[a] * wy[b] * wz[c] * m * along * along
 
 
-@kernel()
-def _loss_slab(mapped, mean, taken, loss, s):
-    fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    x, velocity, contact = points.position, points.velocity, nodes.velocity_increment
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        i, wx, _ = axis_weights(fn[0], (x[p, 0] - low[0]) * h, n[0])
-        j, wy, _ = axis_weights(fn[1], (x[p, 1] - low[1]) * h, n[1])
-        k, wz, _ = axis_weights(fn[2], (x[p, 2] - low[2]) * h, n[2])
+@kernel(inner=True)
+def _loss_slab(s, mapped, mean, taken, loss):
+    functions, lattice, contact, index = mapped.functions, mapped.lattice, mapped.nodes.velocity_increment, mapped.index
+    points, slabs, velocity = mapped.points, mapped.slabs, mapped.points.velocity
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about = stencil(functions, lattice, points.position, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
         v = (velocity[p, 0], velocity[p, 1], velocity[p, 2])
         lx = ly = lz = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):
-                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
                 for c in range(len(wz)):
-                    I = uintp(row + c * stride[2])
+                    I = node_at(about, lattice, a, b, c)
                     part = wx[a] * wy[b] * wz[c] * taken[I] * _against_mean(v, contact, mean, I)
                     lx += part * contact[I, 0]
                     ly += part * contact[I, 1]
@@ -75,7 +87,7 @@ def _loss_slab(mapped, mean, taken, loss, s):
         loss[p, 0], loss[p, 1], loss[p, 2] = lx, ly, lz
 
 
-@kernel(parallel=True)
+@kernel()
 def damp_subcell_motion(n, mapped, scratch, loss):
     """What contact takes from the nodes of n slabs of their velocities against the mean about them [m/s], into loss, (n, 3).
 
@@ -83,20 +95,10 @@ def damp_subcell_motion(n, mapped, scratch, loss):
     momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum
     stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). scratch: room of shape (2, nodes of the grid).
     """
-    nodes = mapped.content[3]
-    contact, momentum, mass = nodes.velocity_increment, nodes.momentum, nodes.mass
+    contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
     mean, fluctuation = scratch[0], scratch[1]
-    for I in prange(len(mass)):
-        c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
-        fluctuation[I] = mean[I] = 0.0
-        if mass[I] > 0.0 and (c0 != 0.0 or c1 != 0.0 or c2 != 0.0):
-            mean[I] = (momentum[I, 0] * c0 + momentum[I, 1] * c1 + momentum[I, 2] * c2) / mass[I]
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _measure_slab(mapped, mean, fluctuation, 2 * half + colour)
-    for I in prange(len(mass)):
-        if fluctuation[I] > 0.0:
-            square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
-            fluctuation[I] = part_taken(fluctuation[I] / (mass[I] * square), sqrt(square)) / square
-    for s in prange(n):
-        _loss_slab(mapped, mean, fluctuation, loss, s)
+    chunks = (len(mass) + CHUNK - 1) // CHUNK
+    parallel_for(_mean_chunk, chunks, contact, momentum, mass, mean, fluctuation)
+    parallel_by_colour(_measure_slab, n, mapped, mean, fluctuation)
+    parallel_for(_part_chunk, chunks, contact, mass, fluctuation)
+    parallel_for(_loss_slab, n, mapped, mean, fluctuation, loss)

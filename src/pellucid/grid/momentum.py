@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from pellucid.energy import (
     ABSORBED,
@@ -20,6 +19,7 @@ from pellucid.energy import (
 from pellucid.grid.lattice import Nodes
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
 from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
@@ -55,9 +55,20 @@ def external_action(n_nodes: int, n_loads: int, loaded: bool, absorbs: bool, dri
     return ExternalAction(loads, absorption, *(np.zeros((n_nodes if driven else 0, 3)) for _ in range(3)))
 
 
-@kernel()
-def _advance_chunk(bundle, chunk, dt, small, flip):
-    nodes, walls, mirror, gravity, external, work = bundle.content
+class AdvancedNodes(NamedTuple):
+    """The nodes of a velocity field and what acts on them, as kernels take them."""
+
+    nodes: Nodes
+    supports: Supports
+    gravity: tuple[float, float, float]  # [m/s²]
+    external: ExternalAction
+    work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
+
+
+@kernel(inner=True)
+def _advance_chunk(chunk, field, dt, small, flip):
+    nodes, walls, mirror, gravity = field.nodes, field.supports.velocity, field.supports.mirror, field.gravity
+    external, work = field.external, field.work
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
     loads, absorbing, driven = external.loads, len(external.absorption) > 0, len(external.driven_mass) > 0
@@ -130,15 +141,14 @@ def _advance_chunk(bundle, chunk, dt, small, flip):
     work[chunk, columns] = total
 
 
-@kernel(parallel=True)
-def _advance(chunks, bundle, dt, small, flip):
-    for chunk in prange(chunks):
-        _advance_chunk(bundle, chunk, dt, small, flip)
-
-
 @kernel()
-def _project_chunk(bundle, chunk):
-    nodes, walls, _, _, external, _ = bundle.content
+def _advance(chunks, field, dt, small, flip):
+    parallel_for(_advance_chunk, chunks, field, dt, small, flip)
+
+
+@kernel(inner=True)
+def _project_chunk(chunk, field):
+    nodes, walls, external = field.nodes, field.supports.velocity, field.external
     mass, momentum, strain_velocity, constrained = nodes.mass, nodes.momentum, nodes.strain_velocity, nodes.constrained
     driven = len(external.driven_mass) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
@@ -155,10 +165,9 @@ def _project_chunk(bundle, chunk):
                 strain_velocity[I, d] = v
 
 
-@kernel(parallel=True)
-def _project(chunks, bundle):
-    for chunk in prange(chunks):
-        _project_chunk(bundle, chunk)
+@kernel()
+def _project(chunks, field):
+    parallel_for(_project_chunk, chunks, field)
 
 
 class NodalMomentum:
@@ -182,7 +191,7 @@ class NodalMomentum:
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
         self._columns = FIRST_LOAD + len(external.loads)
         self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
-        self._bundle = Bundle(nodes, supports.velocity, supports.mirror, gravity, external, self._sums)
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, self._sums))
 
     def advance(self, dt: float) -> StepWork:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""

@@ -1,14 +1,14 @@
 """Sorting points by cell and sharing them out in slabs."""
 
 import numpy as np
-from numba import prange
 
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
-from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
 
 MOST_SLABS = 64
+CHUNK = 4096  # points that a thread reorders at a time
 
 
 @kernel()
@@ -37,16 +37,14 @@ def _order_by_cell(position, lattice, layer_count):
     return order
 
 
-@kernel(parallel=True)
-def _reorder_rows(n, bundle):
-    for chunk in prange((n + 4095) // 4096):
-        _reorder_chunk(bundle, 4096 * chunk, min(4096 * (chunk + 1), n))
-
-
 @kernel()
-def _reorder_chunk(bundle, first, last):
-    source, target, order = bundle.content
-    for p in range(first, last):
+def _reorder_rows(chunks, source, target, order):
+    parallel_for(_reorder_chunk, chunks, source, target, order)
+
+
+@kernel(inner=True)
+def _reorder_chunk(chunk, source, target, order):
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(order))):
         for c in range(source.shape[1]):
             target[p, c] = source[order[p], c]
 
@@ -63,7 +61,7 @@ def sort_by_cell(arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], 
             rows = array.reshape(len(array), -1)
             key = rows.shape[1] if rows.dtype == np.float64 else -rows.shape[1]
             spare = scratch.setdefault(key, np.empty_like(rows))
-            _reorder_rows(len(rows), Bundle(rows, spare, order))
+            _reorder_rows((len(rows) + CHUNK - 1) // CHUNK, rows, spare, order)
             rows[...] = spare
     edges = _slab_edges(layers, 3 if stencil == 2 else 5)
     return empty_slabs(layers[edges], edges)

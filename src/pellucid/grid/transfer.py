@@ -1,20 +1,17 @@
 """Transfers between points and nodes: scatter and gather, generic in shape functions, transfer and law.
 
 Work is shared by slabs of cells. Slabs of one colour never reach the same node, so no scatter needs atomics, and every nodal
-sum is added in the order of the points: the same bits on any number of threads. Sums over tensor products are factored line by
-line (along z), which halves the work of the plain triple loop.
+sum is added in the order of the points: the same bits on any number of threads.
 
-The kernels take a body as a bundle: `mapped` is (functions, transfer, lattice, nodes, points, slabs, affine), `strained` is
-(functions, lattice, nodes, points, slabs, law, state arrays). Flags are integers 0 or 1. Indices are unsigned, which spares
-numba's question whether they count from the end.
+The kernels take a body as the bundle of its `MappedPoints`. Flags are integers 0 or 1.
 """
 
 from math import inf, sqrt
+from typing import Any, NamedTuple
 
-from numba import prange
-from numpy import uintp
+from numpy import intp
 
-from pellucid.approximants.axis import affine_weights, axis_weights
+from pellucid.approximants.axis import affine_weights
 from pellucid.grid.points import (
     HEATING,
     INVERTED,
@@ -28,69 +25,54 @@ from pellucid.grid.points import (
     RATE,
     SPEED,
     STORED,
+    MappedPoints,
+    place_of,
+)
+from pellucid.grid.stencil import (
+    add_internal_force,
+    add_momentum,
+    add_scalar,
+    gather,
+    gather_with_gradient,
+    node_at,
+    stencil,
 )
 from pellucid.grid.velocity_transfer import affine_of, affine_velocity, new_velocity
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
 from pellucid.materials.point_state import load, store
 
 
-@kernel()
-def _scatter_slab(mapped, s, inertia, force):
-    fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
-    first, last = slabs.first[s], slabs.first[s + 1]
-    x, v, sig = points.position, points.velocity, points.stress
-    mass, momentum, f = nodes.mass, nodes.momentum, nodes.force
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(first, last):
-        p = uintp(signed)
-        X = (x[p, 0] - low[0]) * h
-        Y = (x[p, 1] - low[1]) * h
-        Z = (x[p, 2] - low[2]) * h
-        i, wx, gx = axis_weights(fn[0], X, n[0])
-        j, wy, gy = axis_weights(fn[1], Y, n[1])
-        k, wz, gz = axis_weights(fn[2], Z, n[2])
-        start = i * stride[0] + j * stride[1] + k * stride[2]
+class StrainedPoints(NamedTuple):
+    """Points that the velocity gradient strains, and their law."""
+
+    mapped: MappedPoints
+    law: Any
+    state: Any  # arrays of what the law carries
+
+
+@kernel(inner=True)
+def _scatter_slab(s, mapped, inertia, force):
+    functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
+    points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
+    v = points.velocity
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about = stencil(functions, lattice, points.position, p)
         if inertia:
-            C = affine_of(transfer, affine, p)
             m = points.mass[p]
-            for a in range(len(wx)):
-                dx = (i + a - X) * lattice.cell
-                for b in range(len(wy)):
-                    dy = (j + b - Y) * lattice.cell
-                    row = start + a * stride[0] + b * stride[1]
-                    wm = wx[a] * wy[b] * m
-                    for c in range(len(wz)):
-                        dz = (k + c - Z) * lattice.cell
-                        I = uintp(row + c * stride[2])
-                        w = wm * wz[c]
-                        mass[I] += w
-                        momentum[I, 0] += w * affine_velocity(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
-                        momentum[I, 1] += w * affine_velocity(transfer, v[p, 1], C[3], C[4], C[5], dx, dy, dz)
-                        momentum[I, 2] += w * affine_velocity(transfer, v[p, 2], C[6], C[7], C[8], dx, dy, dz)
+            add_scalar(about, lattice, nodes.mass, m)
+            C = affine_of(transfer, affine, p)
+            add_momentum(about, lattice, nodes.momentum, transfer, m, (v[p, 0], v[p, 1], v[p, 2]), C)
         if force:
-            V = -points.volume[p] * h
-            sxx, syy, szz = V * sig[p, 0], V * sig[p, 1], V * sig[p, 2]
-            syz, sxz, sxy = V * sig[p, 3], V * sig[p, 4], V * sig[p, 5]
-            for a in range(len(wx)):
-                for b in range(len(wy)):
-                    row = start + a * stride[0] + b * stride[1]
-                    w, dx, dy = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-                    tx, ty, tz = sxx * dx + sxy * dy, sxy * dx + syy * dy, sxz * dx + syz * dy
-                    ux, uy, uz = sxz * w, syz * w, szz * w
-                    for c in range(len(wz)):
-                        I = uintp(row + c * stride[2])
-                        f[I, 0] += tx * wz[c] + ux * gz[c]
-                        f[I, 1] += ty * wz[c] + uy * gz[c]
-                        f[I, 2] += tz * wz[c] + uz * gz[c]
+            add_internal_force(about, lattice, nodes.force, points.volume, points.stress, p)
 
 
-@kernel(parallel=True)
+@kernel()
 def scatter(n, mapped, inertia, force):
     """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) of n slabs to the nodes."""
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _scatter_slab(mapped, 2 * half + colour, inertia, force)
+    parallel_by_colour(_scatter_slab, n, mapped, inertia, force)
 
 
 @pointwise
@@ -108,39 +90,20 @@ def placed(lattice, x, p, dx, dy, dz, lowest, highest):
     return (LOST if abs(X + Y + Z) < inf else NOT_FINITE), beyond
 
 
-@kernel()
-def _update_velocities_slab(mapped, s, remap):
-    fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
-    x, v = points.position, points.velocity
-    momentum, new, dv = nodes.momentum, nodes.velocity, nodes.velocity_increment
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+@kernel(inner=True)
+def _update_velocities_slab(s, mapped, remap):
+    functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
+    points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
+    v = points.velocity
     kinetic = px = py = pz = speed = 0.0
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        X = (x[p, 0] - low[0]) * h
-        Y = (x[p, 1] - low[1]) * h
-        Z = (x[p, 2] - low[2]) * h
-        i, wx, _ = axis_weights(fn[0], X, n[0])
-        j, wy, _ = axis_weights(fn[1], Y, n[1])
-        k, wz, _ = axis_weights(fn[2], Z, n[2])
-        start = i * stride[0] + j * stride[1] + k * stride[2]
-        nx = ny = nz = cx = cy = cz = 0.0
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                row = start + a * stride[0] + b * stride[1]
-                w = wx[a] * wy[b]
-                for c in range(len(wz)):
-                    I = uintp(row + c * stride[2])
-                    W = w * wz[c]
-                    nx += W * new[I, 0]
-                    ny += W * new[I, 1]
-                    nz += W * new[I, 2]
-                    cx += W * dv[I, 0]
-                    cy += W * dv[I, 1]
-                    cz += W * dv[I, 2]
-        vx = new_velocity(transfer, v[p, 0], nx, cx)
-        vy = new_velocity(transfer, v[p, 1], ny, cy)
-        vz = new_velocity(transfer, v[p, 2], nz, cz)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about = stencil(functions, lattice, points.position, p)
+        new = gather(about, lattice, nodes.velocity)
+        change = gather(about, lattice, nodes.velocity_increment)
+        vx = new_velocity(transfer, v[p, 0], new[0], change[0])
+        vy = new_velocity(transfer, v[p, 1], new[1], change[1])
+        vz = new_velocity(transfer, v[p, 2], new[2], change[2])
         v[p, 0] = vx
         v[p, 1] = vy
         v[p, 2] = vz
@@ -153,19 +116,7 @@ def _update_velocities_slab(mapped, s, remap):
         speed += m * sqrt(vv)
         if remap:
             C = affine_of(transfer, affine, p)
-            for a in range(len(wx)):
-                dx = (i + a - X) * lattice.cell
-                for b in range(len(wy)):
-                    dy = (j + b - Y) * lattice.cell
-                    row = start + a * stride[0] + b * stride[1]
-                    wm = wx[a] * wy[b] * m
-                    for c in range(len(wz)):
-                        dz = (k + c - Z) * lattice.cell
-                        I = uintp(row + c * stride[2])
-                        w = wm * wz[c]
-                        momentum[I, 0] += w * affine_velocity(transfer, vx, C[0], C[1], C[2], dx, dy, dz)
-                        momentum[I, 1] += w * affine_velocity(transfer, vy, C[3], C[4], C[5], dx, dy, dz)
-                        momentum[I, 2] += w * affine_velocity(transfer, vz, C[6], C[7], C[8], dx, dy, dz)
+            add_momentum(about, lattice, nodes.momentum, transfer, m, (vx, vy, vz), C)
     slabs.sums[s, KINETIC] = kinetic
     slabs.sums[s, MOMENTUM_X] = px
     slabs.sums[s, MOMENTUM_Y] = py
@@ -173,118 +124,64 @@ def _update_velocities_slab(mapped, s, remap):
     slabs.sums[s, SPEED] = speed
 
 
-@kernel(parallel=True)
+@kernel()
 def update_velocities(n, mapped, remap):
     """New velocities of the points; where `remap` (MUSL) their momentum on the nodes anew."""
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _update_velocities_slab(mapped, 2 * half + colour, remap)
+    parallel_by_colour(_update_velocities_slab, n, mapped, remap)
 
 
-@kernel()
-def _gather_affine_slab(mapped, new, s):
-    fn, _, lattice, _, points, slabs, affine = mapped.content
-    first, last = slabs.first[s], slabs.first[s + 1]
-    x = points.position
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(first, last):
-        p = uintp(signed)
-        X = (x[p, 0] - low[0]) * h
-        Y = (x[p, 1] - low[1]) * h
-        Z = (x[p, 2] - low[2]) * h
-        i, wx, gx = axis_weights(fn[0], X, n[0])
-        j, wy, gy = axis_weights(fn[1], Y, n[1])
-        k, wz, gz = axis_weights(fn[2], Z, n[2])
-        bx = affine_weights(fn[0], i - X, wx, gx)
-        by = affine_weights(fn[1], j - Y, wy, gy)
-        bz = affine_weights(fn[2], k - Z, wz, gz)
+@kernel(inner=True)
+def _gather_affine_slab(s, mapped, new):
+    functions, lattice, affine, index = mapped.functions, mapped.lattice, mapped.affine, mapped.index
+    points, slabs, h = mapped.points, mapped.slabs, mapped.lattice.inverse_cell
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about = stencil(functions, lattice, points.position, p)
+        wx, wy, wz, first, place = about.wx, about.wy, about.wz, about.first, about.place
+        bx = affine_weights(functions[0], first[0] - place[0], wx, about.gx)
+        by = affine_weights(functions[1], first[1] - place[1], wy, about.gy)
+        bz = affine_weights(functions[2], first[2] - place[2], wz, about.gz)
         affine[p, :] = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):
-                row = i * stride[0] + j * stride[1] + k * stride[2] + a * stride[0] + b * stride[1]
                 for c in range(len(wz)):
-                    I = uintp(row + c * stride[2])
+                    I = node_at(about, lattice, a, b, c)
                     for d in range(3):
                         affine[p, 3 * d] += h * bx[a] * wy[b] * wz[c] * new[I, d]
                         affine[p, 3 * d + 1] += h * wx[a] * by[b] * wz[c] * new[I, d]
                         affine[p, 3 * d + 2] += h * wx[a] * wy[b] * bz[c] * new[I, d]
 
 
-@kernel(parallel=True)
+@kernel()
 def gather_affine(n, mapped, new):
     """The affine field of the nodal velocity `new` [m/s], shape (nodes, 3), about each point, for APIC."""
-    for s in prange(n):
-        _gather_affine_slab(mapped, new, s)
+    parallel_for(_gather_affine_slab, n, mapped, new)
 
 
-@pointwise
-def gathered(fn, lattice, strain_velocity, new, X, Y, Z):
-    """Gradient of the nodal `strain_velocity` [1/s], a 9-tuple, and the velocity `new` [m/s] at (X, Y, Z), in cells."""
-    h, n, stride = lattice.inverse_cell, lattice.counts, lattice.strides
-    i, wx, gx = axis_weights(fn[0], X, n[0])
-    j, wy, gy = axis_weights(fn[1], Y, n[1])
-    k, wz, gz = axis_weights(fn[2], Z, n[2])
-    start = i * stride[0] + j * stride[1] + k * stride[2]
-    xx = xy = xz = yx = yy = yz = zx = zy = zz = nx = ny = nz = 0.0
-    for a in range(len(wx)):
-        for b in range(len(wy)):
-            row = start + a * stride[0] + b * stride[1]
-            lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
-            for c in range(len(wz)):
-                I = uintp(row + c * stride[2])
-                lx += wz[c] * strain_velocity[I, 0]
-                ly += wz[c] * strain_velocity[I, 1]
-                lz += wz[c] * strain_velocity[I, 2]
-                dx += gz[c] * strain_velocity[I, 0]
-                dy += gz[c] * strain_velocity[I, 1]
-                dz += gz[c] * strain_velocity[I, 2]
-                mx += wz[c] * new[I, 0]
-                my += wz[c] * new[I, 1]
-                mz += wz[c] * new[I, 2]
-            w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-            xx += gX * lx
-            xy += gY * lx
-            xz += w * dx
-            yx += gX * ly
-            yy += gY * ly
-            yz += w * dy
-            zx += gX * lz
-            zy += gY * lz
-            zz += w * dz
-            nx += w * mx
-            ny += w * my
-            nz += w * mz
-    L = (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
-    return L, nx, ny, nz
-
-
-@kernel()
-def _update_stress_slab(strained, s, dt, move):
-    fn, lattice, nodes, points, slabs, law, state_arrays = strained.content
-    x, v = points.position, points.velocity
-    mass, volume = points.mass, points.volume
-    new, strain_velocity = nodes.velocity, nodes.strain_velocity
-    h, low = lattice.inverse_cell, lattice.lower
+@kernel(inner=True)
+def _update_stress_slab(s, strained, dt, move):
+    mapped, law, arrays = strained.mapped, strained.law, strained.state
+    functions, lattice, nodes, index = mapped.functions, mapped.lattice, mapped.nodes, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    x, v, mass, volume = points.position, points.velocity, points.mass, points.volume
+    h = lattice.inverse_cell
     stored = heating = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        X = (x[p, 0] - low[0]) * h
-        Y = (x[p, 1] - low[1]) * h
-        Z = (x[p, 2] - low[2]) * h
-        L, nx, ny, nz = gathered(fn, lattice, strain_velocity, new, X, Y, Z)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        L, new = gather_with_gradient(stencil(functions, lattice, x, p), lattice, nodes.strain_velocity, nodes.velocity)
         fault = OK
         if move:
-            fault, beyond = placed(lattice, x, p, dt * nx, dt * ny, dt * nz, lowest, highest)
+            fault, beyond = placed(lattice, x, p, dt * new[0], dt * new[1], dt * new[2], lowest, highest)
             left_slab |= beyond
         growth = volume_growth(law, L, dt)
         if growth > 0.0:
             volume[p] *= growth
             m = mass[p]
             density = m / volume[p]
-            state = update(law, load(state_arrays, p), density, L, dt, lattice.cell)
-            store(state_arrays, p, state)
+            state = update(law, load(arrays, p), density, L, dt, lattice.cell)
+            store(arrays, p, state)
             energy = stored_energy(law, state, density)
             c = signal_speed(law, state, density, L, lattice.cell)
             speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
@@ -297,7 +194,7 @@ def _update_stress_slab(strained, s, dt, move):
             fault = INVERTED if growth <= 0.0 else NOT_FINITE
         if fault != OK and first_fault == OK:
             first_fault = fault
-            at_fault = signed
+            at_fault = intp(p)  # type: ignore[assignment]
     slabs.left_slab[s] = left_slab
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault
@@ -306,50 +203,48 @@ def _update_stress_slab(strained, s, dt, move):
     slabs.sums[s, RATE] = rate
 
 
-@kernel(parallel=True)
-def update_stress(n, strained, dt, move):
-    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, HEATING, RATE of the sums."""
-    for s in prange(n):
-        _update_stress_slab(strained, s, dt, move)
-
-
 @kernel()
-def _update_positions_slab(mapped, velocity, s, dt):
-    fn, _, lattice, _, points, slabs, _ = mapped.content
-    x = points.position
-    h, low = lattice.inverse_cell, lattice.lower
+def update_stress(n, strained, dt, move):
+    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, HEATING, RATE of the sums.
+
+    strained: the bundle of `StrainedPoints`.
+    """
+    parallel_for(_update_stress_slab, n, strained, dt, move)
+
+
+@kernel(inner=True)
+def _update_positions_slab(s, mapped, velocity, dt):
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        X = (x[p, 0] - low[0]) * h
-        Y = (x[p, 1] - low[1]) * h
-        Z = (x[p, 2] - low[2]) * h
-        _, vx, vy, vz = gathered(fn, lattice, velocity, velocity, X, Y, Z)
-        fault, beyond = placed(lattice, x, p, dt * vx, dt * vy, dt * vz, lowest, highest)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        _, v = gather_with_gradient(stencil(functions, lattice, x, p), lattice, velocity, velocity)
+        fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], lowest, highest)
         left_slab |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
-            at_fault = signed
+            at_fault = intp(p)  # type: ignore[assignment]
     slabs.left_slab[s] = left_slab
     if first_fault != OK:  # what `update_stress` found earlier in the step stays
         slabs.fault[s, 0] = first_fault
         slabs.fault[s, 1] = at_fault
 
 
-@kernel(parallel=True)
+@kernel()
 def update_positions(n, mapped, velocity, dt):
     """New positions alone, by nodal velocities [m/s], shape (nodes, 3), for what is strained otherwise or before it moves."""
-    for s in prange(n):
-        _update_positions_slab(mapped, velocity, s, dt)
+    parallel_for(_update_positions_slab, n, mapped, velocity, dt)
 
 
-@kernel()
-def _sum_slab(mapped, s):
-    _, _, _, _, points, slabs, _ = mapped.content
+@kernel(inner=True)
+def _sum_slab(s, mapped):
+    points, slabs, index = mapped.points, mapped.slabs, mapped.index
     v = points.velocity
     kinetic = px = py = pz = speed = 0.0
-    for p in range(slabs.first[s], slabs.first[s + 1]):
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
         m = points.mass[p]
         vv = v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2]
         kinetic += 0.5 * m * vv
@@ -364,42 +259,36 @@ def _sum_slab(mapped, s):
     slabs.sums[s, SPEED] = speed
 
 
-@kernel(parallel=True)
+@kernel()
 def sum_motion(n, mapped):
     """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
-    for s in prange(n):
-        _sum_slab(mapped, s)
+    parallel_for(_sum_slab, n, mapped)
 
 
-@kernel()
-def _scatter_momentum_slab(mapped, s):
-    fn, transfer, lattice, nodes, points, slabs, affine = mapped.content
-    x, v, momentum = points.position, points.velocity, nodes.momentum
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        X, Y, Z = (x[p, 0] - low[0]) * h, (x[p, 1] - low[1]) * h, (x[p, 2] - low[2]) * h
-        i, wx, _ = axis_weights(fn[0], X, n[0])
-        j, wy, _ = axis_weights(fn[1], Y, n[1])
-        k, wz, _ = axis_weights(fn[2], Z, n[2])
+@kernel(inner=True)
+def _scatter_momentum_slab(s, mapped):
+    functions, transfer, lattice, index = mapped.functions, mapped.transfer, mapped.lattice, mapped.index
+    points, slabs, affine, momentum = mapped.points, mapped.slabs, mapped.affine, mapped.nodes.momentum
+    v = points.velocity
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        about = stencil(functions, lattice, points.position, p)
+        wx, wy, wz, first, place = about.wx, about.wy, about.wz, about.first, about.place
         C = affine_of(transfer, affine, p)
         for a in range(len(wx)):
-            dx = (i + a - X) * lattice.cell
+            dx = (first[0] + a - place[0]) * lattice.cell
             for b in range(len(wy)):
-                dy = (j + b - Y) * lattice.cell
-                row = (i + a) * stride[0] + (j + b) * stride[1] + k * stride[2]
+                dy = (first[1] + b - place[1]) * lattice.cell
                 for c in range(len(wz)):
-                    dz = (k + c - Z) * lattice.cell
-                    I = uintp(row + c * stride[2])
-                    w = wx[a] * wy[b] * wz[c] * points.mass[p]
+                    dz = (first[2] + c - place[2]) * lattice.cell
+                    I = node_at(about, lattice, a, b, c)
+                    w = wx[a] * wy[b] * wz[c] * points.mass[p]  # in this order: `add_momentum` rounds otherwise
                     momentum[I, 0] += w * affine_velocity(transfer, v[p, 0], C[0], C[1], C[2], dx, dy, dz)
                     momentum[I, 1] += w * affine_velocity(transfer, v[p, 1], C[3], C[4], C[5], dx, dy, dz)
                     momentum[I, 2] += w * affine_velocity(transfer, v[p, 2], C[6], C[7], C[8], dx, dy, dz)
 
 
-@kernel(parallel=True)
+@kernel()
 def scatter_momentum(n, mapped):
     """Momentum of the points of n slabs to the nodes, after their velocities were changed (MUSL)."""
-    for colour in range(2):
-        for half in prange((n + 1 - colour) // 2):
-            _scatter_momentum_slab(mapped, 2 * half + colour)
+    parallel_by_colour(_scatter_momentum_slab, n, mapped)

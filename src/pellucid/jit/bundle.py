@@ -1,56 +1,111 @@
-"""A tuple of anything as one opaque argument of a parallel loop.
+"""A named tuple as one argument of kernels, whose compiled form is made once.
 
-Numba takes tuples that enter a `prange` body apart and fails where they nest. A `Bundle` is compiled as a structure with one
-member, which passes untouched.
+Numba takes a tuple apart at every call, member by member, with code of its own in every kernel that Python calls. A `Bundle` is
+taken apart once, into memory that it keeps; kernels take the address, and read the members by name.
 """
 
+from functools import cache
 from typing import Any
 
-from numba.core import types
-from numba.extending import NativeValue, make_attribute_wrapper, models, register_model, typeof_impl, unbox
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+from numba.np.numpy_support import as_dtype
+
+ADDRESS = ir.IntType(8).as_pointer()
 
 
 class Bundle:
-    """Holds `content`, a tuple. Its compiled type is found once, so a bundle that is kept costs little to pass."""
+    """Holds `content`, a named tuple of arrays, numbers and tuples of these; its members are those of the bundle too."""
 
-    __slots__ = ("compiled_type", "content")
+    __slots__ = ("address", "compiled_type", "content", "memory")
+    address: int
+    memory: np.ndarray
 
-    def __init__(self, *content: Any) -> None:
+    def __init__(self, content: Any) -> None:
         self.content = content
         self.compiled_type: BundleType | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.content, name)
 
 
 class BundleType(types.Type):
     """The compiled type of a `Bundle`."""
 
     def __init__(self, content: types.Type) -> None:
-        self.content = content
+        self.content: Any = content
         super().__init__(name=f"Bundle({content})")
 
 
 @typeof_impl.register(Bundle)
 def _typeof(value: Bundle, context: Any) -> BundleType:
     if value.compiled_type is None:
-        value.compiled_type = BundleType(typeof_impl(value.content, context))
+        content = typeof_impl(value.content, context)
+        value.memory = np.array(_native(value.content, content), dtype=_layout(content))
+        value.address = value.memory.ctypes.data
+        value.compiled_type = BundleType(content)
     return value.compiled_type
 
 
 @register_model(BundleType)
-class _BundleModel(models.StructModel):  # type: ignore[misc]
+class _BundleModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, bundle: BundleType) -> None:
-        super().__init__(manager, bundle, [("content", bundle.content)])
-
-
-make_attribute_wrapper(BundleType, "content", "content")
+        super().__init__(manager, bundle, ADDRESS)
 
 
 @unbox(BundleType)
 def _unbox(bundle: BundleType, value: Any, c: Any) -> NativeValue:
-    from numba.core import cgutils
+    number = c.pyapi.object_getattr_string(value, "address")
+    address = c.pyapi.long_as_voidptr(number)
+    c.pyapi.decref(number)
+    return NativeValue(address)
 
-    content = c.pyapi.object_getattr_string(value, "content")
-    native = c.unbox(bundle.content, content)
-    c.pyapi.decref(content)
-    structure = cgutils.create_struct_proxy(bundle)(c.context, c.builder)
-    structure.content = native.value
-    return NativeValue(structure._getvalue(), is_error=native.is_error, cleanup=native.cleanup)
+
+@infer_getattr
+class _Members(AttributeTemplate):  # type: ignore[misc]
+    key = BundleType
+
+    def generic_resolve(self, bundle: BundleType, name: str) -> types.Type | None:
+        fields = bundle.content.fields
+        return bundle.content[fields.index(name)] if name in fields else None
+
+
+@lower_getattr_generic(BundleType)
+def _member(context: Any, builder: Any, bundle: BundleType, address: Any, name: str) -> Any:
+    place = bundle.content.fields.index(name)
+    content = builder.bitcast(address, context.get_data_type(bundle.content).as_pointer())
+    return context.unpack_value(builder, bundle.content[place], cgutils.gep_inbounds(builder, content, 0, place))
+
+
+@cache
+def _layout(kind: Any) -> np.dtype[Any]:
+    """How the compiler lays a value of this type out in memory. Raises TypeError for what a bundle cannot hold."""
+    if isinstance(kind, types.Array):
+        dimensions = np.dtype([(f"f{axis}", np.intp) for axis in range(kind.ndim)])
+        names = ("meminfo", "parent", "nitems", "itemsize", "data")
+        return np.dtype([*((name, np.intp) for name in names), ("shape", dimensions), ("strides", dimensions)], align=True)
+    if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+        return np.dtype([(f"f{place}", _layout(part)) for place, part in enumerate(kind)], align=True)
+    if isinstance(kind, types.Integer | types.Float | types.Boolean):  # type: ignore[attr-defined]
+        return as_dtype(kind)
+    raise TypeError(f"a bundle cannot hold {kind}")
+
+
+def _native(value: Any, kind: Any) -> Any:
+    """What the compiler takes a value for; arrays count no references, since the bundle keeps them alive."""
+    if isinstance(kind, types.Array):
+        return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides
+    if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+        return tuple(_native(part, inner) for part, inner in zip(value, kind, strict=True))
+    return value

@@ -14,7 +14,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 _kernels: list[FunctionType] = []
 
 
-def kernel(parallel: bool = False, inline: bool = False, inner: bool = False) -> Callable[[Callable[..., Any]], Any]:
+def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Compile a loop over points or nodes; kept on disk for each state of the sources that it depends on.
 
     inner: a kernel that only other kernels call, which spares the compiler what Python needs to call it.
@@ -27,7 +27,6 @@ def kernel(parallel: bool = False, inline: bool = False, inner: bool = False) ->
 
         compiled = numba.njit(
             function,
-            parallel=parallel,
             inline="always" if inline else "never",
             error_model="numpy",
             fastmath={"contract"},

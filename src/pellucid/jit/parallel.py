@@ -12,33 +12,56 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 
-def _plain(kernel: Any, start: int, step: int, count: int, *arguments: Any) -> None:
-    for i in range(count):
-        kernel(start + i * step, *arguments)
+def _plain(kernel: Any, count: int, *arguments: Any) -> None:
+    for chunk in range(count):
+        kernel(chunk, *arguments)
+
+
+def _plain_by_colour(kernel: Any, count: int, *arguments: Any) -> None:
+    for colour in range(2):
+        for chunk in range(colour, count, 2):
+            kernel(chunk, *arguments)
 
 
 @intrinsic
-def _compiled(typing: Any, kernel: Any, start: Any, step: Any, count: Any, *arguments: Any) -> Any:
+def _compiled(typing: Any, kernel: Any, count: Any, *arguments: Any) -> Any:
+    return _loops(typing, kernel, arguments, lambda builder, count: [(0, 1, count)])
+
+
+@intrinsic
+def _compiled_by_colour(typing: Any, kernel: Any, count: Any, *arguments: Any) -> Any:
+    def shares(builder: Any, count: Any) -> list[tuple[int, int, Any]]:
+        odd = builder.ashr(count, INTP(1))
+        return [(0, 2, builder.sub(count, odd)), (1, 2, odd)]
+
+    return _loops(typing, kernel, arguments, shares)
+
+
+def _loops(typing: Any, kernel: Any, arguments: Any, shares: Any) -> Any:
+    """Type and code of loops over chunks, each from a first one on in steps, so many of them, as `shares` says."""
     from numba.np.ufunc.parallel import _launch_threads
 
     _launch_threads()  # the runtime's symbols are known from then on
     given = (types.intp, *arguments)
     kernel.get_call_type(typing, given, {})
     compiled = kernel.dispatcher.get_compile_result(types.none(*given))
-    signature = types.none(kernel, types.intp, types.intp, types.intp, types.StarArgTuple(arguments))  # type: ignore[attr-defined]
+    signature = types.none(kernel, types.intp, types.StarArgTuple(arguments))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        _, start, step, count, together = values
-        rest = cgutils.unpack_tuple(builder, together, len(arguments))
+        _, count, together = values
         library = context.active_code_library
         library.add_linking_library(compiled.library)
         library._reload_init.add(_launch_threads)  # also where the driver comes from the cache
-        packed = ir.LiteralStructType([start.type, step.type, *(value.type for value in rest)])
+        rest = cgutils.unpack_tuple(builder, together, len(arguments))
+        packed = ir.LiteralStructType([INTP, INTP, *(value.type for value in rest)])
         data = cgutils.alloca_once(builder, packed)
-        for place, value in enumerate((start, step, *rest)):
-            builder.store(value, cgutils.gep_inbounds(builder, data, 0, place))
+        for place, value in enumerate(rest):
+            builder.store(value, cgutils.gep_inbounds(builder, data, 0, place + 2))
         share = _share(context, builder.module, packed, compiled, given)
-        _launch(builder, share, count, data)
+        for first, step, number in shares(builder, count):
+            builder.store(INTP(first), cgutils.gep_inbounds(builder, data, 0, 0))
+            builder.store(INTP(step), cgutils.gep_inbounds(builder, data, 0, 1))
+            _launch(builder, share, number, data)
         return context.get_dummy_value()
 
     return signature, emit
@@ -88,4 +111,6 @@ def _launch(builder: Any, share: Any, count: Any, data: Any) -> None:
             builder.call(parallel_for, [*pointers, data, INTP(0), INTP(1), threads])
 
 
-parallel_for = _plain if numba.config.DISABLE_JIT else _compiled
+# Call a kernel with the number of each chunk from 0 to count - 1, and the arguments: in any order on the threads, or first the
+# even ones and then the odd ones. The kernel must return nothing; what it raises is lost.
+parallel_for, parallel_by_colour = (_plain, _plain_by_colour) if numba.config.DISABLE_JIT else (_compiled, _compiled_by_colour)

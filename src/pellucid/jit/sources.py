@@ -20,7 +20,6 @@ from llvmlite import __version__ as llvmlite_version
 from numba.core import types
 
 from pellucid.jit import registry
-from pellucid.jit.bundle import BundleType
 
 VERSIONED = ("numpy", "numba", "math", "builtins", "operator")  # what they hold follows from their version
 
@@ -78,8 +77,9 @@ def classes_in(kind: types.Type) -> Iterator[type]:
 
 def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
     """The types that a compiled type is made of."""
-    if isinstance(kind, BundleType):
-        return (kind.content,)
+    content = getattr(kind, "content", None)
+    if isinstance(content, types.Type):  # of a bundle
+        return (content,)
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
         return tuple(kind)
     if isinstance(kind, types.Optional):  # type: ignore[attr-defined]

@@ -5,11 +5,13 @@ from math import sqrt
 import numpy as np
 import pytest
 from scenes import GAS, RATE_SOLID, SOLID, advance, box, case, place, simulation
+from user_laws import KelvinVoigtMaterial
 
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.errors import CaseError, RunStopped
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.simulation import Simulation
 from pellucid.state import FIELDS
 
 every_function = pytest.mark.parametrize("functions", GRID_FUNCTIONS)
@@ -195,6 +197,23 @@ def test_strain_energy_of_unit_mass(material):
         ln_J = np.log(np.linalg.det(F))
         W = 0.5 * mu * ((F**2).sum(axis=(1, 2)) - 3.0) - mu * ln_J + 0.5 * lam * ln_J**2
         assert frame["strain_energy"] == pytest.approx(W / 1000.0, rel=1e-9, abs=1e-12)
+
+
+def test_a_law_of_a_user_moves_a_body():
+    """A Kelvin-Voigt solid swings out: what it loses is in a field of its own, and the energy budget closes."""
+    wave = {"amplitude": (0.5, 0, 0), "wave_vector": (1.0, 0.5, 0)}
+    plain = case(box((1, 1, 1), (3, 3, 3), SOLID, velocity_wave=wave), counts=(4, 4, 4), end=100.0, step=0.01)
+    elastic = SOLID | {"kind": "kelvin-voigt", "viscosity": 300.0}
+    viscous = plain.body[0].model_copy(update={"material": KelvinVoigtMaterial(**elastic)})
+    sim = Simulation(plain.model_copy(update={"body": (viscous,)}), threads=1)
+    kinetic = sim.bodies[0].totals.kinetic
+    body = advance(sim, 200).bodies[0]
+    heat = body.frame()["mass"] @ body.frame()["viscous_work"]
+    assert body.energy_kind == "internal"
+    assert 0.4 * kinetic < heat < kinetic
+    assert body.totals.stored > heat
+    assert "viscous_work" in viscous.probed
+    assert abs(sim.budget.energy_error()) < 0.02
 
 
 def test_a_shape_between_the_points_is_an_error():

@@ -39,8 +39,7 @@ class MaterialPoints(PointsOnGrid):
 
     def _share(self, slabs: Slabs) -> None:
         super()._share(slabs)
-        lattice, nodes = self.grid.lattice, self.grid.nodes
-        self._strained = Bundle(self.functions, lattice, nodes, self.points, slabs, self.law, self._state)
+        self._strained = Bundle(kernels.StrainedPoints(self.mapped.content, self.law, self._state))
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""

@@ -1,55 +1,63 @@
 """Nodal forces of membrane elements: stress, hourglass control, pressure.
 
-`surface` is the bundle of `pellucid.bodies.membrane_elements.strain`. Kernels over elements write the forces on their corners,
+`surface` is the bundle of `StrainedElements`. Kernels over elements write the forces on their corners,
 and a kernel over nodes adds them up in a fixed order: no atomics, the same bits on any number of threads.
 """
 
-from numba import prange
+from typing import NamedTuple
 
+import numpy as np
+
+from pellucid.bodies.membrane_elements.mesh import Fan
 from pellucid.bodies.membrane_elements.quadrilateral import press_quadrilateral, quadrilateral_forces, quadrilateral_stress
 from pellucid.bodies.membrane_elements.strain import elements_of
 from pellucid.bodies.membrane_elements.triangle import press_triangle, triangle_forces, triangle_stress
 from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
 
 
-@kernel()
-def _force_chunk(surface, x, forces, chunk):
-    corners, n_quads, _, _, _, _, _ = surface.content
-    first, middle, end = elements_of(chunk, n_quads, len(corners))
+@kernel(inner=True)
+def _force_chunk(chunk, surface, x, forces):
+    first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         quadrilateral_forces(surface, x, forces, e)
     for e in range(middle, end):
         triangle_forces(surface, x, forces, e)
 
 
-@kernel(parallel=True)
+@kernel()
 def internal_forces(chunks, surface, x, forces):
     """Forces of stress and hourglass control on the corners of each element [N], shape (m, 4, 3)."""
-    for chunk in prange(chunks):
-        _force_chunk(surface, x, forces, chunk)
+    parallel_for(_force_chunk, chunks, surface, x, forces)
 
 
-@kernel()
-def _press_chunk(surface, x, forces, chunk, pressure):
-    corners, n_quads, _, _, _, _, _ = surface.content
-    first, middle, end = elements_of(chunk, n_quads, len(corners))
+@kernel(inner=True)
+def _press_chunk(chunk, surface, x, forces, pressure):
+    first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         press_quadrilateral(surface, x, forces, e, pressure)
     for e in range(middle, end):
         press_triangle(surface, x, forces, e, pressure)
 
 
-@kernel(parallel=True)
+@kernel()
 def pressure_forces(chunks, surface, x, forces, pressure):
     """∫ p N_K n dA on the corners of each element [N], shape (m, 4, 3), exact for bilinear and linear surfaces."""
-    for chunk in prange(chunks):
-        _press_chunk(surface, x, forces, chunk, pressure)
+    parallel_for(_press_chunk, chunks, surface, x, forces, pressure)
 
 
-@kernel()
-def _add_range(about, corner_values, target, s):
-    first, number, fan = about.content
-    for p in range(first[s], first[s + 1]):
+class CornersAbout(NamedTuple):
+    """The corners of elements about each node."""
+
+    first: np.ndarray  # (ranges + 1,) nodes first[r]:first[r+1] are worked on together
+    number: np.ndarray  # (n,) of the node in the mesh
+    fan: Fan
+
+
+@kernel(inner=True)
+def _add_range(r, about, corner_values, target):
+    first, number, fan = about.first, about.number, about.fan
+    for p in range(first[r], first[r + 1]):
         K = number[p]
         for t in range(fan.start[K], fan.start[K + 1]):
             place = fan.places[t]
@@ -57,28 +65,25 @@ def _add_range(about, corner_values, target, s):
                 target[p, d] += corner_values[place, d]
 
 
-@kernel(parallel=True)
+@kernel()
 def add_corners(n, about, corner_values, target):
     """Add the values at the corners about each node of n ranges, shape (4 m, 3), to `target`, shape (nodes, 3).
 
-    about: the bundle (first nodes of the ranges, numbers of the nodes, `Fan`).
+    about: the bundle of `CornersAbout`.
     """
-    for r in prange(n):
-        _add_range(about, corner_values, target, r)
+    parallel_for(_add_range, n, about, corner_values, target)
 
 
-@kernel()
-def _stress_chunk(surface, x, stress, chunk):
-    corners, n_quads, _, _, _, _, _ = surface.content
-    first, middle, end = elements_of(chunk, n_quads, len(corners))
+@kernel(inner=True)
+def _stress_chunk(chunk, surface, x, stress):
+    first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         quadrilateral_stress(surface, x, stress, e)
     for e in range(middle, end):
         triangle_stress(surface, x, stress, e)
 
 
-@kernel(parallel=True)
+@kernel()
 def cauchy_stresses(chunks, surface, x, stress):
     """Stresses of the elements, components xx, yy, zz, yz, xz, xy [Pa], shape (m, 6)."""
-    for chunk in prange(chunks):
-        _stress_chunk(surface, x, stress, chunk)
+    parallel_for(_stress_chunk, chunks, surface, x, stress)

@@ -8,11 +8,11 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
 from pellucid.grid.points import NOT_FINITE, OK
 from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
 SHORT = 1.0 - 1e-9  # of the way to a wall, which rounding must not lead through
@@ -37,7 +37,7 @@ class NodeForces(NamedTuple):
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of what is prescribed first
 
 
-@kernel()
+@kernel(inner=True)
 def _at_wall(acting, place, d, new, dt):
     """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, and the velocity that it then has."""
     walls, rows = acting.walls, acting.rows
@@ -52,7 +52,7 @@ def _at_wall(acting, place, d, new, dt):
     return held, goal
 
 
-@kernel()
+@kernel(inner=True)
 def _constrained(acting, p, d, old, new, dt, chunk):
     """What a change of velocity from old to new along d comes to where something holds the node, and the mean over it.
 
@@ -72,9 +72,8 @@ def _constrained(acting, p, d, old, new, dt, chunk):
     return new, mean
 
 
-@kernel()
-def _accelerate_chunk(bundle, dt, chunk):
-    acting = bundle.content[0]
+@kernel(inner=True)
+def _accelerate_chunk(chunk, acting, dt):
     internal, loads, gravity, increment, work = acting.internal, acting.loads, acting.gravity, acting.increment, acting.work
     columns = FIRST_LOAD + len(loads)
     behind = columns + 1 + 3 * len(acting.rows)
@@ -99,19 +98,17 @@ def _accelerate_chunk(bundle, dt, chunk):
     work[chunk, columns] = total
 
 
-@kernel(parallel=True)
+@kernel()
 def accelerate(chunks, acting, dt):
     """New velocities of the nodes: v + dt (f/m + g) + what contact gave, then what is prescribed.
 
     Lian, Liu & Zhang 2014, eqs. 46 and 59. acting: the bundle of `NodeForces`.
     """
-    for chunk in prange(chunks):
-        _accelerate_chunk(acting, dt, chunk)
+    parallel_for(_accelerate_chunk, chunks, acting, dt)
 
 
-@kernel()
-def _take_chunk(bundle, loss, dt, chunk):
-    acting = bundle.content[0]
+@kernel(inner=True)
+def _take_chunk(chunk, acting, loss, dt):
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(acting.mass))):
         for d in range(3):
             if loss[p, d] != 0.0:
@@ -120,15 +117,14 @@ def _take_chunk(bundle, loss, dt, chunk):
                 acting.work[chunk, CONTACT] -= acting.mass[p] * loss[p, d] * mean
 
 
-@kernel(parallel=True)
+@kernel()
 def take(chunks, acting, loss, dt):
     """Take velocities [m/s], shape (n, 3), from the nodes after they were accelerated; the work is that of contact."""
-    for chunk in prange(chunks):
-        _take_chunk(acting, loss, dt, chunk)
+    parallel_for(_take_chunk, chunks, acting, loss, dt)
 
 
-@kernel()
-def _sum_chunk(velocity, mass, sums, chunk):
+@kernel(inner=True)
+def _sum_chunk(chunk, velocity, mass, sums):
     kinetic = px = py = pz = size = fastest = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m, vx, vy, vz = mass[p], velocity[p, 0], velocity[p, 1], velocity[p, 2]
@@ -143,15 +139,14 @@ def _sum_chunk(velocity, mass, sums, chunk):
     sums[chunk, MOMENTUM_X], sums[chunk, MOMENTUM_Y], sums[chunk, MOMENTUM_Z] = px, py, pz
 
 
-@kernel(parallel=True)
+@kernel()
 def sum_motion(chunks, velocity, mass, sums):
     """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, SUMS)."""
-    for chunk in prange(chunks):
-        _sum_chunk(velocity, mass, sums, chunk)
+    parallel_for(_sum_chunk, chunks, velocity, mass, sums)
 
 
-@kernel()
-def _move_chunk(position, velocity, dt, fault, chunk):
+@kernel(inner=True)
+def _move_chunk(chunk, position, velocity, dt, fault):
     code = at_fault = 0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(position))):
         total = 0.0
@@ -164,8 +159,7 @@ def _move_chunk(position, velocity, dt, fault, chunk):
     fault[chunk, 0], fault[chunk, 1] = code, at_fault
 
 
-@kernel(parallel=True)
+@kernel()
 def move(chunks, position, velocity, dt, fault):
     """New positions of the nodes; of each chunk the first whose position is no number, into `fault`, shape (chunks, 2)."""
-    for chunk in prange(chunks):
-        _move_chunk(position, velocity, dt, fault, chunk)
+    parallel_for(_move_chunk, chunks, position, velocity, dt, fault)

@@ -31,7 +31,7 @@ from pellucid.materials.membrane import plane_response, plane_wave_speed, stretc
 @kernel(inline=True)
 def strain_quadrilateral(surface, x, v, e, dt):
     """New shape, stress and energies; strain and hourglass energy [J], half its largest eigenfrequency [1/s], fault."""
-    corners, _, law, control, initial, _, carried = surface.content
+    corners, law, control, initial, carried = surface.corners, surface.law, surface.control, surface.thickness, surface.state
     half = 0.5 * dt
     now, moving = spans(x, corners, e), spans(v, corners, e)
     midway = middle(now, moving, half)
@@ -91,7 +91,7 @@ def _turn_of(here, change, dt):
 @kernel(inline=True)
 def quadrilateral_forces(surface, x, forces, e):
     """Forces of stress and hourglass control on its corners [N] into forces[e]."""
-    corners, _, _, _, _, _, carried = surface.content
+    corners, carried = surface.corners, surface.state
     now = spans(x, corners, e)
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
@@ -134,7 +134,7 @@ def quadrilateral_forces(surface, x, forces, e):
 @kernel(inline=True)
 def press_quadrilateral(surface, x, forces, e, pressure):
     """∫ p N_K n dA on its corners [N] into forces[e], exact for the bilinear surface."""
-    corners, _, _, _, _, _, _ = surface.content
+    corners = surface.corners
     chi, psi, eta = spans(x, corners, e)
     whole = cross(chi, psi)
     # with x = ¼ (χ ξ + ψ ζ + η ξζ) the normal ∂x/∂ξ × ∂x/∂ζ is linear in ξ and ζ, and the integrals are exact
@@ -150,7 +150,7 @@ def press_quadrilateral(surface, x, forces, e, pressure):
 @kernel(inline=True)
 def quadrilateral_stress(surface, x, stress, e):
     """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
-    corners, _, _, _, _, _, carried = surface.content
+    corners, carried = surface.corners, surface.state
     old = carried.plane_stress
     chi, psi, _ = spans(x, corners, e)
     t, u, _ = frame_of(chi, psi)

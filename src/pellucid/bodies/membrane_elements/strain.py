@@ -1,18 +1,17 @@
 """Straining of membrane elements: loops over quadrilaterals and triangles.
 
-`surface` is the bundle (corners, number of quadrilaterals, law, hourglass control, initial thickness, rest shapes of the
-triangles, `ElementArrays`). Elements are shared out in chunks whose number does not depend on the threads.
+`surface` is the bundle of `StrainedElements`. Elements are shared out in chunks whose number does not depend on the threads.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import prange
 
 from pellucid.bodies.membrane_elements.quadrilateral import strain_quadrilateral
 from pellucid.bodies.membrane_elements.triangle import strain_triangle
 from pellucid.grid.points import OK
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
 STRAIN, HOURGLASS, RATE, SUMS = range(4)  # columns of the sums of a chunk
@@ -32,6 +31,18 @@ class ElementArrays(NamedTuple):
     hourglass: np.ndarray  # (q, 2) hourglass force Q in the element's frame [N]
 
 
+class StrainedElements(NamedTuple):
+    """Elements as kernels take them; m elements, n_quads quadrilaterals first."""
+
+    corners: np.ndarray  # (m, 4) nodes; of triangles the last one twice
+    n_quads: int
+    law: Any
+    control: Any  # of hourglass modes
+    thickness: float  # at rest [m]
+    rest: np.ndarray  # rest shapes of the triangles
+    state: ElementArrays
+
+
 @pointwise
 def elements_of(chunk, n_quads, n):
     """The elements of a chunk: its first, the first that is no quadrilateral, and the end."""
@@ -39,10 +50,9 @@ def elements_of(chunk, n_quads, n):
     return first, min(max(first, n_quads), end), end
 
 
-@kernel()
-def _strain_chunk(surface, x, v, sums, fault, chunk, dt):
-    corners, n_quads, _, _, _, _, _ = surface.content
-    first, middle, end = elements_of(chunk, n_quads, len(corners))
+@kernel(inner=True)
+def _strain_chunk(chunk, surface, x, v, sums, fault, dt):
+    first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     strain_energy = hourglass_energy = rate = 0.0
     first_fault = at_fault = 0
     for e in range(first, middle):
@@ -64,8 +74,7 @@ def _strain_chunk(surface, x, v, sums, fault, chunk, dt):
     fault[chunk, 0], fault[chunk, 1] = first_fault, at_fault
 
 
-@kernel(parallel=True)
+@kernel()
 def strain(chunks, surface, x, v, sums, fault, dt):
     """Shapes, stresses and energies of the elements whose nodes moved to x with velocities v over the step."""
-    for chunk in prange(chunks):
-        _strain_chunk(surface, x, v, sums, fault, chunk, dt)
+    parallel_for(_strain_chunk, chunks, surface, x, v, sums, fault, dt)

@@ -8,7 +8,16 @@ import numpy as np
 from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
-from pellucid.bodies.membrane_elements.strain import CHUNK, HOURGLASS, RATE, STRAIN, SUMS, ElementArrays, strain
+from pellucid.bodies.membrane_elements.strain import (
+    CHUNK,
+    HOURGLASS,
+    RATE,
+    STRAIN,
+    SUMS,
+    ElementArrays,
+    StrainedElements,
+    strain,
+)
 from pellucid.energy import Totals
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import initial_shape
@@ -64,8 +73,8 @@ class ElementSurface:
         where = np.argsort(number)  # from a node's number to its place
         state = ElementArrays(*(self.arrays[name] for name in ElementArrays._fields))
         what = (self.law, self._control, self.thickness, self._rest, state)
-        self._bundle = Bundle(where[self.mesh.corners], self.mesh.n_quads, *what)
-        self._about = Bundle(first, number, self.mesh.fan)
+        self._bundle = Bundle(StrainedElements(where[self.mesh.corners], self.mesh.n_quads, *what))
+        self._about = Bundle(forces.CornersAbout(first, number, self.mesh.fan))
 
     def add_internal_forces(self, position: np.ndarray, target: np.ndarray) -> None:
         """Forces of stress and hourglass control on the nodes [N]."""

@@ -31,7 +31,8 @@ def gradients(rest, chi, psi):
 @kernel(inline=True)
 def strain_triangle(surface, x, v, e, dt):
     """New stress and energy; strain energy [J], half its largest eigenfrequency [1/s], fault."""
-    corners, n_quads, law, _, initial, rests, carried = surface.content
+    corners, n_quads, law = surface.corners, surface.n_quads, surface.law
+    initial, rests, carried = surface.thickness, surface.rest, surface.state
     half = 0.5 * dt
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
     (chi, psi), (chi_rate, psi_rate) = edges(x, corners, e), edges(v, corners, e)
@@ -92,7 +93,8 @@ def strain_triangle(surface, x, v, e, dt):
 @kernel(inline=True)
 def triangle_forces(surface, x, forces, e):
     """Forces of stress on its corners [N] into forces[e]."""
-    corners, n_quads, _, _, initial, rests, carried = surface.content
+    corners, n_quads = surface.corners, surface.n_quads
+    initial, rests, carried = surface.thickness, surface.rest, surface.state
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
     chi, psi = edges(x, corners, e)
     f1, f2 = gradients(rest, chi, psi)
@@ -110,7 +112,7 @@ def triangle_forces(surface, x, forces, e):
 @kernel(inline=True)
 def press_triangle(surface, x, forces, e, pressure):
     """∫ p N_K n dA on its corners [N] into forces[e]."""
-    chi, psi = edges(x, surface.content[0], e)
+    chi, psi = edges(x, surface.corners, e)
     whole = cross(chi, psi)
     for d in range(3):
         share = pressure * whole[d] / 6.0
@@ -120,7 +122,8 @@ def press_triangle(surface, x, forces, e, pressure):
 @kernel(inline=True)
 def triangle_stress(surface, x, stress, e):
     """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
-    corners, n_quads, _, _, initial, rests, carried = surface.content
+    corners, n_quads = surface.corners, surface.n_quads
+    initial, rests, carried = surface.thickness, surface.rest, surface.state
     rest = _rest_of(rests, e - n_quads)
     chi, psi = edges(x, corners, e)
     t, u = gradients(rest, chi, psi)

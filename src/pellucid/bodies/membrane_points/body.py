@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
-from pellucid.bodies.membrane_points.point import MembraneArrays
+from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.models import MembranePointsCase
@@ -75,18 +75,20 @@ class MembranePoints(PointsOnGrid):
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self.triangles], self.n_points)
         self.fans = Bundle(fans)
-        self._surface = Bundle(
-            self.grid.lattice,
-            self.points,
-            slabs,
-            fans,
-            self._gradient,
-            self.law,
-            self._state,
-            self.thickness,
-            self.damage,
-            self._record,
+        strained = StrainedMembrane(
+            lattice=self.grid.lattice,
+            points=self.points,
+            slabs=slabs,
+            index=self.mapped.index,
+            fans=fans,
+            gradient=self._gradient,
+            law=self.law,
+            state=self._state,
+            thickness=self.thickness,
+            damage=self.damage,
+            record=self._record,
         )
+        self._surface = Bundle(strained)
 
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""

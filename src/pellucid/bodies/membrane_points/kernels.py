@@ -9,58 +9,54 @@ the two halves of `strain`. A failed point keeps its strain, frame and volume: t
 
 from math import sqrt
 
-from numba import prange
-from numpy import uintp
+from numpy import intp
 
 from pellucid.bodies.membrane_points.point import failed, in_frame, responded, turned
-from pellucid.grid.points import HEATING, OK, RATE, STORED
-from pellucid.grid.transfer import gathered, placed
+from pellucid.grid.points import HEATING, OK, RATE, STORED, place_of
+from pellucid.grid.stencil import gather_with_gradient, stencil
+from pellucid.grid.transfer import placed
 from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
 from pellucid.materials.damage import driving_strain, has_failed
 from pellucid.materials.membrane import stretched
 
 
-@kernel()
-def _gather_slab(mapped, s, gradient, dt, move):
-    fn, _, lattice, nodes, points, slabs, _ = mapped.content
-    x = points.position
-    new, strain_velocity = nodes.velocity, nodes.strain_velocity
-    h, low = lattice.inverse_cell, lattice.lower
+@kernel(inner=True)
+def _gather_slab(s, mapped, gradient, dt, move):
+    functions, lattice, nodes, index = mapped.functions, mapped.lattice, mapped.nodes, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
-        X = (x[p, 0] - low[0]) * h
-        Y = (x[p, 1] - low[1]) * h
-        Z = (x[p, 2] - low[2]) * h
-        L, nx, ny, nz = gathered(fn, lattice, strain_velocity, new, X, Y, Z)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        L, new = gather_with_gradient(stencil(functions, lattice, x, p), lattice, nodes.strain_velocity, nodes.velocity)
         for d in range(9):
             gradient[p, d] = L[d]
         if move:
-            fault, beyond = placed(lattice, x, p, dt * nx, dt * ny, dt * nz, lowest, highest)
+            fault, beyond = placed(lattice, x, p, dt * new[0], dt * new[1], dt * new[2], lowest, highest)
             left_slab |= beyond
             if fault != OK and first_fault == OK:
                 first_fault = fault
-                at_fault = signed
+                at_fault = intp(p)  # type: ignore[assignment]
     slabs.left_slab[s] = left_slab
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault
 
 
-@kernel(parallel=True)
+@kernel()
 def gather_gradients(n, mapped, gradient, dt, move):
     """Velocity gradients into `gradient`, shape (points, 9); where `move`, new positions."""
-    for s in prange(n):
-        _gather_slab(mapped, s, gradient, dt, move)
+    parallel_for(_gather_slab, n, mapped, gradient, dt, move)
 
 
-@kernel()
-def _strain_slab(surface, s, dt):
-    _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
-    frame, shape = carried.frame, carried.in_plane
+@kernel(inner=True)
+def _strain_slab(s, surface, dt):
+    points, slabs, index, fans, gradient = surface.points, surface.slabs, surface.index, surface.fans, surface.gradient
+    law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
+    frame, shape = state.frame, state.in_plane
     stored = rate = 0.0
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
         if has_failed(damage, record, p):
             energy, signal, fault = failed(surface, p)
         else:
@@ -75,25 +71,25 @@ def _strain_slab(surface, s, dt):
         rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:
             slabs.fault[s, 0] = fault
-            slabs.fault[s, 1] = signed
+            slabs.fault[s, 1] = p
     slabs.sums[s, STORED] = stored
     slabs.sums[s, HEATING] = 0.0
     slabs.sums[s, RATE] = rate
 
 
-@kernel(parallel=True)
+@kernel()
 def strain(n, surface, dt):
     """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
-    for s in prange(n):
-        _strain_slab(surface, s, dt)
+    parallel_for(_strain_slab, n, surface, dt)
 
 
-@kernel()
-def _stretch_slab(surface, s, number, torn, local, kinematics, dt):
-    _, points, slabs, fans, gradient, law, carried, _, damage, record = surface.content
-    frame, shape = carried.frame, carried.in_plane
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
+@kernel(inner=True)
+def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
+    points, slabs, index, fans, gradient = surface.points, surface.slabs, surface.index, surface.fans, surface.gradient
+    law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
+    frame, shape = state.frame, state.in_plane
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
         F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
         opening = 0.0
         if has_failed(damage, record, p):
@@ -117,7 +113,7 @@ def _stretch_slab(surface, s, number, torn, local, kinematics, dt):
         local[number[p]] = driving_strain(damage, law, F) + opening
 
 
-@kernel(parallel=True)
+@kernel()
 def stretch(n, surface, number, torn, local, kinematics, dt):
     """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
 
@@ -126,17 +122,16 @@ def stretch(n, surface, number, torn, local, kinematics, dt):
     strain alone counts with its strain at failure, or failure would spread without end. `kinematics`, shape (points, 5),
     takes along to `respond`: stretching, turn of the normal, share of area.
     """
-    for s in prange(n):
-        _stretch_slab(surface, s, number, torn, local, kinematics, dt)
+    parallel_for(_stretch_slab, n, surface, number, torn, local, kinematics, dt)
 
 
-@kernel()
-def _respond_slab(surface, s, number, mean, kinematics, dt):
-    _, _, slabs, _, _, _, carried, _, damage, record = surface.content
-    frame, shape = carried.frame, carried.in_plane
+@kernel(inner=True)
+def _respond_slab(s, surface, number, mean, kinematics, dt):
+    slabs, index, state, damage, record = surface.slabs, surface.index, surface.state, surface.damage, surface.record
+    frame, shape = state.frame, state.in_plane
     stored = rate = 0.0
-    for signed in range(slabs.first[s], slabs.first[s + 1]):
-        p = uintp(signed)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
         if has_failed(damage, record, p):
             energy, signal, fault = failed(surface, p)
         else:
@@ -147,14 +142,13 @@ def _respond_slab(surface, s, number, mean, kinematics, dt):
         rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:
             slabs.fault[s, 0] = fault
-            slabs.fault[s, 1] = signed
+            slabs.fault[s, 1] = p
     slabs.sums[s, STORED] = stored
     slabs.sums[s, HEATING] = 0.0
     slabs.sums[s, RATE] = rate
 
 
-@kernel(parallel=True)
+@kernel()
 def respond(n, surface, number, mean, kinematics, dt):
     """Volumes and stresses after `stretch`, with damage by the strains `mean`, shape (points,), by number."""
-    for s in prange(n):
-        _respond_slab(surface, s, number, mean, kinematics, dt)
+    parallel_for(_respond_slab, n, surface, number, mean, kinematics, dt)

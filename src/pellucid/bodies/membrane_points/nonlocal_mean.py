@@ -5,31 +5,42 @@ Pijaudier-Cabot & Bažant 1987, J. Eng. Mech. 113, 1512; the bell of Bažant & O
 kept in the order of seeding, so no sorting disturbs it, and each sum has its own order: the same bits on any number of threads.
 """
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import prange
 from numpy import uintp
 from scipy.spatial import cKDTree
 
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
 
 CHUNK = 256  # points that a thread takes at a time
 
 
-@kernel()
-def _mean_chunk(content, first, last):
-    start, neighbour, weight, local, mean = content.content
-    for i in range(first, last):
+class Neighbours(NamedTuple):
+    """The neighbours of n points, one after the other, and the field of which a mean is taken."""
+
+    start: np.ndarray  # (n + 1,) where those of each point begin
+    neighbour: np.ndarray
+    weight: np.ndarray
+    local: np.ndarray  # (n,) the field
+    mean: np.ndarray  # (n,)
+
+
+@kernel(inner=True)
+def _mean_chunk(chunk, about):
+    start, neighbour, weight, local, mean = about.start, about.neighbour, about.weight, about.local, about.mean
+    for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mean))):
         total = 0.0
         for k in range(start[i], start[i + 1]):
             total += weight[k] * local[uintp(neighbour[k])]
         mean[i] = total
 
 
-@kernel(parallel=True)
-def _mean(n, content):
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        _mean_chunk(content, CHUNK * chunk, min(CHUNK * (chunk + 1), n))
+@kernel()
+def _mean(chunks, about):
+    parallel_for(_mean_chunk, chunks, about)
 
 
 class NonlocalMean:
@@ -51,8 +62,8 @@ class NonlocalMean:
         weight /= np.bincount(owner, weight, minlength=n)[owner]
         self.local, self.mean = np.zeros(n), np.zeros(n)
         start = np.searchsorted(owner, np.arange(n + 1))
-        self._content = Bundle(start, neighbour, weight, self.local, self.mean)
+        self._neighbours = Bundle(Neighbours(start, neighbour, weight, self.local, self.mean))
 
     def update(self) -> None:
         """Means of the field as it is now."""
-        _mean(len(self.mean), self._content)
+        _mean((len(self.mean) + CHUNK - 1) // CHUNK, self._neighbours)

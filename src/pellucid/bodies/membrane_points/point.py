@@ -1,13 +1,14 @@
 """What happens to one membrane point in a step: its frame, its stress, its damage; inlined into the loops over points."""
 
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK
+from pellucid.grid.lattice import Lattice
+from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, PointArrays, Slabs
 from pellucid.jit import kernel
-from pellucid.materials.damage import dissipate, upright, weaken
+from pellucid.materials.damage import DamageRecord, dissipate, upright, weaken
 from pellucid.materials.membrane import plane_response, plane_wave_speed
 
 
@@ -18,6 +19,22 @@ class MembraneArrays(NamedTuple):
     in_plane: np.ndarray  # (n, 4) shape in the frame, the law's own
     plane_stress: np.ndarray  # (n, 3) σ'₁₁, σ'₂₂, σ'₁₂ in the frame [Pa]
     strain_energy: np.ndarray  # (n,) work of the stress [J/kg]
+
+
+class StrainedMembrane(NamedTuple):
+    """Membrane points and what strains them, as kernels take them."""
+
+    lattice: Lattice
+    points: PointArrays
+    slabs: Slabs
+    index: Any  # as in `MappedPoints`
+    fans: Any  # the triangles about each point
+    gradient: np.ndarray  # (n, 9) of the velocity [1/s]
+    law: Any
+    state: MembraneArrays
+    thickness: float  # [m]
+    damage: Any
+    record: DamageRecord
 
 
 @kernel(inline=True)
@@ -99,20 +116,21 @@ def turned(damage, x, fans, frame, L, dt, p):
 @kernel(inline=True)
 def responded(surface, p, F, frame, c, share, D, dt, strain):
     """Stress and volume of a point of shape F, damaged by `strain`; its strain energy, signal rate, fault."""
-    lattice, points, _, _, _, law, carried, thickness, damage, record = surface.content
+    lattice, points, law, state, thickness = surface.lattice, surface.points, surface.law, surface.state, surface.thickness
+    damage, record = surface.damage, surface.record
     tx, ty, tz, sx, sy, sz, nx, ny, nz = frame
     E11, E22, E12 = D
     v = points.velocity
     left, kept = weaken(damage, record, p, strain)
     s11, s22, s12, ratio = plane_response(law, F)
     s11, s22, s12 = left * s11, left * s22, left * s12
-    old = carried.plane_stress
+    old = state.plane_stress
     power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
     volume = share * thickness * ratio
     density = points.mass[p] / volume
     points.volume[p] = volume
-    carried.strain_energy[p] += dt * power / density
-    dissipate(damage, record, p, carried.strain_energy[p], kept)
+    state.strain_energy[p] += dt * power / density
+    dissipate(damage, record, p, state.strain_energy[p], kept)
     old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
     sig = points.stress
     sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
@@ -130,16 +148,16 @@ def responded(surface, p, F, frame, c, share, D, dt, strain):
         fault = INVERTED
     elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
         fault = NOT_FINITE
-    return points.mass[p] * carried.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
+    return points.mass[p] * state.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
 
 
 @kernel(inline=True)
 def failed(surface, p):
     """Strain energy, signal rate and fault of a failed point, which has no stress but moves."""
-    lattice, points, _, _, _, law, carried, _, _, _ = surface.content
-    v, shape = points.velocity, carried.in_plane
+    lattice, points, law, state = surface.lattice, surface.points, surface.law, surface.state
+    v, shape = points.velocity, state.in_plane
     speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
     F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
     wave = plane_wave_speed(law, F, points.mass[p] / points.volume[p])
     fault = OK if speed < inf else NOT_FINITE
-    return points.mass[p] * carried.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
+    return points.mass[p] * state.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
