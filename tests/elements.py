@@ -6,10 +6,12 @@ import numpy as np
 from membranes import sheet
 from scenes import case
 
+from pellucid.bodies.contract import HeldNodes
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
+from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.mesh import Mesh
 from pellucid.grid.lattice import Grid
-from pellucid.grid.velocity_transfer import Flip
+from pellucid.grid.velocity_field import VelocityField
 
 DENSITY = 1000.0
 
@@ -19,14 +21,15 @@ def element_sheet(law="linear-membrane", points=(7, 7), **more):
     return sheet(law, points=points, kind="membrane-elements") | more
 
 
-def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0)):
-    """The body on a grid of its own; with another mesh where one is given."""
+def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0), gravity=(0.0, 0.0, 0.0)):
+    """The body in a velocity field of its own, with one channel of loads; with another mesh where one is given."""
     whole = case(table, counts=counts, cell=cell, lower=lower)
     body = whole.body[0]
     if mesh is not None:
         keys = ("name", "material", "thickness", "hourglass", "velocity")
         body = SimpleNamespace(**{key: getattr(body, key) for key in keys}, mesh=lambda: Mesh(mesh.vertices.copy(), *mesh[1:]))
-    return MembraneElements(body, whole.grid, Grid(whole.grid, own_nodes=True), Flip())
+    field = VelocityField("own", Grid(whole.grid), moves_points=False)
+    return MembraneElements(body, whole.grid, field, gravity, n_loads=1)
 
 
 def distorted(mesh, amount, seed=0, across=0.0):
@@ -46,38 +49,43 @@ def rim(mesh):
 
 def bring(body, target, dt=1.0):
     """Move the nodes, in the order of the mesh, to `target` [m] in one step [s]."""
-    body.sort_if_needed()
-    number = body.arrays["id"]
-    body.arrays["velocity"][:] = (target[number] - body.arrays["position"]) / dt
-    body.update_stress(dt, move=True)
+    body.arrays["velocity"][:] = (target - body.arrays["position"]) / dt
+    body.update(dt)
     body.check(0, 0.0)
 
 
 def places(body):
-    """Positions in the order of the mesh."""
-    return in_order(body, body.arrays["position"])
-
-
-def in_order(body, values):
-    """What is stored at nodes, in the order of the mesh."""
-    return values[np.argsort(body.arrays["id"])]
+    """Positions [m]."""
+    return body.arrays["position"].copy()
 
 
 def forces(body):
-    """Internal forces [N] in the order of the mesh."""
-    body.begin(0.0)
-    return in_order(body, body._internal)
+    """Internal forces [N]."""
+    force = np.zeros((body.n_points, 3))
+    body.surface.add_internal_forces(body.arrays["position"], force)
+    return force
 
 
 def step(body, dt, pressure=0.0):
     """One step without contact."""
-    body.sort_if_needed()
+    body.velocity_field.clear()
     body.begin(dt)
     if pressure:
-        body.press(np.zeros((0, 3)), pressure)
-    body.update_velocities(remap=False)
-    body.update_stress(dt, move=True)
+        body.add_pressure(pressure, FIRST_LOAD)
+    body.predict(dt)
+    body.correct(remap=False)
+    body.update(dt)
     body.check(0, 0.0)
+
+
+def held(places, axes, velocity=(0.0, 0.0, 0.0)):
+    """A support that holds the nodes `places`, shape (n,), along some axes, such as "xz"."""
+    return HeldNodes(lambda position: places, tuple(axis in axes for axis in "xyz"), velocity, None)
+
+
+def wall(body, axis, end, velocity=(0.0, 0.0, 0.0)):
+    """A face of the grid that lets no node through, and holds none at the start."""
+    return HeldNodes(lambda position: np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
 
 
 def global_stress(body):

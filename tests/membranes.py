@@ -5,6 +5,7 @@ from scenes import case
 
 from pellucid.bodies.registry import BODIES
 from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 
 E, NU, THICKNESS = 1e6, 0.3, 0.01
@@ -23,7 +24,8 @@ def body_of(table):
     """The body on a grid of its own, without a simulation."""
     whole = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
     grid = Grid(whole.grid)
-    return grid, BODIES["membrane-points"](whole.body[0], whole.grid, grid, Flip())
+    field = VelocityField("common", grid, moves_points=True)
+    return grid, BODIES["membrane-points"](whole.body[0], whole.grid, field, Flip())
 
 
 def drive(grid, body, gradient, dt, steps):

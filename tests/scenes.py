@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pellucid.bodies.contract import GridBody
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
 
@@ -35,10 +36,10 @@ def simulation(*bodies, threads=1, **more):
 
 
 def place(body, position):
-    """Put the points of a body at other places [m], shape (n, 3)."""
+    """Put the points or nodes of a body at other places [m], shape (n, 3)."""
     assert body.arrays["position"].shape == np.shape(position)
     body.arrays["position"][:] = position
-    body.sort()
+    (body if isinstance(body, GridBody) else body.coupling).sort()
 
 
 def advance(sim, steps):

@@ -34,7 +34,7 @@ def what_comes_back(table, direction=0):
     along = body.arrays["position"][:, 0] - 0.5 * LENGTH
     body.arrays["velocity"][:, direction] = 1e-3 * np.exp(-((along / WIDTH) ** 2))
     speed = Case.model_validate(table).body[0].material.wave_speeds()[min(direction, 1)]
-    sim.ledger.energy_scale = np.inf  # the pulse was given after the books were opened
+    sim.budget.energy_scale = np.inf  # the pulse was given after the books were opened
     while sim.time < 0.95 * LENGTH / speed:
         sim.step()
     half = 0.5e-3  # a pulse of velocity alone splits in two
@@ -72,8 +72,8 @@ def test_the_books_close():
     while sim.time < 1.5 * LENGTH / 10.0:
         sim.step()
     energies = sim.energies()
-    assert energies["absorbed_energy"] > 0.5 * sim.ledger.initial["kinetic"]
-    assert abs(sim.ledger.energy_error()) < 0.01  # the error of a step is of its second order
+    assert energies["absorbed_energy"] > 0.5 * sim.budget.initial["kinetic"]
+    assert abs(sim.budget.energy_error()) < 0.01  # the error of a step is of its second order
     assert sim.conservation()["momentum"] < 1e-12
 
 

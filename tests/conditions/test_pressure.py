@@ -40,7 +40,7 @@ def test_a_closed_surface_is_not_pushed_as_a_whole():
     ball = {"icosphere": {"centre": (8.03, 8.01, 7.98), "radius": 5.0, "refinements": 4}}
     sim = Simulation(membrane(ball), threads=1)
     advance(sim, 20)
-    assert np.abs(sim.momentum()).max() < 1e-12 * sim.ledger.momentum_scale
+    assert np.abs(sim.momentum()).max() < 1e-12 * sim.budget.momentum_scale
     radius = np.linalg.norm(sim.bodies[0].field("position") - (8.03, 8.01, 7.98), axis=1)
     assert radius.min() > 5.0, "it swells"
 

@@ -29,11 +29,11 @@ def test_contact_with_nodes_of_elements_that_are_held_or_driven(part, displaceme
     motion = {"name": "hand", "body": "sheet"} | ({"part": part} if part else {})
     motion |= {"hold": ["x", "y"], "displacement": {"z": displacement}} if displacement else {"hold": ["x", "y", "z"]}
     sim = sheet_and_block(motion=[motion], gravity=(0, 0, -gravity))
-    start = [body.momentum() for body in sim.bodies]
+    start = [body.totals.momentum for body in sim.bodies]
     advance(sim, 60)
     assert sim.conservation()["momentum"] < 1e-12
-    gain = [body.momentum() - before for body, before in zip(sim.bodies, start, strict=True)]
-    weight = [body.points.mass.sum() * sim.time * sim.ledger.gravity for body in sim.bodies]
+    gain = [body.totals.momentum - before for body, before in zip(sim.bodies, start, strict=True)]
+    weight = [body.mass * sim.time * sim.budget.gravity for body in sim.bodies]
     push, scale = sim.reactions(), np.abs(start[1]).max()
     assert push["touch"][2] < -0.1 * scale or part
     assert push["touch"][2] < 0.0
@@ -43,11 +43,11 @@ def test_contact_with_nodes_of_elements_that_are_held_or_driven(part, displaceme
 
 def test_elements_that_a_support_holds_carry_what_falls_on_them():
     sim = sheet_and_block(support=[{"name": "rim", "where": RIM, "fix": ["x", "y", "z"]}], gravity=(0, 0, -0.5))
-    start = [body.momentum() for body in sim.bodies]
+    start = [body.totals.momentum for body in sim.bodies]
     advance(sim, 60)
     assert sim.conservation()["momentum"] < 1e-12
-    gain = sim.bodies[0].momentum() + sim.bodies[1].momentum() - sum(start)
-    weight = sum(body.points.mass.sum() for body in sim.bodies) * sim.time * sim.ledger.gravity
+    gain = sim.bodies[0].totals.momentum + sim.bodies[1].totals.momentum - sum(start)
+    weight = sum(body.mass for body in sim.bodies) * sim.time * sim.budget.gravity
     push = sim.reactions()
     assert push["touch"][2] < 0.0
     assert gain == pytest.approx(weight + push["rim"], abs=1e-11 * np.abs(start[1]).max())
@@ -75,16 +75,16 @@ def test_a_ball_falls_on_a_clamped_membrane_and_is_thrown_back(kind):
     ]
     touch = {"name": "touch", "between": ["sheet", "ball"]}
     sim = simulation(still, ball, counts=(8, 8, 8), contact=[touch], motion=motion, gravity=(0, 0, -G), end=10.0)
-    mass, least, deepest = sim.bodies[1].points.mass.sum(), np.inf, np.inf
+    mass, least, deepest = sim.bodies[1].mass, np.inf, np.inf
     while sim.time < 1.6:
         sim.step()
-        skin, points = (body.points.position for body in sim.bodies)
+        skin, points = (body.arrays["position"] for body in sim.bodies)
         over = points[:, None, :2] - skin[None, :, :2]
         nearest = np.argmin(np.sum(over * over, axis=2), axis=1)
         foot = points[:, 2] - 0.5 * np.cbrt(sim.bodies[1].points.volume)
         least = min(least, (foot - skin[nearest, 2]).min())
-        deepest = min(deepest, sim.bodies[1].momentum()[2] / mass)
-    velocity, push = sim.bodies[1].momentum()[2], sim.reactions()["touch"][2]
+        deepest = min(deepest, sim.bodies[1].totals.momentum[2] / mass)
+    velocity, push = sim.bodies[1].totals.momentum[2], sim.reactions()["touch"][2]
     assert deepest < -0.4 < 0.2 < velocity / mass, "it fell, and goes up again"
     assert velocity == pytest.approx(-push - mass * G * sim.time, rel=1e-9)
     # the ball's foot stays above the middle of the membrane, whose face lies half the thickness above that

@@ -7,11 +7,13 @@ import pytest
 from scenes import box, case
 
 from pellucid.approximants import grid_functions
-from pellucid.contact.pairs import CHUNK, SLIP, STICK, ContactPairs, Pair
+from pellucid.contact.impulses import CHUNK, SLIP, STICK
+from pellucid.contact.pairs import ContactPair, ContactPairs
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import no_external_action
+from pellucid.grid.momentum import Supports, external_action
+from pellucid.grid.velocity_field import VelocityField
 
-N = CHUNK + 50  # so that books are sums of two chunks
+N = CHUNK + 50  # so that works are sums of two chunks
 
 
 def two_fields(kind, friction=0.0, held=()):
@@ -19,9 +21,13 @@ def two_fields(kind, friction=0.0, held=()):
     generator = np.random.default_rng(3)
     whole = case(box((0, 0, 0), (1, 1, 1)), counts=(9, 9, 9))
     grids = (Grid(whole.grid), Grid(whole.grid))
+    fields = tuple(VelocityField(name, grid, moves_points=True) for name, grid in zip("ab", grids, strict=True))
+    for field in fields:
+        free = external_action(field.grid.n_nodes, 0, False, False, False)
+        field.act(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
     bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0)]] * 2
-    pair = Pair(grids, tuple(bodies), (no_external_action(), no_external_action()), kind, friction, "touch")
+    pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
     for grid in grids:
         nodes = grid.nodes
         nodes.mass[:N] = generator.uniform(0.1, 10.0, N)
@@ -33,14 +39,14 @@ def two_fields(kind, friction=0.0, held=()):
     normal = generator.normal(size=(N, 3))
     pair.detection.node, pair.detection.normal = np.arange(N), normal / np.linalg.norm(normal, axis=1)[:, None]
     pair.detection.find = lambda: None
-    pair.find()
+    pair.detect()
     return grids, pair
 
 
 def resolved(grids, pair):
-    """Masses, normals and velocities before and after, and what was booked."""
+    """Masses, normals and velocities before and after, and what it came to."""
     before = [grid.nodes.velocity[:N].copy() for grid in grids]
-    work = ContactPairs([pair], 1).resolve((0.0, 0.0, 0.0), 0.1)
+    work = ContactPairs([pair], 1, 0).resolve((0.0, 0.0, 0.0), 0.1)
     return [grid.nodes.mass[:N] for grid in grids], before, [grid.nodes.velocity[:N] for grid in grids], work
 
 
@@ -81,5 +87,5 @@ def test_held_nodes_stay_and_friction_keeps_its_cone_and_makes_no_energy(held, f
     assert np.all(kinetic[1] - kinetic[0] < 1e-13)
     # what the support took is what the second field lacks
     second = b[:, None] * (w_new - w)
-    assert work.nodes.impulses[0] == pytest.approx((impulse + second).sum(axis=0), abs=1e-11)
+    assert work.work.reactions[0] == pytest.approx((impulse + second).sum(axis=0), abs=1e-11)
     assert work.impulses["touch"] == pytest.approx(impulse.sum(axis=0), abs=1e-12)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scenes import SLIP, box, case
 
-from pellucid.conditions.walls import constrain_nodes
+from pellucid import energy
+from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import CHUNK, NodalMomentum
+from pellucid.grid.momentum import CHUNK, NodalMomentum, external_action
 
 DT, SMALL = 0.25, 1e-3
 GRAVITY = (0.5, 0.0, -2.0)
@@ -28,12 +29,18 @@ def nodes_at_random(counts, support=()):
     return grid, walls
 
 
+def momentum_of(nodes, walls, gravity, external=None):
+    """Of these nodes, on which nothing else acts where `external` is left out."""
+    free = external_action(len(nodes.mass), 0, loaded=False, absorbs=False, driven=False)
+    return NodalMomentum(nodes, walls, gravity, SMALL, flip=1.0, external=external or free)
+
+
 @pytest.mark.parametrize("counts", [(3, 3, 3), (20, 20, 20)])  # one chunk of nodes, several
 def test_free_nodes_follow_newton(counts):
     grid, walls = nodes_at_random(counts)
     nodes = grid.nodes
     assert (grid.n_nodes > CHUNK) == (counts[0] > 3)
-    work = NodalMomentum(nodes, walls, GRAVITY, SMALL, flip=1.0).advance(DT)
+    work = momentum_of(nodes, walls, GRAVITY).advance(DT)
     full = nodes.mass > 0.0
     v = nodes.momentum[full] / nodes.mass[full, None]
     new = v + DT * (nodes.force[full] / nodes.mass[full, None] + np.array(GRAVITY))
@@ -45,10 +52,10 @@ def test_free_nodes_follow_newton(counts):
     assert np.array_equal(nodes.velocity[full][heavy], nodes.strain_velocity[full][heavy])
     # the works leave out what light nodes do with velocities that no point has
     mean = 0.5 * (v + nodes.strain_velocity[full])
-    assert work.mass == pytest.approx(nodes.mass.sum(), rel=1e-14)
-    assert work.internal == pytest.approx(DT * np.sum(nodes.force[full] * mean), rel=1e-12)
-    assert work.gravity == pytest.approx(DT * np.sum(nodes.mass[full, None] * mean * GRAVITY), rel=1e-12)
-    assert work.support == 0.0
+    assert work.gravity_mass == pytest.approx(nodes.mass.sum(), rel=1e-14)
+    assert work.works[energy.INTERNAL] == pytest.approx(DT * np.sum(nodes.force[full] * mean), rel=1e-12)
+    assert work.works[energy.GRAVITY] == pytest.approx(DT * np.sum(nodes.mass[full, None] * mean * GRAVITY), rel=1e-12)
+    assert work.works[energy.SUPPORT] == 0.0
     # kinetic energy of the other nodes changes by exactly these works
     change = 0.5 * np.sum(nodes.mass[full, None][heavy] * (new**2 - v**2)[heavy])
     works = DT * np.sum((nodes.force[full] + nodes.mass[full, None] * GRAVITY)[heavy] * mean[heavy])
@@ -59,7 +66,7 @@ def test_a_node_with_hardly_any_mass_strains_nothing_by_its_force():
     """A millionth of a point's mass under an ordinary force: f/m would be a million times too much in a gradient."""
     grid, walls = nodes_at_random((4, 4, 4))
     nodes = grid.nodes
-    NodalMomentum(nodes, walls, (0.0, 0.0, 0.0), SMALL, flip=1.0).advance(DT)
+    momentum_of(nodes, walls, (0.0, 0.0, 0.0)).advance(DT)
     light = (nodes.mass > 0.0) & (nodes.mass < SMALL)
     assert light.any()
     assert nodes.strain_velocity[light] == pytest.approx(nodes.momentum[light] / nodes.mass[light, None])
@@ -72,24 +79,24 @@ def test_supports_hold_and_report_their_impulse():
     moving = {"where": "x-lower", "fix": ["x", "y"], "velocity": (0.5, -0.25, 9.0)}
     grid, walls = nodes_at_random((4, 4, 4), [*SLIP[2:], moving])
     nodes = grid.nodes
-    work = NodalMomentum(nodes, walls, (0.0, 0.0, 0.0), SMALL, flip=1.0).advance(DT)
+    work = momentum_of(nodes, walls, (0.0, 0.0, 0.0)).advance(DT)
     full = nodes.mass > 0.0
     momentum = nodes.mass[full, None] * nodes.velocity_increment[full]
     # impulses of forces and supports make the whole change of momentum
-    total = DT * nodes.force.sum(axis=0) + work.impulses.sum(axis=0)
+    total = DT * nodes.force.sum(axis=0) + work.reactions.sum(axis=0)
     assert momentum.sum(axis=0) == pytest.approx(total, abs=1e-12 * np.abs(momentum).sum())
     for number, velocity in enumerate(walls.velocity):
         for axis in range(3):
             held = full & (nodes.constrained[:, axis] == number + 1)
             assert np.all(nodes.velocity[held, axis] == velocity[axis])
             assert np.all(nodes.strain_velocity[held, axis] == velocity[axis])
-    assert work.support == pytest.approx(np.sum(work.impulses * walls.velocity), rel=1e-12)
+    assert work.works[energy.SUPPORT] == pytest.approx(np.sum(work.reactions * walls.velocity), rel=1e-12)
 
 
 def test_projection_is_momentum_over_mass_with_supports():
     grid, walls = nodes_at_random((4, 4, 4), [{"where": "z-upper", "fix": ["z"], "velocity": (0, 0, 2.0)}])
     nodes = grid.nodes
-    NodalMomentum(nodes, walls, GRAVITY, SMALL, flip=1.0).project()
+    momentum_of(nodes, walls, GRAVITY).project()
     full = nodes.mass > 0.0
     expected = np.zeros_like(nodes.momentum)
     expected[full] = nodes.momentum[full] / nodes.mass[full, None]
@@ -101,5 +108,34 @@ def test_projection_is_momentum_over_mass_with_supports():
 def test_chunks_do_not_change_sums():
     """The works of a large grid are those of its nodes added in any order, to rounding."""
     grid, walls = nodes_at_random((30, 16, 16))
-    work = NodalMomentum(grid.nodes, walls, GRAVITY, SMALL, flip=1.0).advance(DT)
-    assert work.mass == pytest.approx(float(np.sum(grid.nodes.mass)), rel=1e-13)
+    work = momentum_of(grid.nodes, walls, GRAVITY).advance(DT)
+    assert work.gravity_mass == pytest.approx(float(np.sum(grid.nodes.mass)), rel=1e-13)
+
+
+def test_loads_push_absorbing_faces_brake_and_each_has_its_column():
+    """Two channels of loads, against the same in numpy; absorption by the mean velocity over the step, on both sides of it."""
+    grid, walls = nodes_at_random((4, 4, 4))
+    nodes, generator = grid.nodes, np.random.default_rng(7)
+    nodes.mass[nodes.mass < 0.1] = 0.0  # without light nodes, whose works are those of other velocities
+    full = nodes.mass > 0.0
+    nodes.momentum[~full] = nodes.force[~full] = 0.0
+    external = external_action(grid.n_nodes, 2, loaded=True, absorbs=True, driven=False)
+    external.loads[:, full] = generator.normal(size=(2, full.sum(), 3))
+    external.absorption[full] = generator.uniform(0.0, 3.0, (full.sum(), 3))
+    work = momentum_of(nodes, walls, GRAVITY, external).advance(DT)
+    m, first, second = nodes.mass[full, None], *external.loads[:, full]
+    v, half = nodes.momentum[full] / m, 0.5 * DT * external.absorption[full]
+    pushed = v + DT * ((nodes.force[full] + first + second) / m + np.array(GRAVITY))
+    new = (pushed - half * v) / (1.0 + half)
+    assert nodes.velocity[full] == pytest.approx(new, rel=1e-12)
+    mean, taken = 0.5 * (v + new), m * (new - pushed)
+    works = work.works
+    assert works[energy.FIRST_LOAD :] == pytest.approx([DT * np.sum(load * mean) for load in (first, second)], rel=1e-12)
+    assert works[energy.ABSORBED] == pytest.approx(-np.sum(taken * mean), rel=1e-12)
+    assert works[energy.ABSORBED] > 0.0
+    change = 0.5 * np.sum(m * (new**2 - v**2))
+    others = works[energy.INTERNAL] + works[energy.GRAVITY] + works[energy.FIRST_LOAD :].sum()
+    assert change == pytest.approx(others - works[energy.ABSORBED], rel=1e-12)
+    impulse = DT * (first + second).sum(axis=0) + taken.sum(axis=0)
+    assert work.impulse == pytest.approx(impulse, abs=1e-12 * np.abs(taken).sum())
+    assert not work.reactions.any()

@@ -131,8 +131,8 @@ def test_a_linear_velocity_goes_through_the_nodes(functions):
     # positions and changes of order three
     assert np.abs(body.points.velocity - before - body.points.position @ GRADIENT.T).max() < 2e-14
     points = body.points
-    assert body.sums["kinetic"] == pytest.approx(0.5 * (points.mass @ (points.velocity**2).sum(axis=1)), rel=1e-13)
-    assert body.momentum() == pytest.approx(points.mass @ points.velocity, abs=1e-13 * body.sums["speed"])
+    assert body.totals.kinetic == pytest.approx(0.5 * (points.mass @ (points.velocity**2).sum(axis=1)), rel=1e-13)
+    assert body.totals.momentum == pytest.approx(points.mass @ points.velocity, abs=1e-13 * body.totals.momentum_size)
 
 
 @every_function

@@ -14,7 +14,7 @@ from pellucid.simulation.clock import COLLAPSED, Clock
 
 def body(stable, name="block"):
     """A body whose largest stable step is `stable` [s]."""
-    return SimpleNamespace(name=name, sums={"rate": 1.0 / stable if np.isfinite(stable) else 0.0})
+    return SimpleNamespace(name=name, totals=SimpleNamespace(rate=1.0 / stable if np.isfinite(stable) else 0.0))
 
 
 def ticked(bodies, **settings):

@@ -94,7 +94,7 @@ def pull(case: Case) -> tuple[list[tuple[float, float]], dict[str, np.ndarray], 
         failed = body.field("failed") @ body.field("mass") / (DENSITY * THICKNESS)
         rows.append((2.0 * move(scene.time), float(failed)))
     frame = {name: body.field(name)[np.argsort(body.field("id"))] for name in ("start", "failed")}
-    return rows, frame, scene.ledger.energy_error()
+    return rows, frame, scene.budget.energy_error()
 
 
 def torn_area(rows: list[tuple[float, float]]) -> float:

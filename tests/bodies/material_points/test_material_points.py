@@ -65,7 +65,7 @@ def test_free_fall_is_exact(transfer, scheme):
     moved = n * dt * velocity + 0.5 * n * (n + 1) * dt * dt * gravity
     assert np.abs(frame["position"] - start - moved).max() < tolerance
     energies = sim.energies()
-    assert energies["gravity_work"] == pytest.approx(energies["kinetic"] - sim.ledger.initial["kinetic"], rel=1e-9)
+    assert energies["gravity_work"] == pytest.approx(energies["kinetic"] - sim.budget.initial["kinetic"], rel=1e-9)
     assert abs(sim.conservation()["energy"]) < 1e-9
     assert sim.conservation()["momentum"] < 1e-13
 

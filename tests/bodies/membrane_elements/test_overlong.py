@@ -8,7 +8,7 @@ from elements import body_of, bring, element_sheet, places
 from membranes import sheet
 from scenes import advance, box, simulation
 
-from pellucid.bodies.membrane_elements.overlong import LONGEST, overlong
+from pellucid.bodies.membrane_elements.overlong import LONGEST
 
 
 def stretched(times, **more):
@@ -28,12 +28,12 @@ def test_elements_up_to_the_limit_pass(elements):
     diagonal = (side * side + (1.4 * side) ** 2) ** 0.5
     assert (1.4 * side if elements == "quads" else diagonal) < LONGEST
     body = stretched(1.4, elements=elements)
-    assert overlong(body, everywhere(body)) is None
+    assert body.contact_warning(everywhere(body)) is None
 
 
 def test_longer_ones_are_named_with_place_and_length():
     body = stretched(2.4)  # to 1.6 cells
-    text = overlong(body, everywhere(body))
+    text = body.contact_warning(everywhere(body))
     assert "body sheet" in text
     assert "has grown to 0.4 m, 1.6 cells of 0.25 m" in text
     assert "finer" in text
@@ -41,16 +41,16 @@ def test_longer_ones_are_named_with_place_and_length():
 
 def test_only_those_that_touch_count():
     body = stretched(2.4)
-    corners = places(body)[body.corners]
+    corners = places(body)[body.surface.mesh.corners]
     chosen = 13
     lattice = body.grid.lattice
     node = np.floor((corners[chosen].mean(axis=0) - lattice.lower) / lattice.cell).astype(int) @ lattice.strides
-    assert overlong(body, np.zeros(0, np.int64)) is None
-    text = overlong(body, np.array([node]))
+    assert body.contact_warning(np.zeros(0, np.int64)) is None
+    text = body.contact_warning(np.array([node]))
     named = int(text.split("its element ")[1].split()[0])
     assert np.abs(corners[named].mean(axis=0) - corners[chosen].mean(axis=0)).max() < 2 * lattice.cell
     far = np.floor((np.array([-1.9, -1.9, -1.9]) - lattice.lower) / lattice.cell).astype(int) @ lattice.strides
-    assert overlong(body, np.array([far])) is None
+    assert body.contact_warning(np.array([far])) is None
 
 
 def falling_on(stiffness, steps=300):
@@ -85,4 +85,4 @@ def test_a_run_with_short_elements_says_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sim = falling_on(stiffness=4e4, steps=200)
-    assert sim.bodies[0].points.position[:, 2].min() < 4.5, "it carries the block down, and its elements grow by a fifth"
+    assert sim.bodies[0].arrays["position"][:, 2].min() < 4.5, "it carries the block down, and its elements grow by a fifth"

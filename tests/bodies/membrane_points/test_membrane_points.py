@@ -23,7 +23,7 @@ def test_a_quarter_turn_takes_the_stress_along(law, axis):
     """About the normal and about axes in the plane; the frame alone, by its normal, would not feel the first."""
     grid, body = body_of(sheet(law))
     drive(grid, body, np.diag([0.01, 0.004, 0.0]), 0.01, 100)
-    before, energy = matrices(body.frame()["stress"]), body.sums["stored"]
+    before, energy = matrices(body.frame()["stress"]), body.totals.stored
     j, k = (axis + 1) % 3, (axis + 2) % 3
     spin, turn = np.zeros((3, 3)), np.zeros((3, 3))
     spin[j, k], spin[k, j] = -1.0, 1.0
@@ -33,7 +33,7 @@ def test_a_quarter_turn_takes_the_stress_along(law, axis):
     after = matrices(body.frame()["stress"])
     # forward steps of the points turn the sheet by atan(dt) each, (π/2)³/3/400² less than a quarter in all
     assert np.abs(after - turn @ before @ turn.T).max() < 1e-5 * np.abs(before).max()
-    assert body.sums["stored"] == pytest.approx(energy, rel=1e-10)
+    assert body.totals.stored == pytest.approx(energy, rel=1e-10)
 
 
 def test_stretches_of_a_linear_membrane_are_exact():
@@ -49,7 +49,7 @@ def test_stretches_of_a_linear_membrane_are_exact():
     volume = THICKNESS * area * (1.0 - NU / (1.0 - NU) * (a + b))
     assert body.arrays["volume"].sum() == pytest.approx(volume, rel=1e-12)
     # work of the stress, exact for a linear law but for the mean density of a step
-    assert body.sums["stored"] == pytest.approx(THICKNESS * 0.5 * (expected[0] * a + expected[1] * b), rel=0.03)
+    assert body.totals.stored == pytest.approx(THICKNESS * 0.5 * (expected[0] * a + expected[1] * b), rel=0.03)
 
 
 @pytest.mark.parametrize("stretches", [(1.5, 1.0), (1.3, 1.3), (1.2, 0.9)])
@@ -91,7 +91,7 @@ def test_a_sheet_that_wrinkles_is_pulled_along_its_wrinkles_alone(law):
     # the quarter falls short as in the test above
     assert np.abs(stress).max() < 1e-5 * tension.max()
     # ½ E pull² for each volume at the start
-    assert body.sums["stored"] == pytest.approx(THICKNESS * 0.5 * E * pull**2, rel=0.03)
+    assert body.totals.stored == pytest.approx(THICKNESS * 0.5 * E * pull**2, rel=0.03)
 
 
 @every_law

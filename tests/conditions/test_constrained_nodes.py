@@ -5,7 +5,7 @@ import pytest
 from scenes import RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.conditions.support import Support
-from pellucid.conditions.walls import constrain_nodes
+from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
 
@@ -90,10 +90,10 @@ def block(**more):
 def test_momentum_changes_by_the_impulse_of_the_supports(support, velocity, transfer):
     body = block(velocity=velocity)
     sim = advance(simulation(body, counts=(5, 4, 4), support=support, end=10.0, transfer=transfer), 25)
-    assert np.abs(sim.ledger.impulse).max() > 1.0
+    assert np.abs(sim.budget.impulse).max() > 1.0
     # sums of some hundred products in each of 25 steps
     assert sim.conservation()["momentum"] < 1e-14
-    assert sim.momentum() - sim.ledger.initial_momentum == pytest.approx(sim.ledger.impulse, abs=1e-11)
+    assert sim.momentum() - sim.budget.initial_momentum == pytest.approx(sim.budget.impulse, abs=1e-11)
 
 
 @pytest.mark.parametrize("transfer", ["flip", "pic"])
@@ -126,7 +126,7 @@ def test_a_symmetry_plane_is_a_mirror(scheme):
         scale = np.abs(whole[field]).max()
         # a few dozen roundings a step, for sixty steps
         assert np.abs(whole[field][right] - half[field]).max() < 1e-12 * scale, field
-    assert scenes[1].ledger.kinetic == pytest.approx(0.5 * scenes[0].ledger.kinetic, rel=1e-12)
+    assert scenes[1].budget.kinetic == pytest.approx(0.5 * scenes[0].budget.kinetic, rel=1e-12)
 
 
 def test_slip_walls_let_tangential_motion_pass():
