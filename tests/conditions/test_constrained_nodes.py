@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scenes import RATE_SOLID, SLIP, advance, box, case, simulation
 
-from pellucid.conditions.support import Support
 from pellucid.conditions.constrained_nodes import constrain_nodes
+from pellucid.conditions.support import Support
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
 

@@ -19,7 +19,7 @@ from elements import (
 )
 from membranes import NU, THICKNESS, E
 
-from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
+from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
 from pellucid.errors import RunStopped
 from pellucid.geometry.surfaces import Surface
 from pellucid.jit import set_threads
