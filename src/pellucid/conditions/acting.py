@@ -5,7 +5,7 @@ from typing import Protocol
 
 from pellucid.bodies.contract import Body
 from pellucid.conditions.absorbing import Absorbing, absorption_rates
-from pellucid.conditions.constrained_nodes import constrain_nodes, held_nodes
+from pellucid.conditions.constrained_nodes import NO_AXES, constrain_nodes, held_nodes
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.prescribed_points import PrescribedPoints
 from pellucid.conditions.pressure import Pressure
@@ -44,15 +44,15 @@ class ActingConditions:
     bodies: by name, each with the velocity field that it is in.
     """
 
-    def __init__(self, case: Given, bodies: Mapping[str, tuple[Body, VelocityField]]) -> None:
+    def __init__(self, case: Given, bodies: Mapping[str, tuple[Body, VelocityField | None]]) -> None:
         self._loads = load_channels(case)
         self._columns, self._n_supports = FIRST_LOAD + len(self._loads), len(case.support)
         self._bodies = bodies
-        self._fields = list(dict.fromkeys(field for _, field in bodies.values()))
+        self._fields = list(dict.fromkeys(field for _, field in bodies.values() if field is not None))
         self.external = [self._external(field, case) for field in self._fields]
         self.supports: list[Supports] = [constrain_nodes(field.grid, case.support) for field in self._fields]
         for body, field in bodies.values():
-            body.hold([held_nodes(field.grid, support) for support in case.support])
+            body.hold([held_nodes(field.grid if field else None, support) for support in case.support])
         self._absorb(case)
         columns = {channel.name: channel.column for channel in self._loads}
         self._pressures = [(bodies[condition.body][0], condition, columns["load_work"]) for condition in case.pressure]
@@ -61,12 +61,12 @@ class ActingConditions:
             if not model.is_rigid:
                 continue
             body, field = bodies[model.name]
-            self._constraints.append(RigidBody(body, field.grid.thin))
+            self._constraints.append(RigidBody(body, field.grid.thin if field else NO_AXES))
         for name, (body, field) in bodies.items():
             own = [motion for motion in case.motion if motion.body == name]
             if own:
-                external = self.external[self._fields.index(field)]
-                self._constraints.append(PrescribedPoints(body, own, external, field.grid.thin))
+                external = self.external[self._fields.index(field)] if field else None
+                self._constraints.append(PrescribedPoints(body, own, external, field.grid.thin if field else NO_AXES))
         for constraint in self._constraints:
             constraint.body.constraint = constraint
         for constraint in self._constraints:
@@ -85,7 +85,7 @@ class ActingConditions:
         speeds = {model.name: model.wave_speeds for model in case.body}
         for condition in case.absorbing:
             body, field = self._bodies[condition.body]
-            if body.on_grid is None:
+            if field is None or body.on_grid is None:
                 raise ValueError(f"body {condition.body} has no points on the grid whose waves a face could absorb")
             faces = [(face, *speeds[condition.body]()) for face in condition.where]
             rates = absorption_rates(field.grid, body.on_grid.functions, faces)
