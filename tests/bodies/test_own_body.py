@@ -187,10 +187,11 @@ class SpringLattice(NodalBody):
 
     @property
     def field_names(self) -> list[str]:
-        return ["id", "position", "velocity", "mass", "density"]
+        return ["id", "position", "velocity", "mass", "density", "stress"]
 
     def field(self, name: str) -> np.ndarray:
-        return np.full(self.n_points, self._density) if name == "density" else self.arrays[name]
+        own = {"density": np.full(self.n_points, self._density), "stress": np.zeros((self.n_points, 6))}
+        return own[name] if name in own else self.arrays[name]
 
 
 def lattice(**more):
