@@ -6,6 +6,7 @@ from typing import Protocol
 from pellucid.bodies.contract import Body
 from pellucid.conditions.absorbing import Absorbing, absorption_rates
 from pellucid.conditions.constrained_nodes import NO_AXES, constrain_nodes, held_nodes
+from pellucid.conditions.load import Load, LoadsAtWork
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.prescribed_points import PrescribedPoints
 from pellucid.conditions.pressure import Pressure
@@ -30,16 +31,18 @@ class Given(Protocol):
     def absorbing(self) -> Sequence[Absorbing]: ...
     @property
     def pressure(self) -> Sequence[Pressure]: ...
+    @property
+    def load(self) -> Sequence[Load]: ...
 
 
 def load_channels(case: Given) -> tuple[Channel, ...]:
     """The channels of the external forces of a case, each with a column of its own in the rows of works."""
-    names = dict.fromkeys(["load_work"] if case.pressure else [])
+    names = dict.fromkeys([*(["load_work"] if case.pressure else []), *(load.channel for load in case.load)])
     return tuple(Channel(name, 1.0, FIRST_LOAD + number) for number, name in enumerate(names))
 
 
 class ActingConditions:
-    """Supports, pressures, absorbing faces, prescribed motions and rigid bodies of a case, for bodies that are built.
+    """Supports, pressures, loads, absorbing faces, prescribed motions and rigid bodies of a case, for bodies that are built.
 
     bodies: by name, each with the velocity field that it is in.
     """
@@ -56,6 +59,7 @@ class ActingConditions:
         self._absorb(case)
         columns = {channel.name: channel.column for channel in self._loads}
         self._pressures = [(bodies[condition.body][0], condition, columns["load_work"]) for condition in case.pressure]
+        self._forces = LoadsAtWork([body for body, _ in bodies.values()], case.load, columns)
         self._constraints: list[PrescribedPoints | RigidBody] = []
         for model in case.body:
             if not model.is_rigid:
@@ -76,7 +80,8 @@ class ActingConditions:
 
     def _external(self, field: VelocityField, case: Given) -> ExternalAction:
         names = {name for name, (_, home) in self._bodies.items() if home is field}
-        loaded = field.moves_points and any(condition.body in names for condition in case.pressure)
+        pushed = {*(pressure.body for pressure in case.pressure), *(load.body for load in case.load)}
+        loaded = field.moves_points and not names.isdisjoint(pushed)
         absorbs = any(condition.body in names for condition in case.absorbing)
         driven = any(condition.body in names for condition in case.motion)
         return external_action(field.grid.n_nodes, len(self._loads), loaded, absorbs, driven)
@@ -99,6 +104,7 @@ class ActingConditions:
             constraint.begin(time, dt)
         for body, condition, column in self._pressures:
             body.add_pressure(condition.at(time), column)
+        self._forces.begin(time)
 
     def works(self) -> list[StepWork]:
         """What the constraints on points did over the step."""
