@@ -1,18 +1,22 @@
 """Loads: forces on the points of a body, of any kind that is registered."""
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from pellucid.conditions.signals import smooth_step
-from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK
+from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK, Channel
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import Vector, parameter
 from pellucid.parts import Condition, Parts
 from pellucid.registry import Family, OneOf, register
+
+if TYPE_CHECKING:
+    from pellucid.bodies.contract import Body
+    from pellucid.conditions.at_work import World
 
 OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
@@ -33,6 +37,7 @@ class PointsView(NamedTuple):
 class Load(Condition):
     """Forces on a body. A new kind is a subclass with a `kind` of its own."""
 
+    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "loads"
     channel: ClassVar[str] = "load_work"
     """The column of `history.csv` that shows its work, with a name that ends in `_work`; loads of one channel are summed."""
 
@@ -51,6 +56,19 @@ class Load(Condition):
     @abstractmethod
     def forces(self, points: PointsView, time: float) -> np.ndarray:
         """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]."""
+
+    def acts_on(self) -> str:
+        """Its body."""
+        return self.body
+
+    def load_channel(self) -> str:
+        """Its channel."""
+        return self.channel
+
+    @classmethod
+    def at_work(cls, conditions: Sequence["Load"], world: "World") -> Sequence["LoadAtWork"]:
+        """Each by itself."""
+        return [LoadAtWork(world.homes[load.body].body, load, world) for load in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there."""
@@ -76,27 +94,23 @@ class BodyForce(Load):
         return points.mass[:, None] * (share * np.array(self.acceleration))
 
 
-class Loaded(Protocol):
-    """What loads ask of a body."""
+class LoadAtWork:
+    """A load on a body that is built."""
 
-    name: str
-    arrays: dict[str, np.ndarray]
+    channels: Sequence[Channel] = ()
 
-    def add_external_force(self, force: np.ndarray, column: int) -> None: ...
+    def __init__(self, body: "Body", load: Load, world: "World") -> None:
+        self._body, self._load, self._column = body, load, world.column(load.channel)
 
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        arrays = self._body.arrays
+        points = PointsView(arrays["position"], arrays["velocity"], arrays["mass"], self._body.volumes())
+        forces = _checked(self._load, self._load.forces(points, time), self._body.n_points)
+        self._body.add_external_force(forces, self._column)
 
-class LoadsAtWork:
-    """The loads of a case on bodies that are built. `columns` are those of their channels in a row of works."""
-
-    def __init__(self, bodies: Sequence[Loaded], loads: Sequence[Load], columns: Mapping[str, int]) -> None:
-        named = {body.name: body for body in bodies}
-        self._loads = [(load, named[load.body], columns[load.channel]) for load in loads]
-
-    def begin(self, time: float) -> None:
-        """Add the forces over the step that begins at `time` [s]."""
-        for load, body, column in self._loads:
-            points = PointsView(*(body.arrays[name] for name in PointsView._fields))
-            body.add_external_force(_checked(load, load.forces(points, time), len(points.mass)), column)
+    def work(self) -> None:
+        """Counted with the external forces."""
 
 
 def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:
