@@ -4,6 +4,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
+from scenes import advance, box, simulation
 
 from pellucid.conditions.load import BodyForce, Load, LoadsAtWork, PointsView
 from pellucid.errors import RunStopped
@@ -19,8 +20,20 @@ class Body:
         self.arrays = {key: random.random(shape) for key, shape in shapes.items()}
         self.forces: dict[int, np.ndarray] = {}
 
+    def field(self, name):
+        return self.arrays[name]
+
     def add_external_force(self, force, column):
         self.forces[column] = self.forces.get(column, 0.0) + force
+
+
+def test_what_a_load_sees_of_the_points():
+    body = Body()
+    points = PointsView(body)
+    assert points.position is body.arrays["position"]
+    assert points.volume is body.arrays["volume"]
+    body.arrays["density"] = body.arrays["mass"] / body.arrays.pop("volume")
+    assert np.allclose(PointsView(body).volume, points.volume, rtol=1e-15)
 
 
 class Spring(Load):
@@ -76,3 +89,30 @@ def test_a_channel_is_a_work_of_its_own(name):
         TypeError, match=rf'Spring\.channel = "{name}" must end in "_work" and be none of gravity_work, support_work'
     ):
         type("Spring", (Load,), {"__annotations__": {"channel": ClassVar[str]}, "channel": name, "__module__": __name__})
+
+
+SHEET = {
+    "name": "block",
+    "surface": {"rectangle": {"corner": (1.1, 1.1, 2.3), "first_edge": (2, 0, 0), "second_edge": (0, 2, 0), "points": (9, 9)}},
+    "thickness": 0.01,
+    "material": {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3},
+}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [box((1, 1, 1), (3, 3, 3)), SHEET | {"kind": "membrane-points"}, SHEET | {"kind": "membrane-elements"}],
+    ids=["material-points", "membrane-points", "membrane-elements"],
+)
+def test_a_body_force_on_all_is_gravity(body):
+    """The same motion, booked as work and impulse of the load."""
+    pull = (0.3, 0.0, -2.0)
+    falling = advance(simulation(body, step=2e-3, gravity=pull), 5)
+    load = {"kind": "body-force", "body": "block", "acceleration": pull}
+    pushed = advance(simulation(body, step=2e-3, load=[load]), 5)
+    for name in ("position", "velocity"):
+        assert np.allclose(falling.bodies[0].arrays[name], pushed.bodies[0].arrays[name], rtol=0.0, atol=1e-14)
+    assert pushed.momentum() == pytest.approx(0.01 * falling.bodies[0].mass * np.array(pull), rel=1e-12, abs=1e-12)
+    assert pushed.energies()["load_work"] == pytest.approx(falling.energies()["gravity_work"], rel=1e-12)
+    assert abs(pushed.conservation()["momentum"]) < 1e-12
+    assert abs(pushed.conservation()["energy"]) < 1e-12

@@ -2,7 +2,8 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from functools import cached_property
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 
@@ -17,17 +18,30 @@ from pellucid.registry import Family, OneOf, register
 OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
 
-class PointsView(NamedTuple):
-    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them."""
+class Loaded(Protocol):
+    """What loads ask of a body."""
 
-    position: np.ndarray
-    """(n, 3) [m]"""
-    velocity: np.ndarray
-    """(n, 3) [m/s]"""
-    mass: np.ndarray
-    """(n,) [kg]"""
-    volume: np.ndarray
-    """(n,) [m³]"""
+    name: str
+    arrays: dict[str, np.ndarray]
+
+    def field(self, name: str) -> np.ndarray: ...
+    def add_external_force(self, force: np.ndarray, column: int) -> None: ...
+
+
+class PointsView:
+    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them.
+
+    position [m] and velocity [m/s], shape (n, 3); mass [kg], shape (n,).
+    """
+
+    def __init__(self, body: Loaded) -> None:
+        self._body = body
+        self.position, self.velocity, self.mass = (body.arrays[name] for name in ("position", "velocity", "mass"))
+
+    @cached_property
+    def volume(self) -> np.ndarray:
+        """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
+        return self._body.arrays["volume"] if "volume" in self._body.arrays else self.mass / self._body.field("density")
 
 
 class Load(Condition):
@@ -76,15 +90,6 @@ class BodyForce(Load):
         return points.mass[:, None] * (share * np.array(self.acceleration))
 
 
-class Loaded(Protocol):
-    """What loads ask of a body."""
-
-    name: str
-    arrays: dict[str, np.ndarray]
-
-    def add_external_force(self, force: np.ndarray, column: int) -> None: ...
-
-
 class LoadsAtWork:
     """The loads of a case on bodies that are built. `columns` are those of their channels in a row of works."""
 
@@ -95,7 +100,7 @@ class LoadsAtWork:
     def begin(self, time: float) -> None:
         """Add the forces over the step that begins at `time` [s]."""
         for load, body, column in self._loads:
-            points = PointsView(*(body.arrays[name] for name in PointsView._fields))
+            points = PointsView(body)
             body.add_external_force(_checked(load, load.forces(points, time), len(points.mass)), column)
 
 
