@@ -79,6 +79,11 @@ class Parts:
         """Whether the case names no grid, be it right or wrong."""
         return not self.sections["grid"].is_written
 
+    def no_grid(self, path: Path, why: str) -> Iterator[Finding]:
+        """The finding that what stands at a path cannot be without a grid, and why; where a body lacks it too, that says so."""
+        if self.lacks_grid and not any(body.needs_grid(self) for body in self.of(BodyModel)):
+            yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or leave this out")
+
     def is_driven(self, body: str) -> bool:
         """Whether a body as a whole follows a prescribed motion along every axis that counts: it is rigid then."""
         grid = self.grid

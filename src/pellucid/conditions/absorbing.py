@@ -47,6 +47,7 @@ class Absorbing(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that sends no waves to a face, and faces that are held or absorb twice."""
+        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from parts.unknown_body((*path, "body"), self.body)
         body = parts.body(self.body)
         if body is not None and not body.has_volume_waves():

@@ -2,7 +2,8 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -21,17 +22,20 @@ if TYPE_CHECKING:
 OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
 
-class PointsView(NamedTuple):
-    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them."""
+class PointsView:
+    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them.
 
-    position: np.ndarray
-    """(n, 3) [m]"""
-    velocity: np.ndarray
-    """(n, 3) [m/s]"""
-    mass: np.ndarray
-    """(n,) [kg]"""
-    volume: np.ndarray
-    """(n,) [m³]"""
+    position [m] and velocity [m/s], shape (n, 3); mass [kg], shape (n,).
+    """
+
+    def __init__(self, body: "Body") -> None:
+        self._body = body
+        self.position, self.velocity, self.mass = (body.arrays[name] for name in ("position", "velocity", "mass"))
+
+    @cached_property
+    def volume(self) -> np.ndarray:
+        """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
+        return self._body.volumes()
 
 
 class Load(Condition):
@@ -104,9 +108,8 @@ class LoadAtWork:
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        arrays = self._body.arrays
-        points = PointsView(arrays["position"], arrays["velocity"], arrays["mass"], self._body.volumes())
-        forces = _checked(self._load, self._load.forces(points, time), self._body.n_points)
+        forces = self._load.forces(PointsView(self._body), time)
+        forces = _checked(self._load, forces, self._body.n_points)
         self._body.add_external_force(forces, self._column)
 
     def work(self) -> None:
