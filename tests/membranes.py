@@ -1,7 +1,7 @@
 """Sheets of membrane for tests: on a grid of their own, driven by a velocity gradient."""
 
 import numpy as np
-from pellucid.bodies.registry import BODIES
+from pellucid.bodies.contract import Placement
 from scenes import case
 
 from pellucid.grid.lattice import Grid
@@ -25,7 +25,7 @@ def body_of(table):
     whole = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
     grid = Grid(whole.grid)
     field = VelocityField("common", grid, moves_points=True)
-    return grid, BODIES["membrane-points"](whole.body[0], whole.grid, field, Flip())
+    return grid, whole.body[0].build(Placement(whole.grid, field, Flip(), (0.0, 0.0, 0.0), n_loads=0))
 
 
 def drive(grid, body, gradient, dt, steps):
