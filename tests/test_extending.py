@@ -1,6 +1,9 @@
 """The page on extending says what works: its files, named by its case, and the same from a script."""
 
+import os
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,10 +15,18 @@ from typer.testing import CliRunner
 from pellucid import load, loads
 from pellucid.case import Case, json_schema
 from pellucid.cli import app
+from pellucid.results import Run
 
 PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r"`(\w+\.py)`:\n```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
 (CASE,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+PLAIN = "".join(line for line in CASE.splitlines(True) if not line.startswith("extensions"))
+SCRIPT = """
+import drag, probes, vortex, viscoelastic
+import pellucid
+
+run = pellucid.run(pellucid.load("plain.toml"), out="from_script", until=0.04, report=False)
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -23,6 +34,7 @@ def file(tmp_path: Path) -> Iterator[Path]:
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     (tmp_path / "block.toml").write_text(CASE, encoding="utf-8")
+    (tmp_path / "plain.toml").write_text(PLAIN, encoding="utf-8")
     with forgotten_afterwards():
         yield tmp_path / "block.toml"
 
@@ -37,8 +49,7 @@ def test_the_case_is_valid_with_its_files_and_not_without(file: Path) -> None:
 
 
 def test_the_case_is_not_valid_without_its_files(file: Path) -> None:
-    file.write_text("".join(line for line in CASE.splitlines(True) if not line.startswith("extensions")))
-    message = CliRunner().invoke(app, ["validate", str(file)]).stderr
+    message = CliRunner().invoke(app, ["validate", str(file.with_name("plain.toml"))]).stderr
     for words in (
         'body.block.material.kind = "kelvin-voigt"',
         'must be one of "fluid", "linear-elastic", "neo-hookean"',
@@ -87,10 +98,46 @@ def test_the_vortex_turns_the_block(file: Path) -> None:
     assert np.allclose(velocity, [[0, 0.5, 0], [-0.5, 0, 0], [0, 0, 0]])
 
 
-def test_the_same_from_python(file: Path) -> None:
-    """A script that holds the files itself, and a case without them."""
+def test_the_same_from_a_script_that_holds_the_files_itself() -> None:
     for text in FILES.values():
         exec(text, {"__name__": "script"})
-    case = loads("".join(line for line in CASE.splitlines(True) if not line.startswith("extensions")))
+    case = loads(PLAIN)
     assert type(case.body[0].material).__module__ == "script"
     assert Case.model_validate(case.to_data()) == case
+
+
+def test_the_case_runs_and_resumes_and_a_script_gives_the_same(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled through the command line, where the file of the law is a module of its own; as plain Python from a script."""
+    monkeypatch.chdir(file.parent)
+    arguments = ["run", "block.toml", "--until", "0.04", "--out", "whole"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.stderr
+    whole = Run("whole").history
+    assert whole["time"][-1] == pytest.approx(0.04, abs=0.01)
+    assert whole["drag_work"][-1] < 0.0
+    assert whole["internal_energy"][-1] > 0.0
+    assert whole["spread"][0] == pytest.approx(rms_of_vortex(file), rel=1e-12)
+    assert whole["spread"][-1] < whole["spread"][0]
+    assert "viscous_work" in Run("whole").fields("block")
+
+    for until, command in (("0.02", ["run", "block.toml", "--out", "parts"]), ("0.04", ["resume", "parts"])):
+        assert CliRunner().invoke(app, [*command, "--until", until]).exit_code == 0
+    assert (file.parent / "parts" / "history.csv").read_bytes() == (file.parent / "whole" / "history.csv").read_bytes()
+    (file.parent / "drag.py").write_text(FILES["drag.py"] + "\n")
+    refused = CliRunner().invoke(app, ["resume", "parts", "--until", "0.05"])
+    assert refused.exit_code == 2
+    assert "drag.py has changed since the run began" in refused.stderr
+
+    (file.parent / "script.py").write_text(SCRIPT, encoding="utf-8")
+    subprocess.run([sys.executable, "script.py"], check=True, env=os.environ | {"NUMBA_DISABLE_JIT": "1"})
+    history = Run("from_script").history
+    for name, column in whole.items():
+        assert history[name] == pytest.approx(column, rel=1e-9, abs=1e-12), name
+
+
+def rms_of_vortex(file: Path) -> float:
+    """The root mean square of the speed with which the block starts."""
+    body = load(file).body[0]
+    places = np.linspace(-0.5 + 1 / 16, 0.5 - 1 / 16, 8)
+    x, y = (axis.ravel() for axis in np.meshgrid(places, places))
+    return float(np.sqrt(np.mean(np.sum(body.initial_velocity(np.stack([x, y, 0.0 * x], axis=1)) ** 2, axis=1))))

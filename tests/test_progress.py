@@ -85,10 +85,12 @@ def test_compilation_is_a_phase_within_others(
     (task,) = terminal._bar.tasks
     assert (task.description, task.fields["state"]) == ("compiling", "kernel 3 of 14, update_stress")
     now[0] += 40.0
+    assert terminal._taken() == pytest.approx(40.0)
     terminal.compiled()
     (task,) = terminal._bar.tasks
     assert task.description == "running"
     now[0] += 1.0
+    assert terminal._taken() == pytest.approx(3.0)
     terminal.begin("figures")
     now[0] += 5.0
     capsys.readouterr()

@@ -82,14 +82,21 @@ class TerminalProgress:
 
     def __init__(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn
         from rich.table import Column
+        from rich.text import Text
+
+        class Taken(ProgressColumn):
+            """The time that the phase has taken, which moves on between updates."""
+
+            def render(_self, task: Any) -> Text:
+                return Text(clock(self._taken()))
 
         self._bar = Progress(
             TextColumn("{task.description}", markup=False),
             BarColumn(bar_width=12),
             TaskProgressColumn(),
-            TimeElapsedColumn(),
+            Taken(),
             TextColumn("{task.fields[state]}", markup=False, table_column=Column(overflow="fold", no_wrap=False)),
             console=Console(stderr=True),
             transient=True,
@@ -97,12 +104,13 @@ class TerminalProgress:
         self._task: Any = None
         self._phase, self._paused, self._total = "", "", 0.0
         self._since = 0.0
-        self._seconds: dict[str, float] = {}
+        self._seconds: dict[str, float] = {}  # of each phase in all
+        self._before: dict[str, float] = {}  # of each phase when the present one began
         self._pace = Pace()
 
     def begin(self, phase: str, total: float | None = None) -> None:
         self._book(phase)
-        self._total, self._pace = total or 0.0, Pace()
+        self._total, self._pace, self._before = total or 0.0, Pace(), dict(self._seconds)
         self._show(phase, total)
         self._bar.start()
 
@@ -146,6 +154,11 @@ class TerminalProgress:
             self._seconds[self._phase] = self._seconds.get(self._phase, 0.0) + taken
         self._phase, self._since = phase, now
         return taken
+
+    def _taken(self) -> float:
+        """The time that the phase has taken since it began."""
+        booked = self._seconds.get(self._phase, 0.0) - self._before.get(self._phase, 0.0)
+        return booked + monotonic() - self._since
 
     def _show(self, phase: str, total: float | None) -> None:
         if self._task is not None:

@@ -8,12 +8,14 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scenes import RATE_SOLID, SOLID, advance, box, simulation
 from scipy.sparse import coo_array, csc_array, identity
 from scipy.sparse.linalg import splu
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.contract import Body, NodalBody, Placement
+from pellucid.case import Case
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, INTERNAL, StepWork, Totals, no_work
@@ -22,8 +24,9 @@ from pellucid.geometry.shapes import Box
 from pellucid.grid.model import GridCase
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts import BodyModel
+from pellucid.parts import BodyModel, Parts
 from pellucid.registry import register
+from pellucid.results import run_case
 from pellucid.simulation.simulation import Simulation
 
 PER_SIDE = 4
@@ -40,6 +43,7 @@ class SpringLatticeCase(BodyModel):
     stiffness: float = parameter("N/m", "of each spring", gt=0)
     material: LinearElasticMaterial = parameter("", "what its density is taken from")
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
+    initial_stretch: float = parameter("", "strain along x at the start", 0.0)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return np.array(self.corner), np.array(self.corner) + self.edge
@@ -60,6 +64,9 @@ class SpringLatticeCase(BodyModel):
     def owns_nodes(self, alone: bool) -> bool:
         return True
 
+    def needs_grid(self, parts: Parts) -> bool:
+        return len(parts.of(BodyModel)) > 1
+
     def build(self, placement: Placement) -> Body:
         return SpringLattice(self, placement)
 
@@ -70,8 +77,7 @@ class SpringLattice(NodalBody):
     energy_kind = "strain"
 
     def __init__(self, case: SpringLatticeCase, placement: Placement) -> None:
-        grid_case, field = placement.on_grid()
-        self.name, self._dt, self._columns = case.name, 0.0, FIRST_LOAD + placement.n_loads
+        self.name, self._columns = case.name, FIRST_LOAD + placement.n_loads
         spacing = case.edge / PER_SIDE
         middles = (np.arange(PER_SIDE) + 0.5) * spacing
         places = np.stack(np.meshgrid(middles, middles, middles, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -84,15 +90,18 @@ class SpringLattice(NodalBody):
             "mass": np.full(n, case.material.density * spacing**3),
             "start": places.copy(),
         }
+        self.arrays["position"][:, 0] += case.initial_stretch * (places[:, 0] - places[:, 0].mean())
         apart = np.linalg.norm(places[:, None] - places[None], axis=2)
         one, other = np.nonzero(np.abs(apart - spacing) < 1e-9 * spacing)
         off = coo_array((np.full(len(one), -case.stiffness), (one, other)), shape=(n, n))
         self._K = csc_array(off + coo_array((-off.sum(axis=1), (np.arange(n), np.arange(n))), shape=(n, n)))
-        self.functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
-        a = self.arrays
-        volume = np.full(n, spacing**3)
-        self.coupling = GridCoupling(field, self.functions, a["position"], a["velocity"], a["mass"], volume)
-        self._half_width, self.totals = 0.5 * spacing, Totals()
+        self.coupling = None
+        if placement.velocity_field is not None:
+            grid_case, field = placement.on_grid()
+            self.functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
+            a, volume = self.arrays, np.full(n, spacing**3)
+            self.coupling = GridCoupling(field, self.functions, a["position"], a["velocity"], a["mass"], volume)
+        self._density, self._half_width, self.totals = case.material.density, 0.5 * spacing, Totals()
         self._work = no_work(self._columns, 0)
         self.renew_totals()
 
@@ -103,21 +112,22 @@ class SpringLattice(NodalBody):
         raise ValueError("this body knows no loads")
 
     def begin(self, dt: float) -> None:
-        self._dt = dt
-        self.coupling.sort_if_needed()
+        if self.coupling:
+            self.coupling.sort_if_needed()
 
     def predict(self, dt: float) -> None:
         m = self.arrays["mass"][:, None]
         matrix = csc_array(identity(len(m)) * float(m[0, 0]) + dt * dt * self._K)
         self._before = self.arrays["velocity"].copy()
         self.arrays["velocity"][:] = splu(matrix).solve(m * self._before + dt * self._force())
-        self.coupling.scatter()  # the trial momentum itself
+        if self.coupling:
+            self.coupling.scatter()  # the trial momentum itself
 
     def correct(self, remap: bool) -> None:
         m, trial = self.arrays["mass"][:, None], self.arrays["velocity"].copy()
-        increment = self.coupling.gather()
+        increment = self.coupling.gather() if self.coupling else np.zeros_like(trial)
         self.arrays["velocity"] += increment
-        if remap:
+        if remap and self.coupling:
             self.coupling.scatter_momentum()
         mean = 0.5 * (self._before + self.arrays["velocity"])
         works = np.zeros(self._columns)
@@ -128,7 +138,7 @@ class SpringLattice(NodalBody):
 
     def update(self, dt: float) -> None:
         self.arrays["position"] += dt * self.arrays["velocity"]
-        self._fault = self.coupling.look()
+        self._fault = self.coupling.look() if self.coupling else None
         self._sum()
 
     def renew_totals(self) -> None:
@@ -140,7 +150,8 @@ class SpringLattice(NodalBody):
         totals.kinetic, totals.momentum = float(self.kinetic_energies().sum()), m @ v
         totals.momentum_size = float(m @ np.linalg.norm(v, axis=1))
         totals.stored = float(-0.5 * np.sum(self._force() * (self.arrays["position"] - self.arrays["start"])))
-        totals.rate = float(np.linalg.norm(v, axis=1).max()) * self.coupling.velocity_field.grid.lattice.inverse_cell
+        cells = self.coupling.velocity_field.grid.lattice.inverse_cell if self.coupling else 1.0
+        totals.rate = float(np.linalg.norm(v, axis=1).max()) * cells
 
     def check(self, n_steps: int, time: float) -> None:
         if self._fault is not None:
@@ -150,8 +161,8 @@ class SpringLattice(NodalBody):
         return self._work
 
     @property
-    def on_grid(self) -> ContactBody:
-        return self
+    def on_grid(self) -> ContactBody | None:
+        return self if self.coupling else None
 
     @property
     def mapped(self):
@@ -165,19 +176,22 @@ class SpringLattice(NodalBody):
         return self._half_width, 0.0, 0.0
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        return self.arrays | {f"index/{name}": array for name, array in self.coupling.state_arrays().items()}
+        index = self.coupling.state_arrays() if self.coupling else {}
+        return self.arrays | {f"index/{name}": array for name, array in index.items()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         for name, array in self.arrays.items():
             array[...] = arrays[name]
-        self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
+        if self.coupling:
+            self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
 
     @property
     def field_names(self) -> list[str]:
-        return ["id", "position", "velocity", "mass"]
+        return ["id", "position", "velocity", "mass", "density", "stress"]
 
     def field(self, name: str) -> np.ndarray:
-        return self.arrays[name]
+        own = {"density": np.full(self.n_points, self._density), "stress": np.zeros((self.n_points, 6))}
+        return own[name] if name in own else self.arrays[name]
 
 
 def lattice(**more):
@@ -232,3 +246,21 @@ def test_its_nodes_keep_their_order_and_a_restart_its_bits():
 def test_a_case_file_can_name_it():
     model = Simulation(collision().case).case.body[1]
     assert model.kind == "spring-lattice"
+
+
+def test_alone_it_needs_no_grid(tmp_path):
+    """Stretched at the start it swings, keeps its momentum, and a run of it leaves all that runs leave."""
+    table = lattice(initial_stretch=0.01)
+    case = Case.model_validate({"schema": 1, "title": "alone", "time": {"end": 1.0, "step": 0.01}, "body": [table]})
+    assert "grid" not in case.to_data()
+    run = run_case(case, tmp_path / "run", threads=1, report=False)
+    kinetic, strain = run.history["kinetic_energy"], run.history["strain_energy"]
+    assert strain.min() < 0.2 * strain[0] < kinetic.max()
+    assert np.abs(run.history["momentum_x"] - run.history["momentum_x"][0]).max() < 1e-9 * np.abs(run.history["momentum_x"][0])
+    assert run.summary["conservation"]["energy"] < 0.0, "backward Euler takes some"
+
+
+def test_beside_another_it_needs_one():
+    tables = [lattice(), lattice(name="other", field="other", corner=(0.0, 2.0, 2.0))]
+    with pytest.raises(ValidationError, match="body lattice needs one"):
+        Case.model_validate({"schema": 1, "title": "two", "time": {"end": 1.0}, "body": tables})

@@ -87,16 +87,6 @@ def test_the_key_of_kernels_follows_what_they_are_handed():
     assert jit.kernel_key(Square(1.0)) == jit.kernel_key(Square(2.0, 3.0))  # of one type
 
 
-def test_what_is_marked_as_cached_is_cached(monkeypatch, tmp_path):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    jit.mark_cached("a")  # nothing was compiled, so there is no folder; silent as where it cannot be written
-    assert not jit.kernels_are_cached("a")
-    jit.cache_folder().mkdir()
-    jit.mark_cached("a")
-    assert jit.kernels_are_cached("a")
-    assert not jit.kernels_are_cached("b")
-
-
 def test_inner_kernels_are_called_by_kernels_alone():
     @kernel(inner=True)
     def twice(x):

@@ -4,6 +4,7 @@ import numpy as np
 
 from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
+from pellucid.geometry.cells import Cells
 
 CASE = """
 schema = 1
@@ -52,15 +53,15 @@ def kernel_key(case: Case) -> str:
 
 
 class FakeBody:
-    triangles = np.zeros((0, 3), np.int64)
-    quads = np.zeros((0, 4), np.int64)
-
     def __init__(self, name: str, fluid: bool, lower: tuple[float, float], points: int, speed: float) -> None:
         generator = np.random.default_rng(len(name))
         self.name, self.fluid, self.n_points = name, fluid, points
         self.position = np.column_stack([generator.random((points, 2)) + lower, np.full(points, 0.25)])
         self.velocity = np.zeros((points, 3))
         self.velocity[:, 0] = speed * (1.0 + 0.1 * generator.random(points))
+
+    def cells(self) -> Cells:
+        return Cells.of_points(self.n_points)
 
     def frame(self) -> dict[str, np.ndarray]:
         x = self.position[:, 0]

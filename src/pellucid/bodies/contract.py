@@ -160,7 +160,7 @@ class Body(ABC):
     @property
     @abstractmethod
     def field_names(self) -> list[str]:
-        """The fields that results show."""
+        """The fields that results show: `id`, `position`, `velocity`, `mass`, `density`, `stress` and more of its own."""
 
     @abstractmethod
     def field(self, name: str) -> np.ndarray:

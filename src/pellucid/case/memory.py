@@ -21,6 +21,9 @@ def check_memory(case: "Case") -> None:
     needed = NODE_BYTES * nodes + POINT_BYTES * points
     if there is None or needed <= there:
         return
+    if case.grid_or_none is None:
+        text = f"the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of memory"
+        raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy="use fewer points"))
     fits = case.grid.cell * (needed / there) ** (1.0 / (3 - sum(case.grid.thin())))
     text = (
         f"the grid has {nodes:.3g} nodes and the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of "
@@ -32,13 +35,15 @@ def check_memory(case: "Case") -> None:
 
 def n_nodes(case: "Case") -> float:
     """Number of nodes of the grid that are stored: all of them once for each velocity field."""
+    if case.grid_or_none is None:
+        return 0.0
     cells = zip(case.grid.counts(), case.grid.thin(), strict=True)
     return len({body.field for body in case.body}) * prod(float(n + PAD) for n, thin in cells if not thin)
 
 
 def n_points(case: "Case") -> float:
     """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
-    return sum(body.knowing(case.body).n_points(case.grid) for body in case.body)
+    return sum(body.knowing(case.body).n_points(case.grid_or_none) for body in case.body)
 
 
 def physical_memory() -> int | None:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import Vector, parameter
 from pellucid.parts import Condition, Part, Parts
@@ -147,4 +148,11 @@ class Probe(Part):
     def values(self, fetch: Fetch) -> np.ndarray:
         """The quantity of every point, shape (n,) or (n, components), from the fields that `fetch` gives by name."""
         own = QUANTITIES.entries.get(self.quantity)
-        return fetch(self.quantity) if own is None else own.function(fetch)
+        if own is None:
+            return fetch(self.quantity)
+        values, n = np.asarray(own.function(fetch), dtype=float), len(fetch("id"))
+        wanted = (n,) if own.field.components == 1 else (n, own.field.components)
+        if values.shape != wanted:
+            text = f'the quantity "{self.quantity}" of body {self.body} has the shape {values.shape} and not {wanted}'
+            raise RunStopped(f"{text}: a row for each of {n} points")
+        return values

@@ -12,8 +12,9 @@ from pellucid.parts import Parts, Section
 
 
 class Place(NamedTuple):
-    """What a key of a case may hold."""
+    """What a key of a case may hold, and the attribute of the case that has it."""
 
+    attribute: str
     base: type[Model]
     adapter: TypeAdapter[Any]
     is_list: bool
@@ -23,13 +24,13 @@ class Place(NamedTuple):
 def places(case: type[BaseModel]) -> dict[str, Place]:
     """The keys of a case that hold tables with a class of their own."""
     found = {}
-    for key, field in case.model_fields.items():
+    for attribute, field in case.model_fields.items():
         item = field.annotation
         is_list = get_origin(item) is tuple and get_args(item)[-1] is ...
         item = get_args(item)[0] if is_list else _without_none(item)
         base = get_args(item)[0] if get_origin(item) is Annotated else item
         if isinstance(base, type) and issubclass(base, Model):
-            found[key] = Place(base, TypeAdapter(item), is_list)
+            found[field.alias or attribute] = Place(attribute, base, TypeAdapter(item), is_list)
     return found
 
 
@@ -37,7 +38,7 @@ def parts_of(case: BaseModel) -> Parts:
     """The parts of a case, each of which is right in itself."""
     sections = {}
     for key, place in places(type(case)).items():
-        value = getattr(case, key)
+        value = getattr(case, place.attribute)
         sections[key] = Section(place.base, value if place.is_list else [value], place.is_list, value is not None)
     return Parts(sections)
 

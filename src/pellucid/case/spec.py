@@ -98,7 +98,7 @@ class Case(Model):
         "", "Python files that register kinds of their own: they run before the rest of the case is read", ()
     )
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
-    grid: GridCase = parameter("", "the Eulerian grid")
+    grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "held nodes", ())
@@ -136,6 +136,18 @@ class Case(Model):
         if found:
             raise Disagreement(found)
         return self
+
+    @property
+    def grid(self) -> GridCase:
+        """The grid of a case that has one."""
+        if self.grid_or_none is None:
+            raise ValueError("this case has no grid")
+        return self.grid_or_none
+
+    @property
+    def thin(self) -> tuple[bool, bool, bool]:
+        """Which axes are one cell thick; none without a grid."""
+        return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     def history_interval(self) -> float:
         """Time between rows of the history [s]."""

@@ -56,9 +56,9 @@ def validate(
         check_memory(case)
     except CaseError as error:
         raise located(error, file) from None
-    cells = " x ".join(str(count) for count in case.grid.counts())
+    cells = f"grid of {' x '.join(map(str, case.grid.counts()))} cells" if case.grid_or_none else "no grid"
     bodies = ", ".join(body.name for body in case.body)
-    typer.echo(f"{file} is valid: {case.title}; grid of {cells} cells; bodies {bodies}; to t = {case.time.end:g} s")
+    typer.echo(f"{file} is valid: {case.title}; {cells}; bodies {bodies}; to t = {case.time.end:g} s")
 
 
 def schema() -> None:

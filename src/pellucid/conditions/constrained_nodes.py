@@ -10,6 +10,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 
+NO_AXES = (False, False, False)
 REACH = 1e-6  # of a cell, by which a node may lie outside a box and still be held
 
 
@@ -36,22 +37,22 @@ def constrain_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))
 
 
-def held_nodes(grid: Grid, support: Support) -> HeldNodes:
+def held_nodes(grid: Grid | None, support: Support) -> HeldNodes:
     """A support as bodies with their own nodes see it; a face that it holds along its normal is a wall to them."""
     face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
     return HeldNodes(lambda position: nodes_of(support, grid, position), axes, support.velocity, wall)
 
 
-def nodes_of(support: Support, grid: Grid, position: np.ndarray) -> np.ndarray:
+def nodes_of(support: Support, grid: Grid | None, position: np.ndarray) -> np.ndarray:
     """Which nodes at positions [m], shape (n, 3), a support holds, shape (n,): those of the grid or a body's own."""
     if isinstance(support.where, BoxRegion):
         lower, upper = support.where.box.bounds()
-        reach = REACH * grid.lattice.cell
+        reach = REACH * grid.lattice.cell if grid else 0.0
         inside = (position >= lower - reach) & (position <= upper + reach)
-        return np.asarray(np.all(inside[:, ~np.array(grid.thin)], axis=1))
+        return np.asarray(np.all(inside[:, ~np.array(grid.thin if grid else NO_AXES)], axis=1))
     face = support.face()
-    if face is None:
+    if face is None or grid is None:
         return np.ones(len(position), bool)
     axis, end = face
     if grid.thin[axis]:

@@ -2,16 +2,19 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from pellucid.conditions.signals import smooth_step
+from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK
 from pellucid.errors import RunStopped
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, listed
 from pellucid.model import Vector, parameter
 from pellucid.parts import Condition, Parts
 from pellucid.registry import Family, OneOf, register
+
+OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
 
 class PointsView(NamedTuple):
@@ -31,10 +34,19 @@ class Load(Condition):
     """Forces on a body. A new kind is a subclass with a `kind` of its own."""
 
     channel: ClassVar[str] = "load_work"
-    """The column of `history.csv` that shows its work; loads of one channel are summed."""
+    """The column of `history.csv` that shows its work, with a name that ends in `_work`; loads of one channel are summed."""
 
     kind: str
     body: str = parameter("", "name of the body")
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
+        """Raises TypeError for a channel that is none of a load's."""
+        super().__pydantic_init_subclass__(**arguments)
+        if cls.channel in OTHER_CHANNELS or not cls.channel.endswith("_work"):
+            raise TypeError(
+                f'{cls.__name__}.channel = "{cls.channel}" must end in "_work" and be none of {listed(OTHER_CHANNELS)}'
+            )
 
     @abstractmethod
     def forces(self, points: PointsView, time: float) -> np.ndarray:
@@ -80,16 +92,11 @@ class LoadsAtWork:
         named = {body.name: body for body in bodies}
         self._loads = [(load, named[load.body], columns[load.channel]) for load in loads]
 
-    def begin(self, time: float, dt: float) -> None:
-        """Add the forces over the step dt [s] that begins at `time` [s]."""
+    def begin(self, time: float) -> None:
+        """Add the forces over the step that begins at `time` [s]."""
         for load, body, column in self._loads:
             points = PointsView(*(body.arrays[name] for name in PointsView._fields))
             body.add_external_force(_checked(load, load.forces(points, time), len(points.mass)), column)
-
-
-def channels(loads: Sequence[Load]) -> tuple[str, ...]:
-    """The channels of several loads, each once, in the order in which they are first named."""
-    return tuple(dict.fromkeys(load.channel for load in loads))
 
 
 def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:

@@ -22,12 +22,12 @@ class PrescribedPoints:
     grid, the nodes about driven points are constrained, so that the others and contact find them as firm as they are.
     """
 
-    def __init__(self, body: Body, motions: Sequence[Motion], external: ExternalAction, thin: Sequence[bool]) -> None:
+    def __init__(self, body: Body, motions: Sequence[Motion], external: ExternalAction | None, thin: Sequence[bool]) -> None:
         self.body, self._points = body, body.on_grid
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
         self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
-        self._external = Bundle(external)
+        self._external = Bundle(external) if external else None
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)
         self._impulse = np.zeros((MOST_SLABS, len(motions), 3))

@@ -6,7 +6,7 @@ Laws, shape functions and tensor algebra are plain scalar Python, marked with `@
 Numba's disk cache does not see edits in other files; `cache` keeps kernels for the sources that they depend on.
 """
 
-from pellucid.jit.folder import cache_folder, kernels_are_cached, mark_cached
+from pellucid.jit.folder import cache_folder
 from pellucid.jit.kernels import kernel, kernel_key, set_threads
 from pellucid.jit.registry import generic, point_function, pointwise
 
@@ -15,8 +15,6 @@ __all__ = [
     "generic",
     "kernel",
     "kernel_key",
-    "kernels_are_cached",
-    "mark_cached",
     "point_function",
     "pointwise",
     "set_threads",

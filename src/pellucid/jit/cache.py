@@ -17,6 +17,7 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import NumbaPickler
 from numba.core.sigutils import normalize_signature
+from numba.np.ufunc.parallel import _launch_threads
 
 from pellucid.jit.folder import cache_folder
 from pellucid.jit.sources import Sources, sources_of
@@ -44,6 +45,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         except (OSError, EOFError, pickle.UnpicklingError):
             return None  # compiled anew, and the file replaced
         target_context.refresh()
+        _launch_threads()  # drivers refer to what it makes known
         return CompileResult._rebuild(target_context, *payload)
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:

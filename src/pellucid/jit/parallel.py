@@ -49,9 +49,7 @@ def _loops(typing: Any, kernel: Any, arguments: Any, shares: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         _, count, together = values
-        library = context.active_code_library
-        library.add_linking_library(compiled.library)
-        library._reload_init.add(_launch_threads)  # also where the driver comes from the cache
+        context.active_code_library.add_linking_library(compiled.library)
         rest = cgutils.unpack_tuple(builder, together, len(arguments))
         packed = ir.LiteralStructType([INTP, INTP, *(value.type for value in rest)])
         data = cgutils.alloca_once(builder, packed)

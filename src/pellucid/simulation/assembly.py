@@ -18,8 +18,8 @@ from pellucid.parts import BodyModel
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-Built = dict[str, tuple[Body, VelocityField]]
-"""Bodies by name, each with the velocity field that it is in."""
+Built = dict[str, tuple[Body, VelocityField | None]]
+"""Bodies by name, each with the velocity field that it is in; there is none without a grid."""
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer) -> tuple[list[VelocityField], Built]:
@@ -27,7 +27,10 @@ def build_bodies(case: "Case", transfer: VelocityTransfer) -> tuple[list[Velocit
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
         members.setdefault(model.field, []).append(model)
-    n_loads, fields, built = len(load_channels(case)), [], Built()
+    n_loads, fields, built = len(load_channels(case)), list[VelocityField](), Built()
+    if case.grid_or_none is None:
+        placement = Placement(None, None, transfer, case.gravity, n_loads)
+        return [], {model.name: (model.knowing(case.body).build(placement), None) for model in case.body}
     for name, models in members.items():
         own = [model.owns_nodes(len(models) == 1) for model in models]
         field = VelocityField(name, Grid(case.grid), moves_points=not all(own))

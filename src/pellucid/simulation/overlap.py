@@ -20,8 +20,10 @@ DEPTH = 0.25  # of a cell, by which a point may lie inside another body and stil
 SAMPLES = 4000  # points of a body that are looked at within a velocity field, at most
 
 
-def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase) -> None:
+def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None) -> None:
     """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross."""
+    if grid is None:  # nothing tells these bodies of each other
+        return
     known = {model.name: model.knowing(models) for model in models}
     for one, two in combinations(bodies, 2):
         if one.is_surface and two.is_surface and known[one.name].field != known[two.name].field:
@@ -45,8 +47,10 @@ def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: G
             raise CaseError(Problem(text, f"body.{body.name}.{known[body.name].place}", remedy=remedy))
 
 
-def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase) -> Iterator[str]:
+def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None) -> Iterator[str]:
     """What is to be said of volumes of one velocity field that overlap, once for each two of them."""
+    if grid is None:
+        return
     known = {model.name: model.knowing(models) for model in models}
     for body, other in combinations(bodies, 2):
         if body.is_surface or other.is_surface or known[body.name].field != known[other.name].field:

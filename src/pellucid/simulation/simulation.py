@@ -43,9 +43,10 @@ def kernel_key(case: "Case") -> str:
     data = case.to_data()
     bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
     shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
-    conditions = sorted(name for name, several in data.items() if isinstance(several, list) and several)
-    time = case.time.scheme, case.time.transfer
-    what = (case.grid.functions, case.grid.thin(), *time, bodies, shared, len({body["field"] for body in data["body"]}) > 1)
+    conditions = sorted(name for name, tables in data.items() if isinstance(tables, list) and tables)
+    functions = case.grid.functions if case.grid_or_none else ""
+    several = len({body["field"] for body in data["body"]}) > 1
+    what = functions, case.thin, case.time.scheme, case.time.transfer, bodies, shared, several
     return hashlib.sha256(json.dumps((what, conditions)).encode()).hexdigest()[:16]
 
 
@@ -89,7 +90,7 @@ class Simulation:
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or self._worthwhile_threads())
-        refuse_overlaps(case.body, self.bodies, case.grid)
+        refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActingConditions(case, self._built)
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for field, supports, external in zip(
@@ -101,14 +102,14 @@ class Simulation:
         self.has_contact = len(pairs) > 0
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
-        self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 else inf)
+        self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf)
         contact = (CONTACT_WORK,) if self.has_contact else ()
         channels = sorted((*self.conditions.channels, *contact), key=in_history)
         self.budget = EnergyBudget(self.bodies, case.gravity, channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()
         self.timers: dict[str, float] = {}
-        for text in overlaps_within_fields(case.body, self.bodies, case.grid):
+        for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
             warnings.warn(text, stacklevel=2)
         self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if timed:

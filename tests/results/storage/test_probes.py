@@ -4,8 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from registries import forgotten_afterwards
 
 from pellucid.case import Probe
+from pellucid.case.probe import quantity, reduction
+from pellucid.errors import RunStopped
 from pellucid.results.storage.probes import ProbeReader, reduce
 
 FRAME = {
@@ -115,3 +118,33 @@ def test_a_reaction_is_the_mean_force_since_the_row_before():
 def test_probes_that_make_no_sense(table, words):
     with pytest.raises(ValueError, match=words):
         Probe(name="p", **table)
+
+
+def test_what_users_register_is_read_like_any_other():
+    with forgotten_afterwards():
+
+        @reduction("spread")
+        def spread(values):
+            return values.max() - values.min()
+
+        @quantity("momentum_density", unit="kg/(m^2 s)", meaning="momentum of unit volume", components=3)
+        def momentum_density(field):
+            return 2.0 * field("velocity")
+
+        @quantity("short", unit="m", meaning="too few")
+        def short(field):
+            return field("pressure")[:2]
+
+        body = Body()
+        asked = [probe("pressure", "spread"), probe("momentum_density", "max", "y"), probe("momentum_density", "spread")]
+        reader = ProbeReader(asked)
+        assert reader.read([body], {}, 0.0) == [4.0, 8.0, 8.0]
+        assert list(reader.units().values()) == ["Pa", "kg/(m^2 s)", "kg/(m^2 s)"]
+        with pytest.raises(RunStopped, match=r'the quantity "short" of body gas has the shape \(2,\) and not \(3,\)'):
+            ProbeReader([probe("short")]).read([body], {}, 0.0)
+
+
+@pytest.mark.parametrize("name", ["mean", "nearest", "pressure"])
+def test_names_that_are_taken_are_refused(name):
+    with forgotten_afterwards(), pytest.raises(ValueError, match=f'"{name}" is taken by'):
+        quantity(name, unit="m", meaning="") if name == "pressure" else reduction(name)(lambda values: 0.0)

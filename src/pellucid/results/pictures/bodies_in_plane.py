@@ -55,7 +55,7 @@ def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     title, unit = meaning(states[0], quantity)
     values = [np.concatenate([values_of(fields, quantity) for fields in bodies]) for bodies in states]
     colours = limits(values)
-    flat = _Flat(run.case.grid.thin(), [fields["position"] for bodies in states for fields in bodies])
+    flat = _Flat(run.case.thin, [fields["position"] for bodies in states for fields in bodies])
     down, width, height = flat.arrangement(len(chosen))
     figure = new_figure(height=height * down + 0.75, layout="compressed")
     panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()

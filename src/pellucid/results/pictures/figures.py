@@ -42,7 +42,7 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 def bodies(run: "Run") -> "dict[str, Figure]":
     """Bodies at some instants by speed and by pressure or stress; along a tube the profiles at the end."""
-    thin = run.case.grid.thin()
+    thin = run.case.thin
     if sum(thin) == 2:
         return {"profiles_of_points": profiles(run, thin.index(False))}
     draw = panels_in_plane if any(thin) else panels_in_space

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pellucid.grid.model import GridCase
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures
@@ -194,17 +195,21 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
 
 def _case(run: Run) -> str:
     case = run.case
-    cells = " × ".join(map(str, case.grid.counts()))
     step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
     order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
     rows = [
-        ["grid", f"{cells} cells of {number(case.grid.cell)} m, {case.grid.functions} functions"],
+        *([_grid_row(case.grid)] if case.grid_or_none else []),
         ["time", f"{order}, step {step}, to {number(case.time.end)} s"],
         *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.body),
     ]
     text = escape(run.folder.case.read_text(encoding="utf-8"))
     folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
     return _table(("", ""), rows, "plain") + folded
+
+
+def _grid_row(grid: GridCase) -> list[str]:
+    cells = " × ".join(map(str, grid.counts()))
+    return ["grid", f"{cells} cells of {number(grid.cell)} m, {grid.functions} functions"]
 
 
 def _words(body: Any) -> str:

@@ -1,19 +1,13 @@
 """Probes: a field of a body reduced to one number, or the mean force of a support or motion."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from pellucid.state import COMPONENT_NAMES, FIELDS
-
-if TYPE_CHECKING:
-    from pellucid.case import Probe
-
-Fetch = Callable[[str], np.ndarray]
-
-REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {"mean": np.mean, "max": np.max, "min": np.min, "sum": np.sum}
+from pellucid.case.probe import REDUCTIONS, Fetch, Probe
+from pellucid.state import COMPONENT_NAMES
 
 
 class ProbeReader:
@@ -22,7 +16,7 @@ class ProbeReader:
     `data` is what a checkpoint kept. Bodies have a `name` and a `field(name)`, whose points may stand in any order.
     """
 
-    def __init__(self, probes: "Sequence[Probe]", data: Mapping[str, Any] | None = None) -> None:
+    def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None) -> None:
         self._probes = probes
         kept = data or {"followed": {}, "initial": {}, "impulses": {}, "time": 0.0}
         self._followed: dict[str, int] = dict(kept["followed"])  # number of the point, by the name of the probe
@@ -65,13 +59,13 @@ class ProbeReader:
         """What a checkpoint keeps."""
         return {"followed": self._followed, "initial": self._initial, "impulses": self._impulses, "time": self._time}
 
-    def _value(self, probe: "Probe", field: Fetch) -> float:
+    def _value(self, probe: Probe, field: Fetch) -> float:
         if probe.reduce != "point":
             return reduce(probe, field)
         here = np.flatnonzero(field("id") == self._followed[probe.name])[0]
-        return float(scalar(field(probe.quantity), probe.component)[here])
+        return float(scalar(probe.values(field), probe.component)[here])
 
-    def _reaction(self, probe: "Probe", impulses: Mapping[str, np.ndarray], time: float) -> float:
+    def _reaction(self, probe: Probe, impulses: Mapping[str, np.ndarray], time: float) -> float:
         name = probe.condition or ""
         if name not in impulses or time <= self._time:
             return 0.0
@@ -80,18 +74,18 @@ class ProbeReader:
         return float(scalar(force[None, :], probe.component)[0])
 
 
-def reduce(probe: "Probe", field: Fetch) -> float:
+def reduce(probe: Probe, field: Fetch) -> float:
     """The value of a probe on the fields that `field` gives by name.
 
     Without a component a vector counts with its length and a stress with von Mises' equivalent. "nearest" takes the
     point that is nearest to the place at the moment, not one that is followed.
     """
-    values = scalar(field(probe.quantity), probe.component)
+    values = scalar(probe.values(field), probe.component)
     if probe.reduce == "nearest":
         return float(values[_nearest(field, probe.at)])
     if probe.reduce == "count":
         return float(np.count_nonzero(values > probe.above))
-    return float(REDUCTIONS[probe.reduce](values))
+    return float(REDUCTIONS.entries[probe.reduce].function(values))
 
 
 def scalar(values: np.ndarray, component: str | None = None) -> np.ndarray:
@@ -113,7 +107,7 @@ def _nearest(field: Fetch, at: Any) -> int:
     return int(near[np.argmin(field("id")[near])])
 
 
-def _unit(probe: "Probe") -> str:
+def _unit(probe: Probe) -> str:
     if probe.body is None:
         return "N"
-    return "" if probe.reduce == "count" else FIELDS[probe.quantity].unit
+    return "" if probe.reduce == "count" else probe.field().unit
