@@ -1,9 +1,9 @@
 """Sheets of membrane for tests: on a grid of their own, driven by a velocity gradient."""
 
 import numpy as np
-from pellucid.bodies.contract import Placement
 from scenes import case
 
+from pellucid.bodies.contract import Placement
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip

@@ -15,7 +15,12 @@ from pellucid.grid.momentum import Supports, external_action
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 
-SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}  # steps as long as the block's
+SKIN = {
+    "kind": "linear-membrane",
+    "density": 1000.0,
+    "young_modulus": 1e3,
+    "poisson_ratio": 0.3,
+}  # steps as long as the block's
 SAMPLES = {
     "material-points": box((-0.5, -0.25, -0.25), (0.5, 0.5, 0.25)),
     "membrane-points": sheet(points=(13, 13), material=SKIN),
@@ -32,7 +37,9 @@ every_kind = pytest.mark.parametrize(("kind", "alone"), KINDS, ids=[f"{kind}{'-a
 
 def in_flight(kind, alone, **more):
     """A sample that flies, and a block far away: in its velocity field, or in one of its own."""
-    far = box((-1.75, -1.75, -1.5), (-1.25, -1.25, -1.0), per_cell=(1, 1, 1), name="far", field="another" if alone else "common")
+    far = box(
+        (-1.75, -1.75, -1.5), (-1.25, -1.25, -1.0), per_cell=(1, 1, 1), name="far", field="another" if alone else "common"
+    )
     settings = GRID | {"step": 1e-3, "end": 10.0} | more
     return simulation(SAMPLES[kind] | {"velocity": VELOCITY}, far, **settings)
 
@@ -117,7 +124,9 @@ def test_points_fly_on_in_frames_that_are_in_the_order_of_ids(kind, alone):
     assert np.array_equal(frame["id"], np.arange(body.n_points))
     assert np.array_equal(frame["mass"], start["mass"])
     # twenty steps, each with the rounding of sums over a few dozen terms
-    assert frame["position"] - start["position"] == pytest.approx(np.tile(0.4 * np.array(VELOCITY), (body.n_points, 1)), abs=1e-12)
+    assert frame["position"] - start["position"] == pytest.approx(
+        np.tile(0.4 * np.array(VELOCITY), (body.n_points, 1)), abs=1e-12
+    )
     assert frame["velocity"] == pytest.approx(np.tile(VELOCITY, (body.n_points, 1)), abs=1e-12)
     back = np.argsort(body.arrays["id"])
     for name in body.field_names:
@@ -141,9 +150,9 @@ def test_a_body_goes_on_from_its_arrays_bit_for_bit(kind, alone):
     arrays, numbers = {name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers()
     body, other = one.bodies[0], late.bodies[0]
     kept = {name: array.copy() for name, array in body.state_arrays().items()}
-    assert {name: array.shape for name, array in other.state_arrays().items() if "slabs" not in name and "index" not in name} == {
-        name: array.shape for name, array in kept.items() if "slabs" not in name and "index" not in name
-    }
+    assert {
+        name: array.shape for name, array in other.state_arrays().items() if "slabs" not in name and "index" not in name
+    } == {name: array.shape for name, array in kept.items() if "slabs" not in name and "index" not in name}
     other.restore(kept)
     for name, array in other.state_arrays().items():
         assert array.dtype == kept[name].dtype, name

@@ -19,7 +19,7 @@ from elements import (
 )
 from membranes import NU, THICKNESS, E
 
-from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
+from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
 from pellucid.errors import RunStopped
 from pellucid.geometry.surfaces import Surface
 from pellucid.jit import set_threads
@@ -285,6 +285,42 @@ def test_prescribed_directions_take_what_holds_them():
     assert np.abs(v[right, 1]).max() < 0.1
     assert body.totals.momentum == pytest.approx(total, abs=1e-12 * np.abs(total).max())
     assert body.totals.kinetic == pytest.approx(given + internal, rel=1e-12)
+
+
+def test_prescribed_motions_do_what_supports_of_their_velocity_do_and_it_is_counted_as_theirs():
+    """The same bits of velocities; works along the prescribed velocity and impulses go to the motions, and the axes alone that
+    a motion prescribes are led."""
+    ends = []
+    for moved in (False, True):
+        body = body_of(element_sheet())
+        left, right = places(body)[:, 0] < -0.4, places(body)[:, 0] > 0.4
+        if moved:
+            body.hold([held(left, "xyz")])
+            body.follow(["pull", "rest"], right.astype(np.int64), np.array([(1, 0, 0), (1, 1, 1)]))
+        else:
+            body.hold([held(left, "xyz"), held(right, "x", (0.1, 0.0, 0.0))])
+        works, given, taken = np.zeros(FIRST_LOAD + 1), np.zeros(3), np.zeros(3)
+        for _ in range(50):
+            if moved:
+                body.prescribe(np.array([(0.1, 7.0, 7.0), (9.0, 9.0, 9.0)]))
+            step(body, 1e-3)
+            done = body.work()
+            works += done.works
+            given += done.motions["pull"] if moved else done.reactions[1]
+            taken += done.reactions[0]
+            assert list(done.motions) == (["pull", "rest"] if moved else [])
+            assert not moved or not done.motions["rest"].any()
+        ends.append((body.arrays["velocity"].tobytes(), works, given, taken, body.totals))
+    (held_velocity, held_works, held_given, held_taken, _), (velocity, works, given, taken, totals) = ends
+    assert velocity == held_velocity
+    assert given.tolist() == held_given.tolist()
+    assert taken.tolist() == held_taken.tolist()
+    assert held_works[MOTION] == 0.0 < works[MOTION]
+    assert works[MOTION] == pytest.approx(0.1 * given[0], rel=1e-12)
+    assert works[SUPPORT] + works[MOTION] == pytest.approx(held_works[SUPPORT], rel=1e-12)
+    assert works[INTERNAL] == held_works[INTERNAL]
+    assert totals.kinetic == pytest.approx(works[INTERNAL] + works[SUPPORT] + works[MOTION], rel=1e-12)
+    assert totals.momentum == pytest.approx(given + taken, abs=1e-12 * np.abs(given).max())
 
 
 def test_no_node_passes_a_wall():
