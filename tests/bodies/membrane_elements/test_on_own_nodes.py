@@ -154,7 +154,7 @@ def hourglass_pattern(body, amplitude, axis):
 
 
 @pytest.mark.parametrize("kind", ["stiffness", "viscous"])
-def test_hourglass_modes_in_the_plane_are_resisted_and_their_energy_is_booked(kind):
+def test_hourglass_modes_in_the_plane_are_resisted_and_their_energy_is_counted(kind):
     body = body_of(element_sheet(hourglass={"kind": kind, "coefficient": 0.1}))
     pattern = hourglass_pattern(body, 1e-3, 0)
     body.arrays["velocity"][:] = pattern
@@ -246,7 +246,7 @@ def test_a_free_sheet_keeps_energy_and_momentum(elements, law):
     for _ in range(400):
         step(body, dt)
         internal += body.work().works[INTERNAL]
-        # the books of a step lie half a step apart, which is a share of what moves in a step and does not grow
+        # the works and energies of a step lie half a step apart, which is a share of what moves in a step and does not grow
         worst = max(worst, abs(internal + body.totals.stored - stored) / stored)
     assert np.abs(body.totals.momentum - momentum).max() < 1e-13 * np.abs(momentum).max()
     assert worst < 0.05
@@ -268,7 +268,7 @@ def test_a_node_that_leaves_the_grid_stops_the_run():
 
 
 def test_prescribed_directions_take_what_holds_them():
-    """Half the rim pulled, the other half held: reactions are the impulses that the free nodes miss, their work is booked."""
+    """Half the rim pulled, the other half held: reactions are the impulses that the free nodes miss, their work is counted."""
     body = body_of(element_sheet())
     left, right = places(body)[:, 0] < -0.4, places(body)[:, 0] > 0.4
     body.hold([held(left, "xyz"), held(right, "x", (0.1, 7.0, 7.0))])
@@ -324,7 +324,7 @@ def test_prescribed_motions_do_what_supports_of_their_velocity_do_and_it_is_coun
 
 
 def test_no_node_passes_a_wall():
-    """A sheet in a box of 4 m flies into its lower x and upper y faces: what stops it there is booked as support."""
+    """A sheet in a box of 4 m flies into its lower x and upper y faces: what stops it there is work of supports."""
     body = body_of(element_sheet())
     body.hold([wall(body, 0, 0), wall(body, 1, 1)])
     body.arrays["velocity"][:] = (-4.0, 2.0, 0.5)
