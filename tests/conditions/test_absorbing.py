@@ -34,7 +34,7 @@ def what_comes_back(table, direction=0):
     along = body.arrays["position"][:, 0] - 0.5 * LENGTH
     body.arrays["velocity"][:, direction] = 1e-3 * np.exp(-((along / WIDTH) ** 2))
     speed = Case.model_validate(table).body[0].material.wave_speeds()[min(direction, 1)]
-    sim.budget.energy_scale = np.inf  # the pulse was given after the books were opened
+    sim.budget.energy_scale = np.inf  # the pulse was given after the balance began
     while sim.time < 0.95 * LENGTH / speed:
         sim.step()
     half = 0.5e-3  # a pulse of velocity alone splits in two
@@ -65,7 +65,7 @@ def test_a_shear_pulse_leaves_a_solid():
     assert what_comes_back(table, direction=1) < 0.02
 
 
-def test_the_books_close():
+def test_the_balance_closes():
     table = bar(LIQUID)
     table["body"][0]["velocity_wave"] = {"amplitude": (1e-3, 0, 0), "wave_vector": (2 * np.pi / LENGTH, 0, 0), "phase": 0.0}
     sim = Simulation(Case.model_validate(table), threads=1)

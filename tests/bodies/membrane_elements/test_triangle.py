@@ -99,7 +99,7 @@ def test_a_crumpling_sheet_keeps_its_energy(law):
         step(body, 0.1 / rate)
         worst = max(worst, abs(body.totals.kinetic + body.totals.stored - energy))
         fastest = max(fastest, body.totals.rate)
-    # the books of a step lie half a step apart: 0.5 %, and half of it with half the step
+    # the works and energies of a step lie half a step apart: 0.5 %, and half of it with half the step
     assert worst < 0.01 * energy
     assert fastest < 1.1 * rate
     assert body.totals.stored > -1e-3 * energy

@@ -1,4 +1,4 @@
-"""Damage of membrane points: the exact curve in uniaxial strain, failure, books, the same bits everywhere."""
+"""Damage of membrane points: the exact curve in uniaxial strain, failure, balance, the same bits everywhere."""
 
 import numpy as np
 import pytest
@@ -80,7 +80,7 @@ def torn(steps=400, damage=ZONA, threads=1):
     return advance(sim, steps)
 
 
-def test_tearing_keeps_mass_momentum_and_the_books():
+def test_tearing_keeps_mass_momentum_and_the_balance():
     sim = torn()
     body = sim.bodies[0]
     assert 100 < body.arrays["failed"].sum() < 1400

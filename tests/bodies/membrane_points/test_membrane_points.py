@@ -130,7 +130,7 @@ def test_a_string_of_membrane_vibrates_as_the_book_says():
         lower=(-0.49, -0.125, -0.22),
         end=100.0,
         step=2e-4,
-        energy={"warn": 1e9, "stop": 1e9},  # the velocities below come after the ledger was opened
+        energy={"warn": 1e9, "stop": 1e9},  # the velocities below come after the balance began
         support=[{"where": "x-lower"}, {"where": "x-upper"}, {"where": "all-nodes", "fix": ["x", "y"]}],
     )
     body = sim.bodies[0]
