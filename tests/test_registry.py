@@ -12,6 +12,8 @@ from pellucid.bodies.initial import INITIAL_FIELDS, InitialField
 from pellucid.bodies.models import BODIES
 from pellucid.case import json_schema
 from pellucid.case.schema import schema_of
+from pellucid.conditions.load import LOADS
+from pellucid.conditions.signals import SIGNALS
 from pellucid.materials import MATERIALS, MEMBRANE_MATERIALS, Material
 from pellucid.materials.eos import EQUATIONS_OF_STATE
 from pellucid.model import Model, parameter
@@ -36,7 +38,7 @@ class Holder(Model):
     field: Annotated[InitialField, OneOf(INITIAL_FIELDS)]
 
 
-@pytest.mark.parametrize("family", [BODIES, MATERIALS, MEMBRANE_MATERIALS, EQUATIONS_OF_STATE, INITIAL_FIELDS])
+@pytest.mark.parametrize("family", [BODIES, MATERIALS, MEMBRANE_MATERIALS, EQUATIONS_OF_STATE, INITIAL_FIELDS, LOADS, SIGNALS])
 def test_each_of_the_package_is_registered_under_its_own_kind(family: Family) -> None:
     assert family.entries
     for kind, model in family.entries.items():
@@ -52,6 +54,11 @@ def test_what_is_registered_can_be_named_at_once() -> None:
     assert found == Uniform(speed=2000.0)
     assert Holder(field=found).field is found
     assert Holder(field=found).model_dump() == {"field": {"kind": "uniform", "speed": 2000.0}}
+
+
+def test_an_object_of_a_kind_that_no_file_could_name_is_refused() -> None:
+    with pytest.raises(ValidationError, match="Uniform is not registered: decorate the class with `register`"):
+        Holder(field=Uniform())
 
 
 def test_mistakes_in_a_registered_table_are_found_where_they_stand() -> None:

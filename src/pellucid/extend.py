@@ -1,12 +1,13 @@
 """What users need to add kinds of their own, which case files can then name: see docs/extending.md.
 
 A class decorated with `register` is a kind of what its base class says: a material, an equation of state, a load, an initial
-field. `reduction` and `quantity` register functions for probes.
+field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes.
 """
 
 from pellucid.bodies.initial import InitialField
 from pellucid.case.probe import quantity, reduction
 from pellucid.conditions.load import Load, PointsView
+from pellucid.conditions.signals import SignalModel
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
@@ -23,6 +24,7 @@ __all__ = [
     "Load",
     "PointMaterial",
     "PointsView",
+    "SignalModel",
     "Vector",
     "parameter",
     "quantity",

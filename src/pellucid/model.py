@@ -51,8 +51,3 @@ def _to_si(value: Any, unit: str) -> Any:
 def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
     """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le)."""
     return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)
-
-
-def kind_of(value: Any) -> Any:
-    """The `kind` of a table or model: which member of a union it is."""
-    return value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)

@@ -6,7 +6,7 @@ themselves too. Nobody asks of what kind a body or a condition is.
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from pellucid.model import Model, Vector, parameter
 
 if TYPE_CHECKING:
     from pellucid.bodies.contract import Body, Placement
+    from pellucid.conditions.at_work import ConditionAtWork, World
 
 FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
 
@@ -78,6 +79,11 @@ class Parts:
         """Whether the case names no grid, be it right or wrong."""
         return not self.sections["grid"].is_written
 
+    def no_grid(self, path: Path, why: str) -> Iterator[Finding]:
+        """The finding that what stands at a path cannot be without a grid, and why; where a body lacks it too, that says so."""
+        if self.lacks_grid and not any(body.needs_grid(self) for body in self.of(BodyModel)):
+            yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or leave this out")
+
     def is_driven(self, body: str) -> bool:
         """Whether a body as a whole follows a prescribed motion along every axis that counts: it is rigid then."""
         grid = self.grid
@@ -130,7 +136,23 @@ def _repeated_names(key: str, section: Section) -> Iterator[Finding]:
 
 
 class Condition(Part):
-    """What acts on the bodies from outside, or between them."""
+    """What acts on the bodies from outside, or between them. A new one is a subclass, and a key of the case."""
+
+    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = ""
+    """What it needs on the nodes of the velocity field of its body, see `pellucid.grid.momentum.ExternalAction`."""
+
+    def acts_on(self) -> str | None:
+        """The name of the body on which it acts, if it is one body."""
+        return None
+
+    def load_channel(self) -> str | None:
+        """The column of the history that shows the work of its external forces, if it has such forces."""
+        return None
+
+    @classmethod
+    def at_work(cls, conditions: Sequence[Self], world: "World") -> Sequence["ConditionAtWork"]:
+        """What does the work of all conditions of this class in a run; nothing where they are set up once and for all."""
+        return ()
 
     def reaction(self) -> str | None:
         """The name under which probes find the force that it exerts, if it has one."""

@@ -11,7 +11,6 @@ from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from pellucid.findings import listed
-from pellucid.model import kind_of
 
 ModelType = TypeVar("ModelType", bound=BaseModel)
 EntryType = TypeVar("EntryType")
@@ -68,10 +67,12 @@ class Family(Registry[type[ModelType]]):
     def validated(self, value: Any) -> ModelType:
         """A table as the model of its kind."""
         if isinstance(value, self.base):
+            if getattr(value, "kind", None) not in self._entries:
+                raise ValueError(f"{type(value).__name__} is not registered: decorate the class with `register`")
             return value
         if not isinstance(value, Mapping):
             raise PydanticKnownError("model_type", {"class_name": self.base.__name__})
-        kind = kind_of(value) or self.default
+        kind = value.get("kind", self.default)
         if not kind:
             raise PydanticKnownError("union_tag_not_found", {"discriminator": "kind"})
         model = self._entries.get(kind) if isinstance(kind, str) else None

@@ -260,6 +260,25 @@ def test_alone_it_needs_no_grid(tmp_path):
     assert run.summary["conservation"]["energy"] < 0.0, "backward Euler takes some"
 
 
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (
+            {"support": [{"where": "x-lower"}]},
+            "support.0.where: needs a grid, and this case has none: faces are those of a grid",
+        ),
+        ({"absorbing": [{"where": "x-lower", "body": "lattice"}]}, "absorbing.0.where: needs a grid"),
+        (
+            {"contact": [{"between": ["lattice", "none"]}]},
+            "contact.0.between: needs a grid, .* bodies meet on the nodes of a grid",
+        ),
+    ],
+)
+def test_what_needs_a_grid_beside_it_says_so(more, words):
+    with pytest.raises(ValidationError, match=words):
+        Case.model_validate({"schema": 1, "title": "alone", "time": {"end": 1.0}, "body": [lattice()], **more})
+
+
 def test_beside_another_it_needs_one():
     tables = [lattice(), lattice(name="other", field="other", corner=(0.0, 2.0, 2.0))]
     with pytest.raises(ValidationError, match="body lattice needs one"):

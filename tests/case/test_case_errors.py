@@ -35,6 +35,12 @@ MISTAKES = {
         ["body.drop.material.eos.kind", "is missing", '"tait"'],
     ),
     "missing key": ("end = 0.1\n", "", "[time]", ["time.end", "is missing", "time at which the run ends, s"]),
+    "no grid": (
+        '[grid]\nlower = [0, 0, 0]\nupper = [1.0, 0.5, 0.0]\ncell = 0.05\nfunctions = "gimp"\n',
+        "",
+        None,
+        ["grid", "is missing: body drop needs one", "add a table [grid] with `lower`, `upper` and `cell`"],
+    ),
     "missing table": ("[time]\nend = 0.1\ncourant = 0.5\n", "", None, ["time", "is missing", "the clock"]),
     "negative density": (
         "density = 1200.0",

@@ -4,8 +4,10 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
+from scenes import advance, box, simulation
 
-from pellucid.conditions.load import BodyForce, Load, LoadsAtWork, PointsView
+from pellucid.conditions.at_work import Home, World, load_channels
+from pellucid.conditions.load import BodyForce, Load, PointsView
 from pellucid.errors import RunStopped
 
 
@@ -19,8 +21,32 @@ class Body:
         self.arrays = {key: random.random(shape) for key, shape in shapes.items()}
         self.forces: dict[int, np.ndarray] = {}
 
+    def field(self, name):
+        return self.arrays[name]
+
     def add_external_force(self, force, column):
         self.forces[column] = self.forces.get(column, 0.0) + force
+
+
+def test_what_a_load_sees_of_the_points():
+    body = Body()
+    points = PointsView(body)
+    assert points.position is body.arrays["position"]
+    assert points.volume is body.arrays["volume"]
+    body.arrays["density"] = body.arrays["mass"] / body.arrays.pop("volume")
+    assert np.allclose(PointsView(body).volume, points.volume, rtol=1e-15)
+
+    def volumes(self):
+        return self.arrays["volume"]
+
+
+def begin(bodies, loads, time):
+    """Let loads act on bodies over the step that begins at a time."""
+    channels = load_channels([load.channel for load in loads])
+    world = World({body.name: Home(body, None, None) for body in bodies}, {}, channels, 0)
+    for kind in dict.fromkeys(type(load) for load in loads):
+        for part in kind.at_work([load for load in loads if type(load) is kind], world):
+            part.begin(time, 0.1)
 
 
 class Spring(Load):
@@ -36,17 +62,17 @@ def test_a_body_force_pushes_every_mass_and_rises_smoothly():
     load = BodyForce(body="block", acceleration=(0.0, 2.0, 0.0), rise=0.5)
     for time, share in ((0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (3.0, 1.0)):
         body.forces.clear()
-        LoadsAtWork([body], [load], {"load_work": 7}).begin(time)
+        begin([body], [load], time)
         assert np.array_equal(body.forces[7], body.arrays["mass"][:, None] * share * np.array([0.0, 2.0, 0.0]))
     sudden = load.model_copy(update={"rise": 0.0})
-    LoadsAtWork([body], [sudden], {"load_work": 7}).begin(0.0)
+    begin([body], [sudden], 0.0)
     assert body.forces[7][:, 1].sum() == pytest.approx(4.0 * body.arrays["mass"].sum())
 
 
 def test_loads_push_their_own_body_and_book_in_their_own_column():
     one, two = Body("one"), Body("two")
     loads = [BodyForce(body="two", acceleration=(1, 0, 0)), Spring(body="one"), BodyForce(body="one", acceleration=(1, 0, 0))]
-    LoadsAtWork([one, two], loads, {"load_work": 7, "spring_work": 8}).begin(2.0)
+    begin([one, two], loads, 2.0)
     assert set(two.forces) == {7}
     assert np.array_equal(one.forces[8], -2.0 * one.arrays["position"])
     assert np.array_equal(one.forces[7][:, 0], one.arrays["mass"])
@@ -67,7 +93,7 @@ def test_forces_that_are_none_stop_the_run(forces, words):
             return forces
 
     with pytest.raises(RunStopped, match=words):
-        LoadsAtWork([Body()], [Strange(body="block")], {"load_work": 7}).begin(0.0)
+        begin([Body()], [Strange(body="block")], 0.0)
 
 
 @pytest.mark.parametrize("name", ["gravity_work", "spring_energy"])
@@ -76,3 +102,30 @@ def test_a_channel_is_a_work_of_its_own(name):
         TypeError, match=rf'Spring\.channel = "{name}" must end in "_work" and be none of gravity_work, support_work'
     ):
         type("Spring", (Load,), {"__annotations__": {"channel": ClassVar[str]}, "channel": name, "__module__": __name__})
+
+
+SHEET = {
+    "name": "block",
+    "surface": {"rectangle": {"corner": (1.1, 1.1, 2.3), "first_edge": (2, 0, 0), "second_edge": (0, 2, 0), "points": (9, 9)}},
+    "thickness": 0.01,
+    "material": {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3},
+}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [box((1, 1, 1), (3, 3, 3)), SHEET | {"kind": "membrane-points"}, SHEET | {"kind": "membrane-elements"}],
+    ids=["material-points", "membrane-points", "membrane-elements"],
+)
+def test_a_body_force_on_all_is_gravity(body):
+    """The same motion, booked as work and impulse of the load."""
+    pull = (0.3, 0.0, -2.0)
+    falling = advance(simulation(body, step=2e-3, gravity=pull), 5)
+    load = {"kind": "body-force", "body": "block", "acceleration": pull}
+    pushed = advance(simulation(body, step=2e-3, load=[load]), 5)
+    for name in ("position", "velocity"):
+        assert np.allclose(falling.bodies[0].arrays[name], pushed.bodies[0].arrays[name], rtol=0.0, atol=1e-14)
+    assert pushed.momentum() == pytest.approx(0.01 * falling.bodies[0].mass * np.array(pull), rel=1e-12, abs=1e-12)
+    assert pushed.energies()["load_work"] == pytest.approx(falling.energies()["gravity_work"], rel=1e-12)
+    assert abs(pushed.conservation()["momentum"]) < 1e-12
+    assert abs(pushed.conservation()["energy"]) < 1e-12

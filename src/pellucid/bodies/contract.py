@@ -92,6 +92,10 @@ class Body(ABC):
         """Mass [kg]."""
         return float(self.arrays["mass"].sum())
 
+    def volumes(self) -> np.ndarray:
+        """Volumes of the points [m³], shape (n,), in the order in which they are stored."""
+        return self.arrays["volume"]
+
     # the step
 
     def begin(self, dt: float) -> None:  # noqa: B027

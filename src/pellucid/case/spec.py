@@ -10,7 +10,7 @@ from pellucid.bodies.models import Body
 from pellucid.case.checking import changed
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
-from pellucid.case.sections import parts_of
+from pellucid.case.sections import parts_of, places
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.load import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
@@ -21,7 +21,7 @@ from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
 from pellucid.model import InputFile, Model, Vector, parameter
-from pellucid.parts import BodyModel, Part, Parts
+from pellucid.parts import BodyModel, Condition, Part, Parts
 
 ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05
@@ -148,6 +148,11 @@ class Case(Model):
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick; none without a grid."""
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
+
+    def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
+        """What acts on the bodies, by class."""
+        held = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
+        return {base: several for base, several in held.items() if issubclass(base, Condition)}
 
     def history_interval(self) -> float:
         """Time between rows of the history [s]."""

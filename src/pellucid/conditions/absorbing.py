@@ -4,23 +4,29 @@ Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import field_validator
 
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.axis import GridFunction, GridFunctions, axis_weights
 from pellucid.conditions.support import Face
+from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
 from pellucid.model import parameter
 from pellucid.parts import Condition, Parts
+
+if TYPE_CHECKING:
+    from pellucid.conditions.at_work import Home, World
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
 
 
 class Absorbing(Condition):
     """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves of a body that meet them head-on leave."""
+
+    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "absorption"
 
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: str = parameter("", "body whose waves leave: the speeds are those of its material at the start")
@@ -30,8 +36,18 @@ class Absorbing(Condition):
     def _one_or_several(cls, where: Any) -> Any:
         return (where,) if isinstance(where, str) else where
 
+    def acts_on(self) -> str:
+        """The body whose waves leave."""
+        return self.body
+
+    @classmethod
+    def at_work(cls, conditions: Sequence["Absorbing"], world: "World") -> Sequence["AbsorptionAtWork"]:
+        """Each by itself."""
+        return [AbsorptionAtWork(world.homes[absorbing.body], absorbing, world) for absorbing in conditions]
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that sends no waves to a face, and faces that are held or absorb twice."""
+        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from parts.unknown_body((*path, "body"), self.body)
         body = parts.body(self.body)
         if body is not None and not body.has_volume_waves():
@@ -47,7 +63,25 @@ class Absorbing(Condition):
                 yield Finding((*path, "where"), text, "take the face out of one of the two")
 
 
-def absorption_rates(grid: Grid, functions: Any, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:
+class AbsorptionAtWork:
+    """The absorbing faces of a body that is built: rates at its nodes, which the momentum equation of the nodes reads."""
+
+    channels: Sequence[Channel] = (ABSORBED_ENERGY,)
+
+    def __init__(self, home: "Home", absorbing: Absorbing, world: "World") -> None:
+        if home.field is None or home.body.on_grid is None:
+            raise ValueError(f"body {absorbing.body} has no points on the grid whose waves a face could absorb")
+        faces = [(face, *home.model.wave_speeds()) for face in absorbing.where]
+        world.external[home.field].absorption[:] += absorption_rates(home.field.grid, home.body.on_grid.functions, faces)
+
+    def begin(self, time: float, dt: float) -> None:
+        """The rates stay as they are."""
+
+    def work(self) -> None:
+        """Counted with the momentum of the nodes."""
+
+
+def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:
     """Rates at which faces take momentum from nodes [1/s], shape (nodes, 3).
 
     faces: each with the speeds of pressure and shear waves [m/s]. Only the functions of a face's own nodes do not vanish on
@@ -69,7 +103,7 @@ def absorption_rates(grid: Grid, functions: Any, faces: Sequence[tuple[Face, flo
     return rates
 
 
-def _integral(function: Any, n: int) -> float:
+def _integral(function: GridFunction, n: int) -> float:
     """Integral of the function of a wall's node, in cells."""
     reach = min(function.stencil, n)
     total = 0.0

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from pellucid.bodies.contract import HeldNodes
+from pellucid.conditions.at_work import NO_AXES
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 
-NO_AXES = (False, False, False)
 REACH = 1e-6  # of a cell, by which a node may lie outside a box and still be held
 
 

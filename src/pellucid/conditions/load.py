@@ -1,38 +1,47 @@
 """Loads: forces on the points of a body, of any kind that is registered."""
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
 from pellucid.conditions.signals import smooth_step
-from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK
+from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK, Channel
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import Vector, parameter
 from pellucid.parts import Condition, Parts
 from pellucid.registry import Family, OneOf, register
 
+if TYPE_CHECKING:
+    from pellucid.bodies.contract import Body
+    from pellucid.conditions.at_work import World
+
 OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
 
-class PointsView(NamedTuple):
-    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them."""
+class PointsView:
+    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them.
 
-    position: np.ndarray
-    """(n, 3) [m]"""
-    velocity: np.ndarray
-    """(n, 3) [m/s]"""
-    mass: np.ndarray
-    """(n,) [kg]"""
-    volume: np.ndarray
-    """(n,) [m³]"""
+    position [m] and velocity [m/s], shape (n, 3); mass [kg], shape (n,).
+    """
+
+    def __init__(self, body: "Body") -> None:
+        self._body = body
+        self.position, self.velocity, self.mass = (body.arrays[name] for name in ("position", "velocity", "mass"))
+
+    @cached_property
+    def volume(self) -> np.ndarray:
+        """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
+        return self._body.volumes()
 
 
 class Load(Condition):
     """Forces on a body. A new kind is a subclass with a `kind` of its own."""
 
+    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "loads"
     channel: ClassVar[str] = "load_work"
     """The column of `history.csv` that shows its work, with a name that ends in `_work`; loads of one channel are summed."""
 
@@ -51,6 +60,19 @@ class Load(Condition):
     @abstractmethod
     def forces(self, points: PointsView, time: float) -> np.ndarray:
         """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]."""
+
+    def acts_on(self) -> str:
+        """Its body."""
+        return self.body
+
+    def load_channel(self) -> str:
+        """Its channel."""
+        return self.channel
+
+    @classmethod
+    def at_work(cls, conditions: Sequence["Load"], world: "World") -> Sequence["LoadAtWork"]:
+        """Each by itself."""
+        return [LoadAtWork(world.homes[load.body].body, load, world) for load in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there."""
@@ -76,27 +98,22 @@ class BodyForce(Load):
         return points.mass[:, None] * (share * np.array(self.acceleration))
 
 
-class Loaded(Protocol):
-    """What loads ask of a body."""
+class LoadAtWork:
+    """A load on a body that is built."""
 
-    name: str
-    arrays: dict[str, np.ndarray]
+    channels: Sequence[Channel] = ()
 
-    def add_external_force(self, force: np.ndarray, column: int) -> None: ...
+    def __init__(self, body: "Body", load: Load, world: "World") -> None:
+        self._body, self._load, self._column = body, load, world.column(load.channel)
 
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        forces = self._load.forces(PointsView(self._body), time)
+        forces = _checked(self._load, forces, self._body.n_points)
+        self._body.add_external_force(forces, self._column)
 
-class LoadsAtWork:
-    """The loads of a case on bodies that are built. `columns` are those of their channels in a row of works."""
-
-    def __init__(self, bodies: Sequence[Loaded], loads: Sequence[Load], columns: Mapping[str, int]) -> None:
-        named = {body.name: body for body in bodies}
-        self._loads = [(load, named[load.body], columns[load.channel]) for load in loads]
-
-    def begin(self, time: float) -> None:
-        """Add the forces over the step that begins at `time` [s]."""
-        for load, body, column in self._loads:
-            points = PointsView(*(body.arrays[name] for name in PointsView._fields))
-            body.add_external_force(_checked(load, load.forces(points, time), len(points.mass)), column)
+    def work(self) -> None:
+        """Counted with the external forces."""
 
 
 def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:

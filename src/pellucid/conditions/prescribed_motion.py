@@ -1,7 +1,7 @@
 """Prescribed motions of bodies or parts of them, as the user describes them."""
 
-from collections.abc import Callable, Iterator
-from typing import ClassVar
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import model_validator
 
@@ -11,6 +11,9 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Shape
 from pellucid.model import Model, parameter
 from pellucid.parts import Condition, Parts
+
+if TYPE_CHECKING:
+    from pellucid.conditions.at_work import ConditionAtWork, World
 
 
 class Displacements(Model):
@@ -25,6 +28,7 @@ class Motion(Condition):
     """Points of a body that follow a prescribed displacement, whatever meets them."""
 
     unique_name: ClassVar[bool] = True
+    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "driven"
 
     name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str = parameter("", "name of the body")
@@ -50,6 +54,18 @@ class Motion(Condition):
         body = parts.body(self.body)
         if body is not None and (reason := body.why_not_prescribed()):
             yield Finding((*path, "body"), *reason)
+
+    def acts_on(self) -> str:
+        """Its body."""
+        return self.body
+
+    @classmethod
+    def at_work(cls, conditions: Sequence["Motion"], world: "World") -> Sequence["ConditionAtWork"]:
+        """The motions of each body together."""
+        from pellucid.conditions.prescribed_points import PrescribedPoints
+
+        of = {name: [motion for motion in conditions if motion.body == name] for name in world.homes}
+        return [PrescribedPoints(world.homes[name], motions, world) for name, motions in of.items() if motions]
 
     def reaction(self) -> str | None:
         """Its own name."""

@@ -1,18 +1,21 @@
 """Prescribed motions at work: what they do to the points of a body, and to the nodes that these reach."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.bodies.contract import Body
 from pellucid.conditions import driven_points
-from pellucid.conditions.prescribed_motion import Motion
-from pellucid.energy import IMPACT, MOTION, StepWork, no_work
+from pellucid.conditions.at_work import Home, World
+from pellucid.energy import IMPACT, IMPACT_HEAT, MOTION, MOTION_WORK, Channel, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
+
+if TYPE_CHECKING:
+    from pellucid.conditions.prescribed_motion import Motion
 
 
 class PrescribedPoints:
@@ -22,12 +25,15 @@ class PrescribedPoints:
     grid, the nodes about driven points are constrained, so that the others and contact find them as firm as they are.
     """
 
-    def __init__(self, body: Body, motions: Sequence[Motion], external: ExternalAction | None, thin: Sequence[bool]) -> None:
+    channels: Sequence[Channel] = (MOTION_WORK, IMPACT_HEAT)
+
+    def __init__(self, home: Home, motions: Sequence["Motion"], world: World) -> None:
+        body, thin, self._world = home.body, home.thin, world
         self.body, self._points = body, body.on_grid
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
         self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
-        self._external = Bundle(external) if external else None
+        self._external = Bundle(world.external[home.field]) if home.field else None
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)
         self._impulse = np.zeros((MOST_SLABS, len(motions), 3))
@@ -40,9 +46,10 @@ class PrescribedPoints:
         # a body that is driven as a whole along every axis is rigid: what the nodes about it do does not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
         body.follow(self.names, driven, self._axes)
+        body.constraint = self
 
     @staticmethod
-    def _marked(body: Body, motions: Sequence[Motion], thin: Sequence[bool]) -> np.ndarray:
+    def _marked(body: Body, motions: Sequence["Motion"], thin: Sequence[bool]) -> np.ndarray:
         position = body.arrays["position"]
         driven = np.zeros(len(position), np.int64)
         x, y, z = (not flat for flat in thin)
@@ -88,9 +95,9 @@ class PrescribedPoints:
         if self._points is not None:
             driven_points.prescribe_positions(self._points.n_slabs, self._points.mapped, self._bound())
 
-    def work(self, columns: int, n_supports: int) -> StepWork:
-        """What this took, without what a body with its own nodes counts itself; as `pellucid.energy.no_work` is laid out."""
-        done = no_work(columns, n_supports)
+    def work(self) -> StepWork:
+        """What this took, without what a body with its own nodes counts itself."""
+        done = self._world.no_work()
         if self._points is None:
             return done
         n = self._points.n_slabs

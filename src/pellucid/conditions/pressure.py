@@ -1,15 +1,23 @@
 """Pressure that follows a membrane."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pellucid.conditions.signals import smooth_step
+from pellucid.energy import Channel
 from pellucid.findings import Finding, Path
 from pellucid.model import parameter
 from pellucid.parts import Condition, Parts
 
+if TYPE_CHECKING:
+    from pellucid.bodies.contract import Body
+    from pellucid.conditions.at_work import World
+
 
 class Pressure(Condition):
     """A pressure difference on a membrane, along its normal wherever that points."""
+
+    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "loads"
 
     body: str = parameter("", "name of a membrane")
     value: float = parameter("Pa", "pressure behind the membrane minus that before it: it pushes along the normal")
@@ -23,6 +31,35 @@ class Pressure(Condition):
             text = f"body {self.body} is no membrane: it has no normal to push along"
             yield Finding((*path, "body"), text, "name a body of kind membrane-points or membrane-elements")
 
+    def acts_on(self) -> str:
+        """Its membrane."""
+        return self.body
+
+    def load_channel(self) -> str:
+        """Shared with other loads."""
+        return "load_work"
+
+    @classmethod
+    def at_work(cls, conditions: Sequence["Pressure"], world: "World") -> Sequence["PressureAtWork"]:
+        """Each by itself."""
+        return [PressureAtWork(world.homes[pressure.body].body, pressure, world) for pressure in conditions]
+
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
         return self.value * (smooth_step(time / self.rise) if self.rise > 0.0 else 1.0)
+
+
+class PressureAtWork:
+    """A pressure on a membrane that is built."""
+
+    channels: Sequence[Channel] = ()
+
+    def __init__(self, body: "Body", pressure: Pressure, world: "World") -> None:
+        self._body, self._pressure, self._column = body, pressure, world.column(pressure.load_channel())
+
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        self._body.add_pressure(self._pressure.at(time), self._column)
+
+    def work(self) -> None:
+        """Counted with the external forces."""

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.bodies.contract import Body
 from pellucid.conditions import driven_points
-from pellucid.energy import IMPACT, StepWork, no_work
+from pellucid.conditions.at_work import Home, World
+from pellucid.energy import IMPACT, IMPACT_HEAT, Channel, StepWork
 
 
 class RigidBody:
@@ -15,8 +15,11 @@ class RigidBody:
     strains = False
     top_speed = 0.0  # of what is prescribed [m/s]
 
-    def __init__(self, body: Body, thin: Sequence[bool]) -> None:
-        self.body, self._thin = body, thin
+    channels: Sequence[Channel] = (IMPACT_HEAT,)
+
+    def __init__(self, home: Home, world: World) -> None:
+        self.body, self._thin, self._world = home.body, home.thin, world
+        home.body.constraint = self
         self._dt = self._loss = 0.0
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
@@ -57,9 +60,9 @@ class RigidBody:
         omega[turns] = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True) @ self._spin[turns]
         return omega
 
-    def work(self, columns: int, n_supports: int) -> StepWork:
+    def work(self) -> StepWork:
         """The energy of what was not a rigid motion is lost."""
-        done = no_work(columns, n_supports)
+        done = self._world.no_work()
         done.works[IMPACT] = self._loss
         return done
 

@@ -1,20 +1,41 @@
 """How a prescribed displacement goes with time."""
 
 import csv
+from abc import abstractmethod
 from collections.abc import Callable
 from math import isfinite, pi, sin
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Discriminator, Tag, model_validator
+from pydantic import model_validator
 
-from pellucid.model import InputFile, Model, kind_of, parameter
+from pellucid.model import InputFile, Model, parameter
+from pellucid.registry import Family, OneOf, register
 
 Displacement = Callable[[float], float]
 
 
-class Sine(Model):
+class SignalModel(Model):
+    """A displacement as a function of time. A new kind is a subclass with a `kind` of its own."""
+
+    kind: str
+
+    @abstractmethod
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+
+    @abstractmethod
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+
+
+SIGNALS = Family("signal", SignalModel)
+Signal = Annotated[SignalModel, OneOf(SIGNALS)]
+
+
+@register
+class Sine(SignalModel):
     """u = a (sin(2π t/T + φ) - sin φ)."""
 
     kind: Literal["sine"] = "sine"
@@ -31,7 +52,8 @@ class Sine(Model):
         return abs(self.amplitude) * 2.0 * pi / self.period
 
 
-class Ramp(Model):
+@register
+class Ramp(SignalModel):
     """A smooth ramp, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
 
     kind: Literal["ramp"] = "ramp"
@@ -48,7 +70,8 @@ class Ramp(Model):
         return 1.875 * abs(self.distance) / self.duration
 
 
-class Steady(Model):
+@register
+class Steady(SignalModel):
     """A constant velocity, u = v t."""
 
     kind: Literal["steady"] = "steady"
@@ -63,7 +86,8 @@ class Steady(Model):
         return abs(self.velocity)
 
 
-class Table(Model):
+@register
+class Table(SignalModel):
     """A table of time [s] and displacement [m]: monotone cubics between the rows, constant before and behind.
 
     The displacement counts from that at t = 0. Source of the interpolation: Fritsch & Butland 1984, SIAM J. Sci. Stat.
@@ -119,15 +143,6 @@ class Table(Model):
         """Largest velocity [m/s] between rows, at most 3 times the slope of a row to the next with monotone cubics."""
         rows = self.rows()
         return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
-
-
-Signal = Annotated[
-    Annotated[Sine, Tag("sine")]
-    | Annotated[Ramp, Tag("ramp")]
-    | Annotated[Steady, Tag("steady")]
-    | Annotated[Table, Tag("table")],
-    Discriminator(kind_of),
-]
 
 
 def smooth_step(s: float) -> float:

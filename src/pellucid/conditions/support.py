@@ -42,7 +42,9 @@ class Support(Condition):
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A box in which there is no node."""
+        """A face of a grid that is not there, a box in which there is no node."""
+        if self.face() is not None:
+            yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         grid = parts.grid
         if grid is None or not isinstance(self.where, BoxRegion):
             return

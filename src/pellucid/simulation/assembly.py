@@ -5,7 +5,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from pellucid.bodies.contract import Body, Placement
-from pellucid.conditions.acting import load_channels
+from pellucid.conditions.acting import channels_of_loads
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.model import Contact
 from pellucid.contact.pairs import ContactPair
@@ -27,7 +27,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer) -> tuple[list[Velocit
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
         members.setdefault(model.field, []).append(model)
-    n_loads, fields, built = len(load_channels(case)), list[VelocityField](), Built()
+    n_loads, fields, built = len(channels_of_loads(case)), list[VelocityField](), Built()
     if case.grid_or_none is None:
         placement = Placement(None, None, transfer, case.gravity, n_loads)
         return [], {model.name: (model.knowing(case.body).build(placement), None) for model in case.body}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from pellucid.bodies.contract import GridBody, NodalBody
-from pellucid.conditions.acting import ActingConditions, load_channels
+from pellucid.conditions.acting import ActingConditions, channels_of_loads
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import CONTACT_WORK, EnergyBudget, in_history, total_work
 from pellucid.errors import Interrupted, RunStopped
@@ -85,20 +85,20 @@ class Simulation:
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
         self.case = case
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.velocity_fields, self._built = build_bodies(case, transfer)
-        self.bodies = [self._built[body.name][0] for body in case.body]
+        self.velocity_fields, built = build_bodies(case, transfer)
+        self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or self._worthwhile_threads())
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
-        self.conditions = ActingConditions(case, self._built)
+        self.conditions = ActingConditions(case, built, self.velocity_fields)
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for field, supports, external in zip(
             self.velocity_fields, self.conditions.supports, self.conditions.external, strict=True
         ):
             field.act(supports, external, case.gravity, small_mass, transfer.flip)
-        pairs = pairs_of(self.velocity_fields, self._built, case.contact)
-        self.contact_pairs = ContactPairs(pairs, len(case.support), len(load_channels(case)))
+        pairs = pairs_of(self.velocity_fields, built, case.contact)
+        self.contact_pairs = ContactPairs(pairs, len(case.support), len(channels_of_loads(case)))
         self.has_contact = len(pairs) > 0
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)

@@ -73,6 +73,10 @@ class MembraneElements(NodalBody):
         self._constrain()
         self.renew_totals()
 
+    def volumes(self) -> np.ndarray:
+        """Shares of the volumes of the elements about each node [m³], shape (n,)."""
+        return self.surface.mesh.at_nodes(self.element_arrays["volume"])
+
     # what holds the nodes
 
     def hold(self, supports: Sequence[HeldNodes]) -> None:
