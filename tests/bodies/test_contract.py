@@ -84,6 +84,8 @@ def test_family_mass_and_identity(kind, alone):
     assert body.n_points == len(body.arrays["id"]) > 40
     assert np.array_equal(np.sort(body.arrays["id"]), np.arange(body.n_points))
     assert all(len(array) == body.n_points for array in body.arrays.values())
+    assert body.volumes() == pytest.approx(body.field("mass") / body.field("density"), rel=1e-12)
+    assert body.volumes().sum() == pytest.approx(MASS[kind] / 1000.0, rel=1e-12)
 
 
 @every_kind

@@ -201,7 +201,7 @@ def bodies_of(whole):
 def test_bodies_that_overlap_at_the_start_are_refused():
     whole = case(box((0, 0, 0), (2, 2, 2), name="one", field="a"), box((1, 1, 1), (3, 3, 3), name="two"))
     with pytest.raises(CaseError) as error:
-        refuse_overlaps(whole, bodies_of(whole))
+        refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none)
     text = str(error.value)
     for words in ("body.one.shape", "inside body two", "which way out"):
         assert words in text
@@ -218,6 +218,6 @@ def test_membranes_that_cross_and_balls_that_a_membrane_cuts_are_refused():
             other = other | {"points_per_cell": per_cell}
         whole = case(flat, other, **grid)
         with pytest.raises(CaseError) as error:
-            refuse_overlaps(whole, bodies_of(whole))
+            refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none)
         for text in (*words, "contact cannot tell"):
             assert text in str(error.value)
