@@ -9,7 +9,7 @@ from pellucid.simulation.simulation import Simulation
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 RATE_SOLID = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 GAS = {"kind": "fluid", "density": 1.0, "pressure": 1.0, "eos": {"kind": "ideal-gas", "gamma": 1.4}}
-TABLES = ("gravity", "energy", "load", "motion", "pressure", "contact", "probe", "output")
+TABLES = ("gravity", "energy", "load", "motion", "pressure", "contact", "probe", "output", "absorbing")
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 
 
@@ -19,11 +19,13 @@ def box(lower, upper, material=SOLID, per_cell=(2, 2, 2), name="block", **more):
     return {"name": name, "shape": shape, "points_per_cell": per_cell, "material": material} | more
 
 
-def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="trilinear", support=(), **more):
+def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="trilinear", thickness=None, support=(), **more):
     """A case on a grid of `counts` cells; `more` are keys of the table `time`, or those of TABLES."""
     table = {name: more.pop(name) for name in TABLES if name in more}
     upper = [a + n * cell for a, n in zip(lower, counts, strict=True)]
     grid = {"lower": lower, "upper": upper, "cell": cell, "functions": functions}
+    if thickness is not None:
+        grid["thickness"] = thickness
     time = {"end": 1.0} | more
     return Case.model_validate(
         {"schema": 1, "title": "a test", "grid": grid, "time": time, "body": bodies, "support": support} | table

@@ -5,6 +5,8 @@ import pytest
 from scenes import advance
 
 from pellucid.case import Case
+from pellucid.geometry.cushion_surface import CushionSurface
+from pellucid.geometry.enclosure import enclosed_volume
 from pellucid.simulation.simulation import Simulation
 
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
@@ -43,6 +45,34 @@ def test_a_closed_surface_is_not_pushed_as_a_whole():
     assert np.abs(sim.momentum()).max() < 1e-12 * sim.budget.momentum_scale
     radius = np.linalg.norm(sim.bodies[0].field("position") - (8.03, 8.01, 7.98), axis=1)
     assert radius.min() > 5.0, "it swells"
+
+
+@pytest.mark.parametrize(
+    ("kind", "points"),
+    [
+        pytest.param({"kind": "membrane-points"}, 41, id="points"),
+        pytest.param({"kind": "membrane-elements"}, 13, id="quadrilaterals"),
+        pytest.param({"kind": "membrane-elements", "elements": "triangles"}, 13, id="triangles"),
+    ],
+)
+def test_a_whole_cushion_is_blown_up_on_both_sides_alike(kind, points):
+    cushion = CushionSurface(centre=(8, 8, 8), sides=(10, 10), height=2, points=(points, points))
+    table = membrane({"cushion": cushion}, functions="quadratic-bspline").to_data()
+    table["body"][0] |= kind
+    sim = Simulation(Case.model_validate(table), threads=1)
+    (skin,) = sim.bodies
+    advance(sim, 60)
+    assert np.abs(sim.momentum()).max() < 1e-12 * sim.budget.momentum_scale
+    assert sim.conservation()["energy"] < 1e-3
+    place = np.empty((skin.n_points, 3))
+    place[skin.arrays["id"]] = skin.arrays["position"]
+    start, triangles = cushion.triangulate()
+    assert enclosed_volume(place, triangles) > 1.05 * enclosed_volume(start, triangles)
+    rim = start[:, 2] == 8.0
+    assert place[rim, 2] == pytest.approx(8.0, abs=1e-12)
+    upper, lower = place[start[:, 2] > 8.0], place[start[:, 2] < 8.0]
+    assert lower[:, :2] == pytest.approx(upper[:, :2], abs=1e-12)
+    assert 16.0 - lower[:, 2] == pytest.approx(upper[:, 2], abs=1e-12)
 
 
 @pytest.mark.parametrize(("poisson_ratio", "k"), [(0.2, 0.67744), (0.3, 0.65344), (0.45, 0.61117)])

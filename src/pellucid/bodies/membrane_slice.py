@@ -23,8 +23,14 @@ def slice_factor(vertices: np.ndarray, grid: GridCase) -> float:
 
 
 def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterator[Finding]:
-    """A surface, which stands at `path`, that is no band and has no slice."""
+    """A surface, which stands at `path`, that lies beyond the one cell of a thin axis, or has no slice as it is no band."""
     vertices, triangles = surface
+    for axis in np.flatnonzero(grid.thin()):
+        name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
+        first, last = grid.lower[axis], grid.extent_upper()[axis]
+        if low < first or high > last:
+            text = f"reaches from {low:g} to {high:g} m along {name}, beyond the grid's one cell there: {first:g} to {last:g} m"
+            yield Finding(path, text, "let it end within the cell: a band may be shallower, its depth does not count")
     a, b, c = vertices[triangles.T]
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
