@@ -29,7 +29,8 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
         name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
         first, last = grid.lower[axis], grid.extent_upper()[axis]
         if low < first or high > last:
-            text = f"reaches from {low:g} to {high:g} m along {name}, beyond the grid's one cell there: {first:g} to {last:g} m"
+            reach = f"reaches from {low:g} to {high:g} m" if high > low else f"lies at {low:g} m"
+            text = f"{reach} along {name}, beyond the grid's one cell there: {first:g} to {last:g} m"
             yield Finding(path, text, "let it end within the cell: a band may be shallower, its depth does not count")
     a, b, c = vertices[triangles.T]
     normal = np.cross(b - a, c - a)
