@@ -98,7 +98,13 @@ def test_text_of_the_case_stays_text(page):
 
 
 def test_shows_energies_facts_and_case(page):
-    for text in ("kinetic energy", "relative error", "point-steps per second", "8 × 4 × 1 cells of 0.5 m", "[[body]]"):
+    for text in (
+        "kinetic energy",
+        "relative error",
+        "point-steps per second",
+        "8 × 4 × 1 cells of 0.5 m, 1 m thick",
+        "[[body]]",
+    ):
         assert text in page
 
 

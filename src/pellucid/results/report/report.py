@@ -209,7 +209,8 @@ def _case(run: Run) -> str:
 
 def _grid_row(grid: GridCase) -> list[str]:
     cells = " × ".join(map(str, grid.counts()))
-    return ["grid", f"{cells} cells of {number(grid.cell)} m, {grid.functions} functions"]
+    thick = f", {number(grid.slice_thickness())} m thick" if any(grid.thin()) else ""
+    return ["grid", f"{cells} cells of {number(grid.cell)} m{thick}, {grid.functions} functions"]
 
 
 def _words(body: Any) -> str:
