@@ -1,5 +1,6 @@
 """The page on extending says what works: its files, named by its case, and the same from a script."""
 
+import json
 import os
 import re
 import subprocess
@@ -90,6 +91,12 @@ def test_the_schema_tells_them(file: Path) -> None:
     assert {"KelvinVoigtMaterial", "Vortex"} <= set(definitions)
     assert "root-mean-square" in definitions["Probe"]["properties"]["reduce"]["enum"]
     assert case.with_settings({"body.block.material.kind": "neo-hookean"}).body[0].material.kind == "neo-hookean"
+
+
+def test_the_schema_of_a_case_is_printed_with_them(file: Path) -> None:
+    plain = CliRunner().invoke(app, ["schema"]).stdout
+    assert "Drag" not in json.loads(plain)["$defs"]
+    assert "Drag" in json.loads(CliRunner().invoke(app, ["schema", str(file)]).stdout)["$defs"]
 
 
 def test_the_vortex_turns_the_block(file: Path) -> None:

@@ -19,11 +19,8 @@ class Body:
         shapes = {"position": (n, 3), "velocity": (n, 3), "mass": (n,), "volume": (n,)}
         random = np.random.default_rng(0)
         self.arrays = {key: random.random(shape) for key, shape in shapes.items()}
+        self.n_points = n
         self.forces: dict[int, np.ndarray] = {}
-
-    @property
-    def n_points(self):
-        return len(self.arrays["mass"])
 
     def volumes(self):
         return self.arrays["volume"]

@@ -158,3 +158,43 @@ def test_without_a_place_to_write_kernels_are_compiled(run, tmp_path):
     (tmp_path / "cache").write_text("a file where the folder would be")
     assert run() == (36.0, False)
     assert run() == (36.0, False)
+
+
+DRIVER = """
+import json
+import numpy as np
+from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
+
+@kernel()
+def other(x):
+    x[0] = 0.0
+
+@kernel(inner=True)
+def _part(s, x):
+    x[s] += 2.0 * s
+
+@kernel()
+def add(n, x):
+    parallel_for(_part, n, x)
+
+x = np.zeros(10)
+# compiled first
+add(10, x)
+print(json.dumps([float(x.sum()), sum(add.stats.cache_hits.values()), sum(add.stats.cache_misses.values())]))
+"""
+
+
+def test_a_driver_comes_back_with_the_kernel_of_its_chunks(run, tmp_path):
+    assert run(DRIVER) == (90.0, False)
+    assert run(DRIVER) == (90.0, True)
+    assert run(DRIVER.replace("2.0 * s", "3.0 * s")) == (135.0, False)
+
+
+def test_a_driver_without_the_kernel_of_its_chunks_is_compiled_anew(run, tmp_path):
+    """The kernel compiled in its place has a name of its own, to which the driver of before does not refer."""
+    assert run(DRIVER) == (90.0, False)
+    (part,) = (tmp_path / "cache").rglob("_part*.nbc")
+    part.unlink()
+    assert run(DRIVER.replace("# compiled first", "other(x); other(x[::2]); other(x.copy()[1:])")) == (90.0, False)
+    assert run(DRIVER) == (90.0, True)

@@ -61,10 +61,16 @@ def validate(
     typer.echo(f"{file} is valid: {case.title}; {cells}; bodies {bodies}; to t = {case.time.end:g} s")
 
 
-def schema() -> None:
+def schema(
+    case: Annotated[
+        str | None, typer.Argument(metavar="[CASE]", help="A case whose extensions add kinds of their own to the schema.")
+    ] = None,
+) -> None:
     """Print the JSON schema of case files, for editors and other programs."""
     import json
 
-    from pellucid.case import json_schema
+    from pellucid.case import json_schema, load
 
+    if case is not None:
+        load(case)
     typer.echo(json.dumps(json_schema(), indent=2))

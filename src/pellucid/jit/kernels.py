@@ -3,7 +3,6 @@
 import os
 import sys
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 from pellucid.jit.registry import activate
@@ -11,7 +10,7 @@ from pellucid.jit.registry import activate
 # Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-_kernels: list[FunctionType] = []
+kernels: dict[tuple[str, str], Any] = {}  # by module and name; of functions made anew under one name the last
 
 
 def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -35,7 +34,7 @@ def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[...,
             no_cpython_wrapper=inner or inline,
             no_cfunc_wrapper=True,
         )
-        _kernels.append(function)
+        kernels[function.__module__, function.__qualname__] = compiled
         if not numba.config.DISABLE_JIT:
             from pellucid.jit.cache import KernelCache
 
@@ -66,7 +65,8 @@ def kernel_key(*handed: Any) -> str:
 
     from pellucid.jit.sources import sources_of
 
-    sources = sources_of(_kernels, (typeof(thing) for thing in handed))
+    functions = [getattr(compiled, "py_func", compiled) for compiled in kernels.values()]
+    sources = sources_of(functions, (typeof(thing) for thing in handed))
     return "" if sources is None else sources.digest
 
 

@@ -1,10 +1,11 @@
 """One loop that threads share: the chunks of a kernel are handed out by numba's own threads.
 
 A `prange` loop compiles all that its body calls several times over, seconds for every driver that only hands out slabs. Here
-the loop is a small function that numba's runtime calls on each thread, and the kernel of a chunk enters it compiled as it is.
+the loop is a small function that numba's runtime calls on each thread, and it calls the kernel of a chunk where that lies: its
+code is not made a second time, which would cost as much as the first and may round otherwise.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 from llvmlite import ir
@@ -49,7 +50,7 @@ def _loops(typing: Any, kernel: Any, arguments: Any, shares: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         _, count, together = values
-        context.active_code_library.add_linking_library(compiled.library)
+        chunk_kernels(context.active_code_library).append(ChunkKernel(kernel.dispatcher.py_func, given, compiled))
         rest = cgutils.unpack_tuple(builder, together, len(arguments))
         packed = ir.LiteralStructType([INTP, INTP, *(value.type for value in rest)])
         data = cgutils.alloca_once(builder, packed)
@@ -63,6 +64,27 @@ def _loops(typing: Any, kernel: Any, arguments: Any, shares: Any) -> Any:
         return context.get_dummy_value()
 
     return signature, emit
+
+
+class ChunkKernel(NamedTuple):
+    """A kernel that the code of a driver refers to by name: it must be there before the driver is."""
+
+    function: Any
+    arguments: tuple[Any, ...]
+    compiled: Any
+
+    @property
+    def symbol(self) -> str:
+        """The name."""
+        return str(self.compiled.fndesc.llvm_func_name)
+
+
+def chunk_kernels(library: Any) -> list[ChunkKernel]:
+    """Those that the code of a library refers to, without those of libraries within it; they live as long as it does."""
+    if not hasattr(library, "chunk_kernels"):
+        library.chunk_kernels = []
+    kept: list[ChunkKernel] = library.chunk_kernels
+    return kept
 
 
 BYTES = ir.IntType(8).as_pointer()
