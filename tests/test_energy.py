@@ -195,6 +195,25 @@ def test_the_balance_survives_json():
     assert one.reactions([None])["tip"].tolist() == other.reactions([None])["tip"].tolist() == [1 / 7, 0, 0]
 
 
+def test_a_kept_balance_is_left_alone_by_what_follows():
+    """Two runs go on from it in one process: neither counts for the other."""
+    channels, still = (PRESSURE, MOTION_WORK), [body(1.0, 0.5, (2.0, 0, 0))]
+    done = work({FIRST_LOAD: 0.1, MOTION: 0.3}, reactions=[(1.0, 0, 0)], tip=(0.5, 0, 0))
+    one, other, late = (EnergyBudget(still, (0.0, 0.0, 0.0), channels) for _ in range(3))
+    one.record(still, done, {}, 0.1)
+    kept = one.state_numbers()
+    before = json.dumps(kept)
+    other.restore(kept)
+    one.record(still, done, {"rub": np.array([0, 0, 0.25])}, 0.1)
+    other.record(still, done, {}, 0.1)
+    late.restore(kept)
+    assert json.dumps(kept) == json.dumps(late.state_numbers()) == before
+    assert one.reactions(["floor"])["floor"].tolist() == other.reactions(["floor"])["floor"].tolist() == [2.0, 0, 0]
+    assert one.sums == other.sums == {"gravity_work": 0.0, "support_work": 0.0, "load_work": 0.2, "motion_work": 0.6}
+    assert set(one.reactions([])) - set(other.reactions([])) == {"rub"}
+    assert other.reactions([])["tip"].tolist() == [1.0, 0, 0]
+
+
 def test_totals_survive_json():
     one, other = body(1 / 3, 0.2, (1 / 7, 2.0, 3.0), heating=0.1, hourglass=0.3).totals, Totals()
     one.rate = 1 / 11

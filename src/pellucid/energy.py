@@ -5,6 +5,7 @@ the columns below; the columns behind them belong to the loads of the run, one f
 """
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -207,12 +208,12 @@ class EnergyBudget:
     def state_numbers(self) -> dict[str, object]:
         """What a checkpoint keeps."""
         arrays = {"initial_momentum": self.initial_momentum.tolist(), "impulse": self.impulse.tolist()}
-        return {name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays
+        return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
 
     def restore(self, numbers: Mapping[str, object]) -> None:
         """Go on from a checkpoint."""
         arrays = {name: np.array(numbers[name]) for name in ("initial_momentum", "impulse")}
-        vars(self).update({**numbers, **arrays})
+        vars(self).update({**deepcopy(dict(numbers)), **arrays})
 
     @staticmethod
     def _energies(bodies: Sequence[Balanced]) -> tuple[float, float]:
