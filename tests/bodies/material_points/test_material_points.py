@@ -253,7 +253,8 @@ def test_units_do_not_matter(material):
         lower, upper = (np.array((1.0, 1.125, 0.0)) * length).tolist(), (np.array((2.5, 2.75, 1.0)) * length).tolist()
         body = box(lower, upper, material | scaled, velocity_wave=wave)
         gravity = (0.0, 0.0625 * length / time**2, 0.0)
-        sim = simulation(body, counts=(4, 4, 1), cell=length, courant=0.1, end=100.0 * time, gravity=gravity)
+        grid = {"counts": (4, 4, 1), "cell": length, "thickness": length}
+        sim = simulation(body, **grid, courant=0.1, end=100.0 * time, gravity=gravity)
         advance(sim, 10)
         return sim.time / time, sim.bodies[0].arrays
 
