@@ -81,12 +81,6 @@ def test_where_the_cache_lies(monkeypatch, tmp_path):
     assert jit.cache_folder() == Path.home() / ".cache" / "pellucid" / "kernels"
 
 
-def test_the_key_of_kernels_follows_what_they_are_handed():
-    keys = {jit.kernel_key(*handed) for handed in ((), (Circle(1.0),), (Square(1.0),), (Square(1.0), Circle(1.0)))}
-    assert len(keys) == 4
-    assert jit.kernel_key(Square(1.0)) == jit.kernel_key(Square(2.0, 3.0))  # of one type
-
-
 def test_inner_kernels_are_called_by_kernels_alone():
     @kernel(inner=True)
     def twice(x):

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from elements import element_sheet
 from scenes import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.errors import Interrupted, RunStopped
@@ -207,3 +208,16 @@ def test_kernels_of_lines_planes_and_volumes_are_told_apart():
         kernel_key(case(box((0, 0, 0), (2, 2, 2)), counts=counts)) for counts in ((3, 1, 1), (3, 3, 1), (3, 3, 3), (4, 4, 4))
     }
     assert len(keys) == 3
+
+
+def test_kernels_of_wrinkling_and_of_either_hourglass_control_are_told_apart():
+    sheets = [
+        element_sheet(),
+        element_sheet(thickness=0.02, name="other"),
+        element_sheet() | {"material": element_sheet()["material"] | {"wrinkling": True}},
+        element_sheet(hourglass={"kind": "viscous"}),
+        element_sheet("neo-hookean-membrane"),
+    ]
+    keys = [kernel_key(case(sheet, counts=(8, 8, 8), cell=0.5, lower=(-2.0, -2.0, -2.0))) for sheet in sheets]
+    assert keys[0] == keys[1], "numbers and names do not count"
+    assert len(set(keys)) == 4

@@ -131,7 +131,8 @@ def _advance_chunk(chunk, field, dt, small, flip):
             absorbed -= taken * mean
             moved += given * goal
             lost += given * (goal - mean)
-            work[chunk, other + d] += taken + dt * load
+            if taken != 0.0 or load != 0.0:  # of few nodes: memory is slow
+                work[chunk, other + d] += taken + dt * load
     work[chunk, INTERNAL] = internal
     work[chunk, GRAVITY] = fall
     work[chunk, SUPPORT] = pushed

@@ -7,14 +7,13 @@ Numba's disk cache does not see edits in other files; `cache` keeps kernels for 
 """
 
 from pellucid.jit.folder import cache_folder
-from pellucid.jit.kernels import kernel, kernel_key, set_threads
+from pellucid.jit.kernels import kernel, set_threads
 from pellucid.jit.registry import generic, point_function, pointwise
 
 __all__ = [
     "cache_folder",
     "generic",
     "kernel",
-    "kernel_key",
     "point_function",
     "pointwise",
     "set_threads",

@@ -21,8 +21,8 @@ from numba.core.sigutils import normalize_signature
 from numba.np.ufunc.parallel import _launch_threads
 
 from pellucid.jit.folder import cache_folder
-from pellucid.jit.kernels import kernels
 from pellucid.jit.parallel import ChunkKernel, chunk_kernels
+from pellucid.jit.registry import kernels
 from pellucid.jit.sources import Sources, sources_of
 
 

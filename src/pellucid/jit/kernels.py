@@ -5,12 +5,10 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from pellucid.jit.registry import activate
+from pellucid.jit.registry import activate, kernels
 
 # Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-
-kernels: dict[tuple[str, str], Any] = {}  # by module and name; of functions made anew under one name the last
 
 
 def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -57,17 +55,6 @@ def _keep_from_python(compiled: Any) -> None:
 
     compiled.add_overload = add_overload
     compiled._compile_for_args = refuse
-
-
-def kernel_key(*handed: Any) -> str:
-    """Names the kernels that are called with these bundles and named tuples, in the present state of their sources."""
-    from numba import typeof
-
-    from pellucid.jit.sources import sources_of
-
-    functions = [getattr(compiled, "py_func", compiled) for compiled in kernels.values()]
-    sources = sources_of(functions, (typeof(thing) for thing in handed))
-    return "" if sources is None else sources.digest
 
 
 def set_threads(threads: int | None) -> int:

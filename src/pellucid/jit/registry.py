@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 _helpers: dict[Callable[..., Any], None] = {}
 _generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that dispatches in plain Python
+kernels: dict[tuple[str, str], Any] = {}
+"""What is compiled, by module and name; of functions made anew under one name the last."""
 _active = False
 
 
