@@ -81,7 +81,7 @@ def test_energy_is_never_given():
 @pytest.mark.parametrize("push", [1e-3, 0.5, 20.0])
 def test_what_is_taken_is_the_energy_of_the_share_that_strikes(push):
     """All nodes lie at one node of the grid, whose other axes are thin: its mean is theirs."""
-    body = body_of(element_sheet(), counts=(1, 1, 16))
+    body = body_of(element_sheet(), counts=(1, 1, 16), cell=1.5, lower=(-0.75, -0.75, -12.0))
     before = np.zeros((49, 3))
     before[:, 2] = np.random.default_rng(6).normal(size=49)
     mass = body.arrays["mass"]
