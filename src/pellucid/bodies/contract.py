@@ -130,6 +130,10 @@ class Body(ABC):
     def prescribe(self, velocity: np.ndarray) -> None:  # noqa: B027
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
+    def selected(self, places: Places) -> np.ndarray:
+        """Which of its points lie at such places now, shape (n,), in the order in which they are stored."""
+        return places(self.arrays["position"])
+
     @abstractmethod
     def renew_totals(self) -> None:
         """Find the totals of the state as it is, after conditions changed what bounds the step."""

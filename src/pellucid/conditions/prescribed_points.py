@@ -1,6 +1,7 @@
 """Prescribed motions at work: what they do to the points of a body, and to the nodes that these reach."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,13 +51,12 @@ class PrescribedPoints:
 
     @staticmethod
     def _marked(body: Body, motions: Sequence["Motion"], thin: Sequence[bool]) -> np.ndarray:
-        position = body.arrays["position"]
-        driven = np.zeros(len(position), np.int64)
+        driven = np.zeros(body.n_points, np.int64)
         x, y, z = (not flat for flat in thin)
         for number, motion in enumerate(motions, start=1):
-            inside = (
-                np.ones(len(position), bool) if motion.part is None else motion.part.geometry().contains(position, (x, y, z))
-            )
+            inside = np.ones(body.n_points, bool)
+            if motion.part is not None:
+                inside = body.selected(partial(motion.part.geometry().contains, active=(x, y, z)))
             if not inside.any():
                 text, remedy = "no point of the body lies in this shape at the start", "make it larger or move it"
                 raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy=remedy))

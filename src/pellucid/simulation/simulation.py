@@ -16,7 +16,7 @@ from pellucid.bodies.contract import GridBody, NodalBody
 from pellucid.conditions.acting import ActingConditions, channels_of_loads
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import CONTACT_WORK, EnergyBudget, in_history, total_work
-from pellucid.errors import Interrupted, RunStopped
+from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import set_threads
@@ -282,7 +282,11 @@ class Simulation:
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint, bit for bit."""
+        """Go on from a checkpoint, bit for bit. Raises UsageError for one of an earlier version, which kept other things."""
+        if numbers.keys() != self.state_numbers().keys():
+            raise UsageError(
+                "the checkpoint was written by another version of pellucid: go on with that one, or start the run again"
+            )
         for body in self.bodies:
             prefix = f"{body.name}/"
             own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
