@@ -12,7 +12,7 @@ import pytest
 from elements import element_sheet
 from scenes import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
-from pellucid.errors import Interrupted, RunStopped
+from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.references.riemann import GasState, solve
 from pellucid.simulation.simulation import SETTLED, Simulation, kernel_key
 
@@ -221,3 +221,10 @@ def test_kernels_of_wrinkling_and_of_either_hourglass_control_are_told_apart():
     keys = [kernel_key(case(sheet, counts=(8, 8, 8), cell=0.5, lower=(-2.0, -2.0, -2.0))) for sheet in sheets]
     assert keys[0] == keys[1], "numbers and names do not count"
     assert len(set(keys)) == 4
+
+
+def test_a_checkpoint_of_another_version_is_refused():
+    sim = simulation(box((1, 1, 1), (2, 2, 2)))
+    numbers = {name: value for name, value in sim.state_numbers().items() if name != "balance"} | {"ledger": {}}
+    with pytest.raises(UsageError, match="written by another version of pellucid"):
+        sim.restore(sim.state_arrays(), numbers)
