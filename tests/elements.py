@@ -6,7 +6,7 @@ import numpy as np
 from membranes import sheet
 from scenes import case
 
-from pellucid.bodies.contract import HeldNodes
+from pellucid.bodies.contract import NodalSupport
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.mesh import Mesh
@@ -78,14 +78,14 @@ def step(body, dt, pressure=0.0):
     body.check(0, 0.0)
 
 
-def held(places, axes, velocity=(0.0, 0.0, 0.0)):
+def supported(places, axes, velocity=(0.0, 0.0, 0.0)):
     """A support that holds the nodes `places`, shape (n,), along some axes, such as "xz"."""
-    return HeldNodes(lambda position: places, tuple(axis in axes for axis in "xyz"), velocity, None)
+    return NodalSupport(lambda position: places, tuple(axis in axes for axis in "xyz"), velocity, None)
 
 
 def wall(body, axis, end, velocity=(0.0, 0.0, 0.0)):
     """A face of the grid that lets no node through, and holds none at the start."""
-    return HeldNodes(lambda position: np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
+    return NodalSupport(lambda position: np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
 
 
 def global_stress(body):

@@ -23,7 +23,7 @@ from pellucid.energy import (
     Channel,
     EnergyBudget,
     Totals,
-    in_history,
+    history_order,
     no_work,
     row_length,
     step_work,
@@ -116,7 +116,7 @@ def test_a_channel_that_a_run_does_not_have_explains_nothing():
 
 
 def test_loads_come_first_in_a_history():
-    channels = sorted((CONTACT_WORK, THRUST, IMPACT_HEAT, PRESSURE, ABSORBED_ENERGY, MOTION_WORK), key=in_history)
+    channels = sorted((CONTACT_WORK, THRUST, IMPACT_HEAT, PRESSURE, ABSORBED_ENERGY, MOTION_WORK), key=history_order)
     names = ["load_work", "thrust_work", "motion_work", "contact_work", "absorbed_energy", "impact_heat"]
     assert [channel.name for channel in channels] == names
 

@@ -1,4 +1,4 @@
-"""The command line: `pellucid COMMAND`. Heavy things are imported inside the commands that need them."""
+"""The command line: `pellucid COMMAND`. Slow imports are inside the commands that need them."""
 
 from typing import Any
 

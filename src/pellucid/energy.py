@@ -15,7 +15,7 @@ INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, FIRST_LOAD = rang
 
 
 class Channel(NamedTuple):
-    """A way of energy from outside: its name in `history.csv`; 1, or -1 where it counts what goes out; its column."""
+    """External work or loss: its name in `history.csv`; 1, or -1 where it counts energy that leaves; its column."""
 
     name: str
     sign: float
@@ -27,23 +27,23 @@ MOTION_WORK, CONTACT_WORK = Channel("motion_work", 1.0, MOTION), Channel("contac
 ABSORBED_ENERGY, IMPACT_HEAT = Channel("absorbed_energy", -1.0, ABSORBED), Channel("impact_heat", -1.0, IMPACT)
 
 
-def in_history(channel: Channel) -> tuple[bool, int]:
+def history_order(channel: Channel) -> tuple[bool, int]:
     """The order of the channels in `history.csv` behind those of gravity and supports: loads come first."""
     return channel.column < FIRST_LOAD, channel.column
 
 
 class StepWork(NamedTuple):
-    """What acted over a step."""
+    """Work and impulses of a step."""
 
     works: np.ndarray  # (columns,) [J]
-    gravity_mass: float  # of the nodes that gravity pulls on [kg]
+    gravity_mass: float  # of the nodes on which gravity acts [kg]
     reactions: np.ndarray  # (supports + 1, 3) impulses of the supports, in the last row those across thin axes [N s]
     impulse: np.ndarray  # (3,) of loads and absorbing faces [N s]
     motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
 
 
 def no_work(columns: int, n_supports: int) -> StepWork:
-    """Nothing done, in rows of works with so many columns."""
+    """No work, in a row with so many columns."""
     return StepWork(np.zeros(columns), 0.0, np.zeros((n_supports + 1, 3)), np.zeros(3), {})
 
 
@@ -59,7 +59,7 @@ def step_work(sums: np.ndarray, columns: int) -> StepWork:
 
 
 def total_work(parts: Sequence[StepWork]) -> StepWork:
-    """The sum of what several parts did, added in their order."""
+    """The sum over several parts, added in their order."""
     works, gravity_mass, reactions, impulse, _ = parts[0]
     motions: dict[str, np.ndarray] = {}
     for part in parts[1:]:
@@ -94,7 +94,7 @@ class Totals:
 
 
 class Balanced(Protocol):
-    """What the balance asks of a body: its totals, its mass [kg], and whether it stores "internal" or "strain" energy."""
+    """What the balance reads of a body: its totals, its mass [kg], and whether it stores "internal" or "strain" energy."""
 
     totals: Totals
 
@@ -106,7 +106,7 @@ class Balanced(Protocol):
 
 
 class EnergyBudget:
-    """Energies and momentum after each step, against what came from outside through the `channels` of the run.
+    """Energies and momentum after each step, against external work and losses, the `channels` of the run.
 
     The error of the energy has two causes that are kept apart: `transfer`, kinetic energy lost or won when velocities go
     between points and grid (walls included), and `time_integration`, the work of internal forces on the grid that the
@@ -130,7 +130,7 @@ class EnergyBudget:
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
     def record(self, bodies: Sequence[Balanced], done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float) -> None:
-        """Enter a step: the bodies as they are now, what was done, and the impulses of named contacts, (3,) each [N s]."""
+        """Add a step: the bodies at its end, its work, and the impulses of named contacts, (3,) each [N s]."""
         kinetic, stored = self._energies(bodies)
         internal, external = float(done.works[INTERNAL]), 0.0
         for channel in self.channels:
@@ -173,7 +173,7 @@ class EnergyBudget:
 
     def energies(self, bodies: Sequence[Balanced]) -> dict[str, float]:
         """The balance [J]: kinetic, internal and strain energy, with parts of the latter that have entries of their own (work
-        against hourglass modes, energy that damage took); what came through each channel; heat of the artificial viscosity,
+        against hourglass modes, energy that damage took); the work of each channel; heat of the artificial viscosity,
         which is part of the internal energy; the two errors of the method."""
         stored = {"internal": 0.0, "strain": 0.0}
         for body in bodies:

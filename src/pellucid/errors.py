@@ -1,4 +1,4 @@
-"""What can go wrong, as the user meets it; the command line turns each kind into its exit status."""
+"""What can go wrong, as the user sees it; the command line turns each kind into its exit status."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ class PellucidError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a case."""
+    """One error of a case."""
 
     text: str
     """What is wrong, with the limit that was broken."""
@@ -62,7 +62,7 @@ class CaseError(PellucidError):
 
 
 class UsageError(PellucidError):
-    """An argument that makes no sense, such as an output folder that holds other things."""
+    """An argument that makes no sense, such as an output folder with other files in it."""
 
 
 class RunStopped(PellucidError):

@@ -29,7 +29,7 @@ class Model(BaseModel):
 
 
 def _is_numeric(annotation: Any) -> bool:
-    """Whether a field holds numbers or vectors, perhaps None, and neither text nor tables nor booleans."""
+    """Whether a key has numbers or vectors, perhaps None, and neither text nor tables nor booleans."""
     if get_origin(annotation) is Annotated:  # its other arguments are what pydantic is told
         return _is_numeric(get_args(annotation)[0])
     parts = [part for part in get_args(annotation) if part not in (type(None), ...)]

@@ -1,7 +1,7 @@
-"""What the parts of a case ask each other: the contracts of the models of bodies and conditions, and a view of all parts.
+"""The parts of a case: the interfaces of the models of bodies and conditions, and a view of all parts.
 
 A part that is right in itself checks whether it fits the others: its method `problems` gets a view of those that are right in
-themselves too. Nobody asks of what kind a body or a condition is.
+themselves too. No part needs to know of what kind a body or a condition is.
 """
 
 from abc import abstractmethod
@@ -18,7 +18,7 @@ from pellucid.model import Model, Vector, parameter
 
 if TYPE_CHECKING:
     from pellucid.bodies.contract import Body, Placement
-    from pellucid.conditions.at_work import ConditionAtWork, World
+    from pellucid.conditions.contract import ActiveCondition, Assembly
 
 FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
 
@@ -136,10 +136,10 @@ def _repeated_names(key: str, section: Section) -> Iterator[Finding]:
 
 
 class Condition(Part):
-    """What acts on the bodies from outside, or between them. A new one is a subclass, and a key of the case."""
+    """An external action on bodies or nodes, or between bodies. A new one is a subclass, and a key of the case."""
 
     nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = ""
-    """What it needs on the nodes of the velocity field of its body, see `pellucid.grid.momentum.ExternalAction`."""
+    """Nodal arrays that it needs in the velocity field of its body, see `pellucid.grid.momentum.ExternalAction`."""
 
     def acts_on(self) -> str | None:
         """The name of the body on which it acts, if it is one body."""
@@ -150,20 +150,20 @@ class Condition(Part):
         return None
 
     @classmethod
-    def at_work(cls, conditions: Sequence[Self], world: "World") -> Sequence["ConditionAtWork"]:
-        """What does the work of all conditions of this class in a run; nothing where they are set up once and for all."""
+    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence["ActiveCondition"]:
+        """What acts for all conditions of this class in a run; nothing where they only mark nodes or pairs at the start."""
         return ()
 
     def reaction(self) -> str | None:
         """The name under which probes find the force that it exerts, if it has one."""
         return None
 
-    def holds_face(self, face: str) -> bool:
-        """Whether it holds the nodes of a face of the grid, such as "x-lower", along any direction."""
+    def constrains_face(self, face: str) -> bool:
+        """Whether it constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
         return False
 
     def face_velocity(self, face: str) -> tuple[float, float, float] | None:
-        """The velocity [m/s] of the nodes of a face of the grid, if it holds them along its normal."""
+        """The velocity [m/s] of the nodes of a face of the grid, if it constrains them along its normal."""
         return None
 
     def prescribed_axes(self, body: str) -> set[int]:
@@ -208,7 +208,7 @@ class BodyModel(Part):
 
     @abstractmethod
     def occupied(self) -> Geometry:
-        """The place that bodies which lie outside of it leave out."""
+        """The region that it occupies at the start, which other bodies can leave out of theirs."""
 
     @property
     @abstractmethod
@@ -225,7 +225,7 @@ class BodyModel(Part):
 
     @abstractmethod
     def build(self, placement: "Placement") -> "Body":
-        """The body itself; of a case with several, to be asked of what `knowing` returns."""
+        """Build the body; in a case with several, from the model that `with_others` returns."""
 
     def owns_nodes(self, alone: bool) -> bool:
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
@@ -236,8 +236,8 @@ class BodyModel(Part):
         """Whether it moves as a rigid body."""
         return False
 
-    def knowing(self, bodies: "Sequence[BodyModel]") -> Self:
-        """The same body, aware of the others of its case."""
+    def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
+        """The same model with the others of its case, whose regions it may leave out."""
         return self
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool]) -> np.ndarray:
@@ -248,15 +248,15 @@ class BodyModel(Part):
         """Whether it cannot do without a grid in this case."""
         return True
 
-    def lies_outside_of(self) -> tuple[str, ...]:
-        """Names of the bodies whose place it leaves out of its own."""
+    def excluded_bodies(self) -> tuple[str, ...]:
+        """Names of the bodies whose regions it leaves out of its own."""
         return ()
 
-    def why_not_left_out(self, grid: GridCase | None) -> Reason | None:
-        """Why another body cannot lie outside of it, if so."""
+    def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
+        """Why another body cannot leave out its region, if so."""
         return None
 
-    def why_not_prescribed(self) -> Reason | None:
+    def why_no_motion(self) -> Reason | None:
         """Why it cannot follow a prescribed motion, if so."""
         return None
 

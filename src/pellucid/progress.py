@@ -157,8 +157,8 @@ class TerminalProgress:
 
     def _taken(self) -> float:
         """The time that the phase has taken since it began."""
-        booked = self._seconds.get(self._phase, 0.0) - self._before.get(self._phase, 0.0)
-        return booked + monotonic() - self._since
+        known = self._seconds.get(self._phase, 0.0) - self._before.get(self._phase, 0.0)
+        return known + monotonic() - self._since
 
     def _show(self, phase: str, total: float | None) -> None:
         if self._task is not None:
@@ -171,15 +171,15 @@ class Pace:
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int, float]] = deque()
-        self._left_out = 0.0
+        self._excluded = 0.0
 
     def leave_out(self, seconds: float) -> None:
         """So much of the wall-clock time did not go into steps."""
-        self._left_out += seconds
+        self._excluded += seconds
 
     def add(self, now: float, step: int, time: float) -> None:
         """At wall-clock time `now` the run stands after `step` steps at simulated time `time`."""
-        self._samples.append((now - self._left_out, step, time))
+        self._samples.append((now - self._excluded, step, time))
         while len(self._samples) > 2 and self._samples[-1][0] - self._samples[1][0] >= WINDOW:
             self._samples.popleft()
 

@@ -66,5 +66,5 @@ def test_a_state_of_the_material_can_be_set_and_no_other():
     body.add_initial_state(arrays)
     assert arrays["stress"].tolist() == [[-3.0, -3.0, -3.0, 0.0, 0.0, 0.0]]
     assert not body.initial_velocity(position).any()
-    with pytest.raises(ValidationError, match='kind "torn" sets `damage`, which the points of this body do not carry'):
+    with pytest.raises(ValidationError, match='kind "torn" sets `damage`, which the points of this body do not have'):
         block(RATE_SOLID, initial=[{"kind": "torn"}])

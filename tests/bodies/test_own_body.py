@@ -138,7 +138,7 @@ class SpringLattice(NodalBody):
 
     def update(self, dt: float) -> None:
         self.arrays["position"] += dt * self.arrays["velocity"]
-        self._fault = self.coupling.look() if self.coupling else None
+        self._fault = self.coupling.check_positions() if self.coupling else None
         self._sum()
 
     def renew_totals(self) -> None:

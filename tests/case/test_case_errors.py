@@ -109,7 +109,7 @@ MISTAKES = {
         "[0.25, 0.25, 0], radius = 0.1 } }",
         '[0.25, 0, 0], radius = 0.1 } }\ncut_at = ["y-lower"]',
         "cut_at",
-        ["body.drop.cut_at.0", "no support at rest holds the face y-lower", 'fix = "normal"'],
+        ["body.drop.cut_at.0", "no support at rest constrains the face y-lower", 'fix = "normal"'],
     ),
     "cut at a face, outside the grid at another": (
         "[0.25, 0.25, 0], radius = 0.1 } }",
@@ -157,7 +157,7 @@ MISTAKES = {
         "",
         [
             "support.1.where.box",
-            "holds no node",
+            "contains no node",
         ],
     ),
     "the same name twice": (
@@ -217,7 +217,7 @@ MISTAKES = {
         "points_per_cell = [2, 2, 1]",
         "points_per_cell = 8",
         "",
-        ["cannot be shared equally among 2 axes", "1, 4, 9"],
+        ["cannot be shared equally by 2 axes", "1, 4, 9"],
     ),
     "one bracket for a body": (
         None,

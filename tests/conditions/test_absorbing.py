@@ -96,5 +96,5 @@ def test_faces_that_make_no_sense(change, words):
 def test_a_held_face_absorbs_nothing():
     table = bar(LIQUID)
     table["support"] = [{"where": "x-lower", "fix": "normal"}]
-    with pytest.raises(ValueError, match="what is held absorbs nothing"):
+    with pytest.raises(ValueError, match="constrained nodes absorb nothing"):
         Case.model_validate(table)

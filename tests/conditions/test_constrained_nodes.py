@@ -11,7 +11,7 @@ from pellucid.grid.lattice import Grid
 
 
 def held(*support, counts=(3, 4, 5)):
-    """Positions, held directions (numbers of supports) and wall velocities."""
+    """Positions, constrained directions (numbers of supports) and wall velocities."""
     tables = case(box((0, 0, 0), counts), counts=counts, support=support)
     grid = Grid(tables.grid)
     walls = constrain_nodes(grid, tables.support)
@@ -64,7 +64,7 @@ def test_thin_axes_are_held_and_do_not_count_for_boxes():
 def test_normal_needs_a_face():
     with pytest.raises(ValueError, match="needs a face"):
         Support(where="all-nodes", fix="normal")
-    with pytest.raises(ValueError, match="holds no direction"):
+    with pytest.raises(ValueError, match="names no direction"):
         Support(where="x-lower", fix=())
 
 

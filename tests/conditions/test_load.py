@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import advance, box, simulation
 
-from pellucid.conditions.at_work import Home, World, load_channels
+from pellucid.conditions.contract import AssembledBody, Assembly, load_channels
 from pellucid.conditions.load import BodyForce, Load, PointsView
 from pellucid.errors import RunStopped
 
@@ -39,9 +39,9 @@ def test_what_a_load_sees_of_the_points():
 def begin(bodies, loads, time):
     """Let loads act on bodies over the step that begins at a time."""
     channels = load_channels([load.channel for load in loads])
-    world = World({body.name: Home(body, None, None) for body in bodies}, {}, channels, 0)
+    assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, {}, channels, 0)
     for kind in dict.fromkeys(type(load) for load in loads):
-        for part in kind.at_work([load for load in loads if type(load) is kind], world):
+        for part in kind.activate([load for load in loads if type(load) is kind], assembly):
             part.begin(time, 0.1)
 
 

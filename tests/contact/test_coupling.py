@@ -113,7 +113,7 @@ def walked(coupling, position, steps):
     renewed, drift = 0, 0.1 * CELL * np.sign(LOWER[1] + 0.5 * COUNTS[1] * CELL - position[:, 1])
     for _ in range(steps):
         position[:, 1] += drift
-        assert coupling.look() is None
+        assert coupling.check_positions() is None
         before = coupling.slabs
         coupling.sort_if_needed()
         renewed += coupling.slabs is not before
@@ -124,7 +124,7 @@ def test_the_index_is_renewed_where_nodes_left_their_slabs_alone():
     position, velocity, mass = nodes_at_random()
     coupling = coupled(position, velocity, mass)
     slabs = coupling.slabs
-    assert coupling.look() is None
+    assert coupling.check_positions() is None
     coupling.sort_if_needed()
     assert coupling.slabs is slabs
     assert 0 < walked(coupling, position, 25) < 25
@@ -148,7 +148,7 @@ def test_a_restored_index_gives_the_same_bits():
         for first, second in zip(scattered(one, force), scattered(late, force), strict=True):
             assert first.tobytes() == second.tobytes()
         position[:, 1] += 0.9 * CELL * np.where(position[:, 1] < 7.0, 1.0, -1.0)
-        assert one.look() is None is late.look()
+        assert one.check_positions() is None is late.check_positions()
         assert np.array_equal(one.slabs.left_slab, late.slabs.left_slab)
         one.sort_if_needed()
         late.sort_if_needed()
@@ -159,7 +159,7 @@ def test_a_node_outside_the_grid_is_named():
     position, velocity, mass = nodes_at_random()
     coupling = coupled(position, velocity, mass)
     position[123, 2] = LOWER[2] - 0.01
-    assert coupling.look() == (LOST, 123)
+    assert coupling.check_positions() == (LOST, 123)
 
 
 def test_what_within_a_cell_is_lost_keeps_momentum():

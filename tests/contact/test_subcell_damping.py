@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from elements import body_of, element_sheet, held, wall
+from elements import body_of, element_sheet, supported, wall
 
 from pellucid.energy import CONTACT, SUPPORT
 
@@ -30,7 +30,7 @@ def pressed(body, velocity, push, dt=1e-9):
 
 
 def held_at_the_rim(body):
-    body.hold([held(np.arange(49) < 7, "xyz", (0.3, 0.2, -0.5))])
+    body.add_supports([supported(np.arange(49) < 7, "xyz", (0.3, 0.2, -0.5))])
     return body
 
 
@@ -55,7 +55,7 @@ def test_nodes_that_are_held_keep_their_velocity_and_what_holds_them_takes_the_i
 def test_nodes_do_not_settle_through_a_wall(speed):
     """A sheet flies edge on into the lower x face of the grid, 1 nm away, which has a velocity or none; the others fly on."""
     body, before = body_of(element_sheet(), lower=(-0.49 - 1e-9, -2.0, -2.0)), np.tile((-1.0, 0.0, 0.0), (49, 1))
-    body.hold([wall(body, 0, 0, (speed, 0.0, 0.0))])
+    body.add_supports([wall(body, 0, 0, (speed, 0.0, 0.0))])
     after = pressed(body, before, np.array((-0.5, 0.0, 0.0)), dt=1e-3)[:, 0]
     stopped = np.abs(after - max(speed, -1e-6)) < 1e-9
     assert stopped.sum() == 7

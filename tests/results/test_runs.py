@@ -129,7 +129,7 @@ def test_a_second_run_replaces_the_first(tmp_path):
 
 def test_a_folder_with_other_things_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(UsageError, match="other things than a run"):
+    with pytest.raises(UsageError, match="other files in it than those of a run"):
         run_case(free_flight(), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 

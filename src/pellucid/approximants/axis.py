@@ -1,4 +1,4 @@
-"""What every grid approximant answers. Grid shape functions are products of functions along the axes.
+"""The functions of a grid approximant. Grid shape functions are products of functions along the axes.
 
 A node beyond a wall is folded onto the wall by linear extrapolation, u₋₁ = 2u₀ - u₁. That keeps partition of unity and linear
 fields, and makes the wall's node interpolate there (Steffen, Kirby & Berzins 2008, Int. J. Numer. Methods Eng. 76, 922, have

@@ -1,4 +1,4 @@
-"""What the clock, the balances, contact, conditions and results ask of every body, and the two families of bodies.
+"""The interface of a body to the clock, the balance, contact, conditions and results, and the two families of bodies.
 
 Bodies whose unknowns live **on the grid** keep points, sorted by cell, and share a velocity field with others: the scheme calls
 their verbs one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation
@@ -20,15 +20,15 @@ from pellucid.grid.points import FAULTS
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 
-Places = Callable[[np.ndarray], np.ndarray]
-"""Which of some positions [m], shape (n, 3), are meant, shape (n,)."""
+Selection = Callable[[np.ndarray], np.ndarray]
+"""Which of some positions [m], shape (n, 3), it selects, shape (n,)."""
 
 
-class HeldNodes(NamedTuple):
+class NodalSupport(NamedTuple):
     """A support as bodies with their own nodes see it."""
 
-    places: Places
-    axes: tuple[bool, bool, bool]  # directions that are held
+    selects: Selection
+    axes: tuple[bool, bool, bool]  # constrained directions
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
 
@@ -39,7 +39,7 @@ class Placement(NamedTuple):
     grid_case: GridCase | None
     velocity_field: VelocityField | None
     velocity_transfer: VelocityTransfer
-    gravity: tuple[float, float, float]  # [m/s²], of which a body with its own nodes takes care itself
+    gravity: tuple[float, float, float]  # [m/s²], which a body with its own nodes applies itself
     n_loads: int  # channels of external forces
 
     def on_grid(self) -> tuple[GridCase, VelocityField]:
@@ -50,7 +50,7 @@ class Placement(NamedTuple):
 
 
 class PointConstraint(Protocol):
-    """A prescribed motion or the rigidity of a body's points, which overrules what the grid gave them."""
+    """A prescribed motion or the rigidity of a body's points, which replaces what grid-to-particle gave them."""
 
     strains: bool
     """Whether the points are strained by the grid; not where the body is rigid."""
@@ -71,15 +71,15 @@ class Body(ABC):
     energy_kind: str
     """What it stores: "internal" or "strain" energy."""
     totals: Totals
-    """Sums over the body at the end of the step, its largest stable step among them."""
+    """Sums over the body at the end of the step, and its largest stable step."""
     is_surface = False
     """Whether it is a membrane, which has two sides."""
     areal_density = 0.0
     """Of a membrane at rest [kg/m²]."""
     arrays: dict[str, np.ndarray]
-    """What its points or nodes carry, first axis n; `id` is their number in the order of seeding or of the mesh."""
+    """State of its points or nodes, first axis n; `id` is their number in the order of seeding or of the mesh."""
     element_arrays: Mapping[str, np.ndarray] = {}
-    """What its elements carry, in the order of the mesh; most bodies have none."""
+    """State of its elements, in the order of the mesh; most bodies have none."""
     constraint: PointConstraint | None = None
 
     @property
@@ -105,7 +105,7 @@ class Body(ABC):
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where something impossible was found in this step."""
 
-    # what conditions ask
+    # conditions
 
     @abstractmethod
     def add_external_force(self, force: np.ndarray, column: int) -> None:
@@ -118,21 +118,21 @@ class Body(ABC):
         """Add the forces of a pressure [Pa] along the normals of a membrane over this step; other bodies have none."""
         raise ValueError(f"body {self.name} is no membrane: it has no normal to push along")
 
-    def hold(self, supports: Sequence[HeldNodes]) -> None:  # noqa: B027
-        """Be held by supports; the nodes of the grid hold a body whose unknowns live there."""
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:  # noqa: B027
+        """Let supports constrain its own nodes; bodies on the grid have none: the nodes of the grid are constrained."""
 
-    def follow(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:  # noqa: B027
-        """Let points follow prescribed motions; those on the grid are led by their `constraint`.
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:  # noqa: B027
+        """Let own nodes follow prescribed motions; the `constraint` does it for points on the grid.
 
         numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
         """
 
-    def prescribe(self, velocity: np.ndarray) -> None:  # noqa: B027
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:  # noqa: B027
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
-    def selected(self, places: Places) -> np.ndarray:
-        """Which of its points lie at such places now, shape (n,), in the order in which they are stored."""
-        return places(self.arrays["position"])
+    def selected(self, selection: Selection) -> np.ndarray:
+        """Which of its points a selection takes where they are now, shape (n,), in the order in which they are stored."""
+        return selection(self.arrays["position"])
 
     @abstractmethod
     def renew_totals(self) -> None:
@@ -160,7 +160,7 @@ class Body(ABC):
         return np.zeros((0, 3))
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """What is to be said of the body where it touches others at these nodes of the grid, shape (n,); mostly nothing."""
+        """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
         return None
 
     # results
@@ -175,7 +175,7 @@ class Body(ABC):
         """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
 
     def cells(self) -> Cells:
-        """What results show between the points, whose numbers are those of `frame`; of most bodies the points themselves."""
+        """Cells that results draw, by the numbers of the points in `frame`; of most bodies the points themselves."""
         return Cells.of_points(self.n_points)
 
     def places(self) -> np.ndarray:
@@ -237,8 +237,8 @@ class NodalBody(Body):
 
     @abstractmethod
     def predict(self, dt: float) -> None:
-        """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, hand over what contact
-        needs there: mass, and the momentum that the nodes would have at the end of the step.
+        """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact
+        needs: mass, and the momentum that the nodes would have at the end of the step.
 
         That may be the trial momentum itself, or the momentum as it is and the forces that change it, internal and external
         ones and gravity.
@@ -247,7 +247,7 @@ class NodalBody(Body):
     @abstractmethod
     def correct(self, remap: bool) -> None:
         """Take the nodal velocity increments of contact, if any, and end the step with new velocities; where `remap`, their
-        momentum on the nodes of the grid anew."""
+        momentum mapped to the nodes of the grid again."""
 
     @abstractmethod
     def update(self, dt: float) -> None:
@@ -255,4 +255,4 @@ class NodalBody(Body):
 
     @abstractmethod
     def work(self) -> StepWork:
-        """What acted over this step, in the layout of `pellucid.energy`."""
+        """Work and impulses of this step, in the layout of `pellucid.energy`."""

@@ -60,8 +60,8 @@ def add_initial_state(fields: Sequence[InitialField], arrays: Mapping[str, np.nd
 
 
 def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], path: Path) -> Iterator[Finding]:
-    """Fields of what the points of a body at `path` do not carry."""
+    """Initial fields of a state that the points of a body at `path` do not have."""
     for index, field in enumerate(fields):
         if field.quantity not in quantities:
-            text = f'kind "{field.kind}" sets `{field.quantity}`, which the points of this body do not carry'
-            yield Finding((*path, "initial", index), text, f"they carry {listed(quantities)}")
+            text = f'kind "{field.kind}" sets `{field.quantity}`, which the points of this body do not have'
+            yield Finding((*path, "initial", index), text, f"they have {listed(quantities)}")

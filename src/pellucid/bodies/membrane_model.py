@@ -35,7 +35,7 @@ class MembraneCase(BodyModel):
         """What it encloses."""
         return Inside(surface=self.surface)
 
-    def why_not_left_out(self, grid: GridCase | None) -> Reason | None:
+    def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
         """A surface that is open, or flat, has no inside."""
         if grid is not None and any(grid.thin()):
             return Reason(f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")

@@ -53,12 +53,12 @@ class PointsOnGrid(GridBody):
         self.renew_totals()
 
     def bind(self) -> None:
-        """Take up arrays that were replaced."""
+        """Use the arrays as they are now, after some were replaced."""
         self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
         self._affine = self.arrays.get("affine", np.zeros((0, 9)))
 
-    def _share(self, slabs: Slabs) -> None:
-        """Hand points and slabs to the kernels."""
+    def _bind_slabs(self, slabs: Slabs) -> None:
+        """Make the bundle of points and slabs that kernels take."""
         self.slabs = slabs
         mapped = MappedPoints(
             functions=self.functions,
@@ -86,8 +86,8 @@ class PointsOnGrid(GridBody):
     # sorting
 
     def sort(self) -> None:
-        """Sort the points by cell and share them out in slabs."""
-        self._share(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self._stencil))
+        """Sort the points by cell and divide them into slabs."""
+        self._bind_slabs(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self._stencil))
 
     def sort_if_needed(self) -> None:
         """Sort again where a point left its slab."""
@@ -114,12 +114,12 @@ class PointsOnGrid(GridBody):
         kernels.update_velocities(self.n_slabs, self.mapped, int(remap and free))
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
-            kernels.sum_motion(self.n_slabs, self.mapped)
+            kernels.sum_momentum(self.n_slabs, self.mapped)
             if remap:
                 kernels.scatter_momentum(self.n_slabs, self.mapped)
-        self._collect_motion_sums()
+        self._collect_momentum_sums()
 
-    def _collect_motion_sums(self) -> None:
+    def _collect_momentum_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)
         totals = self.totals
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
@@ -135,7 +135,7 @@ class PointsOnGrid(GridBody):
         self.prescribe_positions()
 
     def prescribe_positions(self) -> None:
-        """Put the points where a prescribed motion or rigidity wants them, after they moved with the grid."""
+        """Prescribed positions, of a prescribed motion or a rigid body, after the points moved with the grid."""
         if self.constraint is not None:
             self.constraint.prescribe_positions()
 
@@ -151,8 +151,8 @@ class PointsOnGrid(GridBody):
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
-        kernels.sum_motion(self.n_slabs, self.mapped)
-        self._collect_motion_sums()
+        kernels.sum_momentum(self.n_slabs, self.mapped)
+        self._collect_momentum_sums()
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
         self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step
@@ -167,7 +167,7 @@ class PointsOnGrid(GridBody):
     # checkpoint
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of the points and elements, and how they are shared out in slabs."""
+        """Arrays of the points and elements, and their division into slabs."""
         slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in ("first", "layer", "left_slab")}
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
         return {**self.arrays, **elements, **slabs}
@@ -181,7 +181,7 @@ class PointsOnGrid(GridBody):
         self.bind()
         slabs = empty_slabs(arrays["slabs/first"], arrays["slabs/layer"])
         slabs.left_slab[:] = arrays["slabs/left_slab"]
-        self._share(slabs)
+        self._bind_slabs(slabs)
 
     # results
 

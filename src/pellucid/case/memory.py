@@ -10,7 +10,7 @@ from pellucid.grid.lattice import PAD
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
-NODE_BYTES = 140  # mass, five vectors, three holds
+NODE_BYTES = 140  # mass, five vectors, three constraints
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 
 
@@ -43,7 +43,7 @@ def n_nodes(case: "Case") -> float:
 
 def n_points(case: "Case") -> float:
     """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
-    return sum(body.knowing(case.body).n_points(case.grid_or_none) for body in case.body)
+    return sum(body.with_others(case.body).n_points(case.grid_or_none) for body in case.body)
 
 
 def physical_memory() -> int | None:

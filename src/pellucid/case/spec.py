@@ -73,7 +73,7 @@ class OutputCase(Part):
 
 
 class EnergyCase(Model):
-    """Limits on the relative error of the energy ledger."""
+    """Limits on the relative error of the energy balance."""
 
     warn: float = parameter("", "relative error that is warned of", 0.02, gt=0)
     stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
@@ -101,7 +101,7 @@ class Case(Model):
     grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
-    support: tuple[Support, ...] = parameter("", "held nodes", ())
+    support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that let waves out", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
@@ -109,7 +109,7 @@ class Case(Model):
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
     output: OutputCase = parameter("", "how often results are written", OutputCase())
-    energy: EnergyCase = parameter("", "limits of the energy ledger", EnergyCase())
+    energy: EnergyCase = parameter("", "limits of the energy balance", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)
     quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
 
@@ -151,8 +151,8 @@ class Case(Model):
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
         """What acts on the bodies, by class."""
-        held = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
-        return {base: several for base, several in held.items() if issubclass(base, Condition)}
+        parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
+        return {base: several for base, several in parts.items() if issubclass(base, Condition)}
 
     def history_interval(self) -> float:
         """Time between rows of the history [s]."""
@@ -170,7 +170,7 @@ class Case(Model):
         return changed(type(self), self.to_data(), settings)
 
     def quick_variant(self) -> "Case":
-        """The case with its own quick settings, for a look within seconds; the case itself where it has none."""
+        """The case with its own quick settings, for a run within seconds; the case itself where it has none."""
         return self.with_settings(self.quick) if self.quick else self
 
     def to_data(self) -> dict[str, Any]:

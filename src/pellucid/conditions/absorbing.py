@@ -1,4 +1,4 @@
-"""Absorbing faces: viscous damping stresses that let waves out.
+"""Absorbing faces: viscous damping stresses, by which waves leave.
 
 Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
@@ -18,13 +18,13 @@ from pellucid.model import parameter
 from pellucid.parts import Condition, Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.at_work import Home, World
+    from pellucid.conditions.contract import AssembledBody, Assembly
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
 
 
 class Absorbing(Condition):
-    """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves of a body that meet them head-on leave."""
+    """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave."""
 
     nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "absorption"
 
@@ -41,12 +41,12 @@ class Absorbing(Condition):
         return self.body
 
     @classmethod
-    def at_work(cls, conditions: Sequence["Absorbing"], world: "World") -> Sequence["AbsorptionAtWork"]:
-        """Each by itself."""
-        return [AbsorptionAtWork(world.homes[absorbing.body], absorbing, world) for absorbing in conditions]
+    def activate(cls, conditions: Sequence["Absorbing"], assembly: "Assembly") -> Sequence["ActiveAbsorption"]:
+        """One for each."""
+        return [ActiveAbsorption(assembly.bodies[absorbing.body], absorbing, assembly) for absorbing in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that sends no waves to a face, and faces that are held or absorb twice."""
+        """A body that sends no waves to a face, and faces that are constrained or absorb twice."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from parts.unknown_body((*path, "body"), self.body)
         body = parts.body(self.body)
@@ -58,27 +58,29 @@ class Absorbing(Condition):
             if face in before or face in self.where[:number]:
                 text = f"the face {face} stands here a second time: it would absorb twice as much as arrives"
                 yield Finding((*path, "where"), text, "name each face once, with the body that fills it")
-            if any(condition.holds_face(face) for condition in parts.of(Condition)):
-                text = f"a support holds the face {face}: what is held absorbs nothing"
+            if any(condition.constrains_face(face) for condition in parts.of(Condition)):
+                text = f"a support constrains the face {face}: constrained nodes absorb nothing"
                 yield Finding((*path, "where"), text, "take the face out of one of the two")
 
 
-class AbsorptionAtWork:
+class ActiveAbsorption:
     """The absorbing faces of a body that is built: rates at its nodes, which the momentum equation of the nodes reads."""
 
     channels: Sequence[Channel] = (ABSORBED_ENERGY,)
 
-    def __init__(self, home: "Home", absorbing: Absorbing, world: "World") -> None:
-        if home.field is None or home.body.on_grid is None:
+    def __init__(self, member: "AssembledBody", absorbing: Absorbing, assembly: "Assembly") -> None:
+        if member.velocity_field is None or member.body.on_grid is None:
             raise ValueError(f"body {absorbing.body} has no points on the grid whose waves a face could absorb")
-        faces = [(face, *home.model.wave_speeds()) for face in absorbing.where]
-        world.external[home.field].absorption[:] += absorption_rates(home.field.grid, home.body.on_grid.functions, faces)
+        faces = [(face, *member.model.wave_speeds()) for face in absorbing.where]
+        assembly.external[member.velocity_field].absorption[:] += absorption_rates(
+            member.velocity_field.grid, member.body.on_grid.functions, faces
+        )
 
     def begin(self, time: float, dt: float) -> None:
         """The rates stay as they are."""
 
     def work(self) -> None:
-        """Counted with the momentum of the nodes."""
+        """None: the momentum equation of the nodes counts it."""
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:

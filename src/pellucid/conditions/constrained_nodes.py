@@ -1,21 +1,21 @@
-"""Supports at work: on the nodes of the grid, and on those of bodies with their own."""
+"""Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.bodies.contract import HeldNodes
-from pellucid.conditions.at_work import NO_AXES
+from pellucid.bodies.contract import NodalSupport
+from pellucid.conditions.contract import NO_AXES
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 
-REACH = 1e-6  # of a cell, by which a node may lie outside a box and still be held
+REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 
 
 def constrain_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
-    """Mark the held directions of the nodes. Where supports overlap the later one counts; the last row is of thin axes."""
+    """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes."""
     index, position = grid.where()
     constrained = grid.nodes.constrained
     for number, support in enumerate(supports):
@@ -23,7 +23,7 @@ def constrain_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
         if not inside.any():
             raise CaseError(
                 Problem(
-                    "holds no node of the grid: the box lies between nodes or outside",
+                    "constrains no node of the grid: the box lies between nodes or beyond the grid",
                     f"support.{number}.where",
                     remedy=f"make the box at least one cell ({grid.lattice.cell:g} m) wide",
                 )
@@ -37,15 +37,15 @@ def constrain_nodes(grid: Grid, supports: Sequence[Support]) -> Supports:
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))
 
 
-def held_nodes(grid: Grid | None, support: Support) -> HeldNodes:
-    """A support as bodies with their own nodes see it; a face that it holds along its normal is a wall to them."""
+def nodal_support(grid: Grid | None, support: Support) -> NodalSupport:
+    """A support for bodies with their own nodes; a face of the grid that it constrains along its normal is a wall to them."""
     face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
-    return HeldNodes(lambda position: nodes_of(support, grid, position), axes, support.velocity, wall)
+    return NodalSupport(lambda position: nodes_of(support, grid, position), axes, support.velocity, wall)
 
 
 def nodes_of(support: Support, grid: Grid | None, position: np.ndarray) -> np.ndarray:
-    """Which nodes at positions [m], shape (n, 3), a support holds, shape (n,): those of the grid or a body's own."""
+    """Which nodes at positions [m], shape (n, 3), a support constrains, shape (n,): those of the grid or a body's own."""
     if isinstance(support.where, BoxRegion):
         lower, upper = support.where.box.bounds()
         reach = REACH * grid.lattice.cell if grid else 0.0

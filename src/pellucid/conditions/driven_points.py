@@ -1,4 +1,4 @@
-"""Driven points: material points whose velocity and place are prescribed, and what they do to the nodes.
+"""Driven points: material points with prescribed velocity and position, and how they constrain the nodes.
 
 The kernels take a body as in `pellucid.grid.transfer`, and the bundle of a `DrivenPoints`.
 """
@@ -17,7 +17,7 @@ WORK, LOSS = range(2)  # columns of the energies of a slab
 
 
 class DrivenPoints(NamedTuple):
-    """Which points of a body follow which motion, where these lead over this step, and what that takes."""
+    """Which points of a body follow which prescribed motion, where these lead, and their impulses and energies."""
 
     driven: np.ndarray  # (n,) the number of the point's motion plus one, 0 where it is free
     start: np.ndarray  # (n, 3) first position [m]
@@ -95,7 +95,7 @@ def prescribe_velocities(n, mapped, drive, external):
 
 @pointwise
 def _shift(lattice, x, slabs, s, p, step):
-    """Move point p of slab s by `step` [m], and note where that leads astray; earlier faults of the slab stay."""
+    """Move point p of slab s by `step` [m], and mark that it left its slab or the grid; earlier faults of the slab stay."""
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     fault, beyond = placed(lattice, x, p, step[0], step[1], step[2], lowest, highest)
     slabs.left_slab[s] |= beyond

@@ -17,7 +17,7 @@ from pellucid.registry import Family, OneOf, register
 
 if TYPE_CHECKING:
     from pellucid.bodies.contract import Body
-    from pellucid.conditions.at_work import World
+    from pellucid.conditions.contract import Assembly
 
 OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
@@ -70,9 +70,9 @@ class Load(Condition):
         return self.channel
 
     @classmethod
-    def at_work(cls, conditions: Sequence["Load"], world: "World") -> Sequence["LoadAtWork"]:
-        """Each by itself."""
-        return [LoadAtWork(world.homes[load.body].body, load, world) for load in conditions]
+    def activate(cls, conditions: Sequence["Load"], assembly: "Assembly") -> Sequence["ActiveLoad"]:
+        """One for each."""
+        return [ActiveLoad(assembly.bodies[load.body].body, load, assembly) for load in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there."""
@@ -98,13 +98,13 @@ class BodyForce(Load):
         return points.mass[:, None] * (share * np.array(self.acceleration))
 
 
-class LoadAtWork:
+class ActiveLoad:
     """A load on a body that is built."""
 
     channels: Sequence[Channel] = ()
 
-    def __init__(self, body: "Body", load: Load, world: "World") -> None:
-        self._body, self._load, self._column = body, load, world.column(load.channel)
+    def __init__(self, body: "Body", load: Load, assembly: "Assembly") -> None:
+        self._body, self._load, self._column = body, load, assembly.column(load.channel)
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
@@ -113,7 +113,7 @@ class LoadAtWork:
         self._body.add_external_force(forces, self._column)
 
     def work(self) -> None:
-        """Counted with the external forces."""
+        """None: nodes and bodies count the work of external forces."""
 
 
 def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:

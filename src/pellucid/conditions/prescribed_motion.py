@@ -13,7 +13,7 @@ from pellucid.model import Model, parameter
 from pellucid.parts import Condition, Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.at_work import ConditionAtWork, World
+    from pellucid.conditions.contract import ActiveCondition, Assembly
 
 
 class Displacements(Model):
@@ -25,7 +25,7 @@ class Displacements(Model):
 
 
 class Motion(Condition):
-    """Points of a body that follow a prescribed displacement, whatever meets them."""
+    """Points of a body that follow a prescribed displacement, whatever forces act on them."""
 
     unique_name: ClassVar[bool] = True
     nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "driven"
@@ -49,10 +49,10 @@ class Motion(Condition):
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or cannot follow."""
+        """A body that is not there or cannot follow a prescribed motion."""
         yield from parts.unknown_body((*path, "body"), self.body)
         body = parts.body(self.body)
-        if body is not None and (reason := body.why_not_prescribed()):
+        if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
 
     def acts_on(self) -> str:
@@ -60,12 +60,12 @@ class Motion(Condition):
         return self.body
 
     @classmethod
-    def at_work(cls, conditions: Sequence["Motion"], world: "World") -> Sequence["ConditionAtWork"]:
+    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence["ActiveCondition"]:
         """The motions of each body together."""
         from pellucid.conditions.prescribed_points import PrescribedPoints
 
-        of = {name: [motion for motion in conditions if motion.body == name] for name in world.homes}
-        return [PrescribedPoints(world.homes[name], motions, world) for name, motions in of.items() if motions]
+        of = {name: [motion for motion in conditions if motion.body == name] for name in assembly.bodies}
+        return [PrescribedPoints(assembly.bodies[name], motions, assembly) for name, motions in of.items() if motions]
 
     def reaction(self) -> str | None:
         """Its own name."""

@@ -1,4 +1,4 @@
-"""Prescribed motions at work: what they do to the points of a body, and to the nodes that these reach."""
+"""Prescribed motions in a run: constraints on the points of a body, and on the nodes that these reach."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -8,7 +8,7 @@ import numpy as np
 
 from pellucid.bodies.contract import Body
 from pellucid.conditions import driven_points
-from pellucid.conditions.at_work import Home, World
+from pellucid.conditions.contract import AssembledBody, Assembly
 from pellucid.energy import IMPACT, IMPACT_HEAT, MOTION, MOTION_WORK, Channel, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.sorting import MOST_SLABS
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 class PrescribedPoints:
     """The prescribed motions of one body.
 
-    The body's points carry `driven`, the number of their motion plus one or 0, and `start`, their first position [m]. On the
-    grid, the nodes about driven points are constrained, so that the others and contact find them as firm as they are.
+    The arrays of the body have `driven`, the number of a point's motion plus one or 0, and `start`, its first position [m].
+    On the grid, the nodes about driven points are constrained, so that other points and contact do not move them.
     """
 
     channels: Sequence[Channel] = (MOTION_WORK, IMPACT_HEAT)
 
-    def __init__(self, home: Home, motions: Sequence["Motion"], world: World) -> None:
-        body, thin, self._world = home.body, home.thin, world
+    def __init__(self, member: AssembledBody, motions: Sequence["Motion"], assembly: Assembly) -> None:
+        body, thin, self._assembly = member.body, member.thin, assembly
         self.body, self._points = body, body.on_grid
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
         self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
-        self._external = Bundle(world.external[home.field]) if home.field else None
+        self._external = Bundle(assembly.external[member.velocity_field]) if member.velocity_field else None
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)
         self._impulse = np.zeros((MOST_SLABS, len(motions), 3))
@@ -44,9 +44,9 @@ class PrescribedPoints:
         driven = self._marked(body, motions, thin)
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         self._bundle: Bundle | None = None
-        # a body that is driven as a whole along every axis is rigid: what the nodes about it do does not strain it
+        # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
-        body.follow(self.names, driven, self._axes)
+        body.add_motions(self.names, driven, self._axes)
         body.constraint = self
 
     @staticmethod
@@ -76,17 +76,17 @@ class PrescribedPoints:
         return self._bundle
 
     def begin(self, time: float, dt: float) -> None:
-        """The motion over a step from `time` [s]: mean velocities, which lead exactly to the displacements at its end."""
+        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements."""
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
                 self._displacement[number, axis] = function(time + dt)
                 self._velocity[number, axis] = (self._displacement[number, axis] - function(time)) / dt
-        self.body.prescribe(self._velocity)
+        self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._external)
 
     def prescribe_velocities(self) -> None:
-        """Prescribed velocities, and what the nodes about the points took."""
+        """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""
         if self._points is not None:
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bound(), self._external)
 
@@ -96,8 +96,8 @@ class PrescribedPoints:
             driven_points.prescribe_positions(self._points.n_slabs, self._points.mapped, self._bound())
 
     def work(self) -> StepWork:
-        """What this took, without what a body with its own nodes counts itself."""
-        done = self._world.no_work()
+        """Work and impulses of the motions; a body with its own nodes counts its own."""
+        done = self._assembly.no_work()
         if self._points is None:
             return done
         n = self._points.n_slabs

@@ -11,7 +11,7 @@ from pellucid.parts import Condition, Parts
 
 if TYPE_CHECKING:
     from pellucid.bodies.contract import Body
-    from pellucid.conditions.at_work import World
+    from pellucid.conditions.contract import Assembly
 
 
 class Pressure(Condition):
@@ -40,26 +40,26 @@ class Pressure(Condition):
         return "load_work"
 
     @classmethod
-    def at_work(cls, conditions: Sequence["Pressure"], world: "World") -> Sequence["PressureAtWork"]:
-        """Each by itself."""
-        return [PressureAtWork(world.homes[pressure.body].body, pressure, world) for pressure in conditions]
+    def activate(cls, conditions: Sequence["Pressure"], assembly: "Assembly") -> Sequence["ActivePressure"]:
+        """One for each."""
+        return [ActivePressure(assembly.bodies[pressure.body].body, pressure, assembly) for pressure in conditions]
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
         return self.value * (smooth_step(time / self.rise) if self.rise > 0.0 else 1.0)
 
 
-class PressureAtWork:
+class ActivePressure:
     """A pressure on a membrane that is built."""
 
     channels: Sequence[Channel] = ()
 
-    def __init__(self, body: "Body", pressure: Pressure, world: "World") -> None:
-        self._body, self._pressure, self._column = body, pressure, world.column(pressure.load_channel())
+    def __init__(self, body: "Body", pressure: Pressure, assembly: "Assembly") -> None:
+        self._body, self._pressure, self._column = body, pressure, assembly.column(pressure.load_channel())
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         self._body.add_pressure(self._pressure.at(time), self._column)
 
     def work(self) -> None:
-        """Counted with the external forces."""
+        """None: nodes and bodies count the work of external forces."""

@@ -1,31 +1,31 @@
-"""Rigid bodies: points that keep the motion that has their momentum and their angular momentum."""
+"""Rigid bodies: points with the rigid motion of their momentum and angular momentum."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from pellucid.conditions import driven_points
-from pellucid.conditions.at_work import Home, World
+from pellucid.conditions.contract import AssembledBody, Assembly
 from pellucid.energy import IMPACT, IMPACT_HEAT, Channel, StepWork
 
 
 class RigidBody:
-    """A body that moves as a rigid one: its points keep the motion that has their momentum and their angular momentum."""
+    """A body that moves as a rigid one: its points get the rigid motion with their momentum and angular momentum."""
 
     strains = False
     top_speed = 0.0  # of what is prescribed [m/s]
 
     channels: Sequence[Channel] = (IMPACT_HEAT,)
 
-    def __init__(self, home: Home, world: World) -> None:
-        self.body, self._thin, self._world = home.body, home.thin, world
-        home.body.constraint = self
+    def __init__(self, member: AssembledBody, assembly: Assembly) -> None:
+        self.body, self._thin, self._assembly = member.body, member.thin, assembly
+        member.body.constraint = self
         self._dt = self._loss = 0.0
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
 
     def begin(self, time: float, dt: float) -> None:
-        """Nothing is prescribed."""
+        """Keep the length of the step."""
         self._dt = dt
 
     def prescribe_velocities(self) -> None:
@@ -40,7 +40,7 @@ class RigidBody:
         v[...] = rigid
 
     def prescribe_positions(self) -> None:
-        """Places of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
+        """Positions of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
         r = self._arm @ _rotation(self._dt * self._turn(self._arm)).T
         target = self._centre + self._dt * self._velocity + r
         points = self.body.on_grid
@@ -61,8 +61,8 @@ class RigidBody:
         return omega
 
     def work(self) -> StepWork:
-        """The energy of what was not a rigid motion is lost."""
-        done = self._world.no_work()
+        """The kinetic energy of the part of the velocities that is not rigid is lost."""
+        done = self._assembly.no_work()
         done.works[IMPACT] = self._loss
         return done
 

@@ -25,14 +25,14 @@ class Support(Condition):
 
     name: str | None = parameter("", "name for probes of its reaction", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     where: Literal["all-nodes"] | Face | BoxRegion = parameter("", "which nodes: all-nodes, a face of the grid, or a box")
-    fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "held directions", ("x", "y", "z"))
-    velocity: Vector = parameter("m/s", "velocity of the held directions", (0.0, 0.0, 0.0))
+    fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
+    velocity: Vector = parameter("m/s", "velocity of the constrained directions", (0.0, 0.0, 0.0))
 
     @field_validator("fix")
     @classmethod
-    def _something_is_held(cls, fix: tuple[Axis, ...] | Literal["normal"]) -> tuple[Axis, ...] | Literal["normal"]:
+    def _something_is_fixed(cls, fix: tuple[Axis, ...] | Literal["normal"]) -> tuple[Axis, ...] | Literal["normal"]:
         if not fix:
-            raise ValueError('fix holds no direction; list some of "x", "y", "z", or leave the support out')
+            raise ValueError('fix names no direction; list some of "x", "y", "z", or leave the support out')
         return fix
 
     @model_validator(mode="after")
@@ -53,25 +53,25 @@ class Support(Condition):
         for axis, low, high, grid_low, grid_high, thin in ends:
             if not thin and (high < low or high < grid_low or low > grid_high):
                 box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
-                text = f"the box holds no node: {axis} from {box}, the grid's from {nodes}"
+                text = f"the box contains no node: {axis} from {box}, the grid's from {nodes}"
                 yield Finding((*path, "where", "box"), text, "let the box overlap the grid")
 
     def reaction(self) -> str | None:
         """Its own name."""
         return self.name
 
-    def holds_face(self, face: str) -> bool:
-        """Whether this face of the grid is where it holds."""
+    def constrains_face(self, face: str) -> bool:
+        """Whether it constrains this face of the grid."""
         return self.where == face
 
     def face_velocity(self, face: str) -> Vector | None:
-        """Its velocity [m/s], if it holds this face of the grid along its normal."""
-        return self.velocity if self.holds_face(face) and self.axes()["xyz".index(face[0])] else None
+        """Its velocity [m/s], if it constrains this face of the grid along its normal."""
+        return self.velocity if self.constrains_face(face) and self.axes()["xyz".index(face[0])] else None
 
     def axes(self) -> tuple[bool, bool, bool]:
-        """Which directions are held."""
-        held = (self.where[0],) if self.fix == "normal" and isinstance(self.where, str) else self.fix
-        return "x" in held, "y" in held, "z" in held
+        """Which directions are constrained."""
+        axes = (self.where[0],) if self.fix == "normal" and isinstance(self.where, str) else self.fix
+        return "x" in axes, "y" in axes, "z" in axes
 
     def face(self) -> tuple[int, int] | None:
         """The axis and the end, 0 lower and 1 upper, of the face of the grid on which it is, if it is on one."""

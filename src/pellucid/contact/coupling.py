@@ -1,4 +1,4 @@
-"""How a body with its own nodes meets others on the grid: through an index of its nodes by cell."""
+"""Contact of a body with its own nodes: transfers to and from the grid through an index of the nodes by cell."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy import intp
 
 from pellucid.approximants import GridFunctions
-from pellucid.contact.subcell_damping import damp_subcell_motion
+from pellucid.contact.subcell_damping import damp_subcell_velocities
 from pellucid.grid import transfer
 from pellucid.grid.points import NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs, place_of
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
@@ -22,7 +22,7 @@ NO_AFFINE = np.zeros((0, 9))
 
 
 @kernel(inner=True)
-def _look_slab(s, mapped):
+def _check_slab(s, mapped):
     lattice, x, slabs, index = mapped.lattice, mapped.points.position, mapped.slabs, mapped.index
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
@@ -38,16 +38,16 @@ def _look_slab(s, mapped):
 
 
 @kernel()
-def _look(n, mapped):
-    parallel_for(_look_slab, n, mapped)
+def _check(n, mapped):
+    parallel_for(_check_slab, n, mapped)
 
 
 class GridCoupling:
     """The nodes of a body on the grid on which others may touch it.
 
-    It reads the body's arrays and keeps an index of its nodes by cell, so that these may stay in the order of their mesh; it
-    hands over their mass and momentum and gathers what contact gave them. position, velocity: shape (n, 3) [m], [m/s]; mass
-    and, but for membranes, volume: shape (n,) [kg], [m³].
+    It reads the body's arrays and keeps an index of its nodes by cell, so that these stay in the order of their mesh. It
+    scatters their mass and momentum and gathers the velocity increments of contact.
+    position, velocity: shape (n, 3) [m], [m/s]; mass and, but for membranes, volume: shape (n,) [kg], [m³].
     """
 
     def __init__(
@@ -70,16 +70,16 @@ class GridCoupling:
         self.sort()
 
     def sort(self) -> None:
-        """Make the index anew."""
+        """Renew the index."""
         by_cell = {"order": self._order, "position": self._points.position[self._order]}
-        self._share(sort_by_cell(by_cell, self._scratch, self.velocity_field.grid.lattice, self._stencil))
+        self._bind_slabs(sort_by_cell(by_cell, self._scratch, self.velocity_field.grid.lattice, self._stencil))
 
     def sort_if_needed(self) -> None:
-        """Make the index anew where a node left its slab; to be called before anything of a step goes to the grid."""
+        """Renew the index where a node left its slab; to be called before the first scatter of a step."""
         if self.slabs.left_slab.any():
             self.sort()
 
-    def _share(self, slabs: Slabs) -> None:
+    def _bind_slabs(self, slabs: Slabs) -> None:
         self.slabs, self.n_slabs = slabs, len(slabs.layer) - 1
         grid = self.velocity_field.grid
         self.mapped = Bundle(
@@ -104,15 +104,15 @@ class GridCoupling:
     def subcell_loss(self) -> np.ndarray:
         """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
 
-        To be asked when their momentum is on the grid anew; see `pellucid.contact.subcell_damping`.
+        To be called when their momentum is mapped to the grid again; see `pellucid.contact.subcell_damping`.
         """
         loss = np.zeros_like(self.increment)
-        damp_subcell_motion(self.n_slabs, self.mapped, self._within, loss)
+        damp_subcell_velocities(self.n_slabs, self.mapped, self._within, loss)
         return loss
 
-    def look(self) -> tuple[int, int] | None:
-        """After the nodes moved: note who left a slab; a fault (of `pellucid.grid.points`) and the node that has it, if any."""
-        _look(self.n_slabs, self.mapped)
+    def check_positions(self) -> tuple[int, int] | None:
+        """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
+        _check(self.n_slabs, self.mapped)
         found = np.flatnonzero(self.slabs.fault[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
 
@@ -125,4 +125,4 @@ class GridCoupling:
         self._order[:] = arrays["order"]
         slabs = empty_slabs(arrays["first"], arrays["layer"])
         slabs.left_slab[:] = arrays["left_slab"]
-        self._share(slabs)
+        self._bind_slabs(slabs)

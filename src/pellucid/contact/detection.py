@@ -1,8 +1,8 @@
-"""Where two velocity fields meet: the nodes that both reach, the normal there, and how far apart the surfaces are.
+"""Contact detection between two velocity fields: the nodes that both reach, the normals, the gaps.
 
 A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
 Mech. Eng. 187, 529). A surface that is crumpled within the reach of a node has no normal there, and takes that of the volume
-which it meets. Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
+that it touches. Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
 one along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and sliding over it would
 plough. Which way the normal points is told by where the two bodies lie about the node: a membrane has two sides, and a layer
 thinner than a cell turns its gradient round.
@@ -25,7 +25,7 @@ from pellucid.jit.bundle import Bundle
 CLOSE = 0.1
 """Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.
 
-It leaves each a side of the other: sheets as thin as these do not tell by themselves from which side they met.
+So each keeps its side of the other: sheets as thin as these do not tell by themselves from which side they came.
 """
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 """Of the gradients of two volumes in the normals that are tried."""
@@ -33,7 +33,7 @@ SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side r
 
 
 class ContactDetection:
-    """The nodes where two fields meet.
+    """The nodes where two velocity fields touch.
 
     bodies: those of either field. `node` (n,), `normal` (n, 3) from the first field to the second, zero where they do not
     touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
@@ -56,7 +56,7 @@ class ContactDetection:
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
-        """Find where the fields meet now, after the bodies gave their mass to the nodes."""
+        """Find where the fields touch, after the bodies' mass was mapped to the nodes."""
         one, other = (grid.nodes.mass for grid in self._grids)
         n = normals.list_shared(one, other, self._shared)
         self.node = self._shared[:n]
@@ -106,7 +106,7 @@ class ContactDetection:
     def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
         """Directions that may be normals, of any length and either way, each of shape (n, 3).
 
-        crumpled, shape (n,): where a membrane takes the normal of the volume that it meets.
+        crumpled, shape (n,): where a membrane takes the normal of the volume that it touches.
         """
         A, B = one[:, NORMAL:CENTRE], other[:, NORMAL:CENTRE]
         if self._surfaces == (1, 1):

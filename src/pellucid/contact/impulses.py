@@ -2,7 +2,7 @@
 
 Bodies that touch and approach take an impulse that stops the approach; with friction it has a tangential part too, at most μ
 times the normal one. Source: Lian, Liu & Zhang 2014, eqs. 52-58, with the misprints put right: f = (m_a p_b - m_b p_a)/((m_a +
-m_b) dt) on a, friction only under compression. Constrained nodes are as heavy as need be.
+m_b) dt) on a, friction only under compression. Constrained nodes have no mobility 1/m.
 """
 
 from math import sqrt
@@ -39,7 +39,7 @@ def _mobility_chunk(chunk, node, mass, constrained, driven_mass, mobility):
 
 @kernel()
 def measure_mobility(chunks, node, mass, constrained, driven_mass, mobility):
-    """1/m of the nodes along each axis [1/kg], 0 where they are constrained, by supports or firmly by driven points."""
+    """1/m of the nodes along each axis [1/kg], 0 where they are constrained, by supports or wholly by driven points."""
     parallel_for(_mobility_chunk, chunks, node, mass, constrained, driven_mass, mobility)
 
 
@@ -58,7 +58,7 @@ def _impulse(kind, friction, n, u, w):
     if not give > 0.0:
         return 0.0, 0.0, 0.0
     press = approach / give
-    # what is left of the impulse that would stop all slip: it does not act on the approach, also where some axes are held
+    # the rest of the impulse that would stop all slip: it does not act on the approach, also where axes are constrained
     tx, ty, tz = jx + press * n[0], jy + press * n[1], jz + press * n[2]
     along = tx * n[0] + ty * n[1] + tz * n[2]
     size = sqrt((tx - along * n[0]) ** 2 + (ty - along * n[1]) ** 2 + (tz - along * n[2]) ** 2)
@@ -69,7 +69,7 @@ def _impulse(kind, friction, n, u, w):
 
 @pointwise
 def _impulse_at(kind, friction, e, I, normal, one, other, w1, w2):
-    """The impulse on the first side that the velocities of both at node I ask for."""
+    """The impulse on the first side that stops the approach of both at node I."""
     n = (normal[e, 0], normal[e, 1], normal[e, 2])
     u = (one[I, 0] - other[I, 0], one[I, 1] - other[I, 1], one[I, 2] - other[I, 2])
     w = (w1[e, 0] + w2[e, 0], w1[e, 1] + w2[e, 1], w1[e, 2] + w2[e, 2])
@@ -88,7 +88,7 @@ def _stop_approach_chunk(chunk, kind, friction, node, normal, one, other, w1, w2
 
 @kernel()
 def stop_approach(chunks, kind, friction, node, normal, one, other, w1, w2):
-    """Give two sides the impulses that their velocities ask for."""
+    """Change the velocities of two sides by the impulses that stop their approach."""
     parallel_for(_stop_approach_chunk, chunks, kind, friction, node, normal, one, other, w1, w2)
 
 
@@ -115,7 +115,7 @@ def _resolve_chunk(chunk, kind, friction, node, normal, one, other, w1, w2, tota
 
 @kernel()
 def resolve(chunks, kind, friction, node, normal, one, other, w1, w2, total):
-    """Give the nodes of two sides the impulses that their velocities ask for, and add these up; what is held does not move."""
+    """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move."""
     parallel_for(_resolve_chunk, chunks, kind, friction, node, normal, one, other, w1, w2, total)
 
 
@@ -154,7 +154,7 @@ def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, gravity, dt, wo
 
 @kernel()
 def sum_works(chunks, side, node, mobility, impulse, sign, gravity, dt, works):
-    """What impulses change in the works of other forces; supports and prescribed motions give back what they take.
+    """What impulses change in the works of other forces; what supports and prescribed motions take is their reaction.
 
     side: the bundle of a `Side`; works: rows as `pellucid.energy` has them.
     """

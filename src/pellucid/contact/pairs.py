@@ -14,7 +14,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
-SWEEPS = 4  # where several pairs meet, one disturbs the other
+SWEEPS = 4  # where several pairs share nodes, the impulses of one change the approach of another
 SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
 
 
@@ -43,14 +43,14 @@ class ContactPair:
         return len(self._impulse) // impulses.CHUNK + 1
 
     def detect(self) -> None:
-        """Find where the fields touch, after the bodies gave their mass to the nodes."""
+        """Find where the fields touch, after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
         self._mobility, self._impulse = np.empty((2, n, 3)), np.zeros((n, 3))
         for mobility, field in zip(self._mobility, self._fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
-            held = nodes.constrained, driven_mass
-            impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *held, mobility)
+            constraints = nodes.constrained, driven_mass
+            impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *constraints, mobility)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both fields, each with the nodes at which the fields touch, shape (n,)."""
@@ -82,7 +82,7 @@ class ContactPair:
         return ordered_sum(works)
 
     def work_on_points(self) -> float:
-        """Work of the impulses of this step on points that the grid moves [J], when their momentum is on the nodes anew."""
+        """Work of the impulses on points that the grid moves [J], after their momentum was mapped to the nodes again."""
         work = np.zeros((self._chunks, 1))
         for field, mobility, sign in zip(self._fields, self._mobility, SIGNS, strict=True):
             if field.moves_points:
@@ -112,7 +112,7 @@ class ContactPairs:
         return len(self._pairs)
 
     def detect(self) -> None:
-        """Find where velocity fields touch, after the bodies gave their mass to the nodes."""
+        """Find where velocity fields touch, after the bodies' mass was mapped to the nodes."""
         for pair in self._pairs:
             pair.detect()
 
@@ -133,7 +133,7 @@ class ContactPairs:
         return ContactWork(step_work(total, self._columns), named)
 
     def with_work_on_points(self, done: ContactWork) -> ContactWork:
-        """What was done with the work of the impulses on points, when their momentum is on the nodes anew.
+        """What was done with the work of the impulses on points, when their momentum is mapped to the nodes again.
 
         It is that on the points themselves, not on the nodes: what a point takes of an impulse at a node and does not give back
         to it is lost, and this is where.

@@ -62,7 +62,7 @@ def _measure_slab(s, mapped, mean, fluctuation):
             for b in range(len(wy)):
                 for c in range(len(wz)):
                     I = node_at(about, lattice, a, b, c)
-                    along = _against_mean(v, contact, mean, I)  # 0 where contact does not press: cheaper than to ask
+                    along = _against_mean(v, contact, mean, I)  # 0 where contact does not press: cheaper than a branch
                     fluctuation[I] += wx[a] * wy[b] * wz[c] * m * along * along
 
 
@@ -88,8 +88,8 @@ def _loss_slab(s, mapped, mean, taken, loss):
 
 
 @kernel()
-def damp_subcell_motion(n, mapped, scratch, loss):
-    """What contact takes from the nodes of n slabs of their velocities against the mean about them [m/s], into loss, (n, 3).
+def damp_subcell_velocities(n, mapped, scratch, loss):
+    """The velocities against the mean that contact takes from the nodes of n slabs [m/s], into loss, shape (n, 3).
 
     Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: velocity increments by contact [m/s], and
     momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum

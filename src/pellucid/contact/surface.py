@@ -1,4 +1,4 @@
-"""What contact asks of a body: its points, how they reach the nodes, and where its surface is."""
+"""The interface of a body to contact: its points, how they reach the nodes, and where its surface is."""
 
 from typing import Protocol
 
@@ -43,4 +43,4 @@ class ContactBody(Protocol):
         """
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """What is to be said of the body where it touches others at these nodes of the grid, shape (n,)."""
+        """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""

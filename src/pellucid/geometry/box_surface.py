@@ -1,4 +1,4 @@
-"""The outline of a box as a membrane."""
+"""The surface of a box as a membrane."""
 
 from typing import Annotated, Literal
 
@@ -41,12 +41,12 @@ class BoxSurface(Meshed):
 
     def mesh(self) -> Mesh:
         """The points in the order x, y, z, the last one fastest; the faces in the order of their names."""
-        lattice, quads = outline(self.points, self._faces)
+        lattice, quads = lattice_faces(self.points, self._faces)
         low, high = np.array(self.lower), np.array(self.upper)
         return Mesh(low + lattice / (np.array(self.points) - 1.0) * (high - low), quads)
 
 
-def outline(points: tuple[int, int, int], faces: list[Face]) -> tuple[np.ndarray, np.ndarray]:
+def lattice_faces(points: tuple[int, int, int], faces: list[Face]) -> tuple[np.ndarray, np.ndarray]:
     """Places of the points on faces of a box, from 0 to points - 1 along each axis, shape (n, 3), and quads, shape (q, 4)."""
     strides = np.array([points[1] * points[2], points[2], 1])
     found = []

@@ -1,4 +1,4 @@
-"""The Eulerian grid where bodies meet: where its nodes are, and what they carry in one velocity field."""
+"""The Eulerian grid: the places of its nodes, and the nodal arrays of one velocity field."""
 
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ class Nodes(NamedTuple):
     velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
     velocity_increment: np.ndarray  # (n, 3) over the step [m/s]; of a body with its own nodes, by contact alone
     strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
-    constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that holds this direction
+    constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that constrains this direction
 
 
 class Grid:

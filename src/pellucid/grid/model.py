@@ -13,7 +13,7 @@ MOST_CELLS = 1e9  # along an axis; no machine holds more
 
 
 class GridCase(Model):
-    """A uniform Cartesian grid. An axis no longer than one cell is one cell thick: its velocity is held at zero.
+    """A uniform Cartesian grid. An axis no longer than one cell is one cell thick: its velocity is constrained to zero.
 
     Of a plane problem a slice of `thickness` is computed, of a one-dimensional one a bar of thickness by thickness: masses,
     energies, momenta and forces are theirs, whatever the cell.
@@ -51,7 +51,7 @@ class GridCase(Model):
         return self
 
     def thin(self) -> tuple[bool, bool, bool]:
-        """Which axes are one cell thick and held."""
+        """Which axes are one cell thick and constrained."""
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
 

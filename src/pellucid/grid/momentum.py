@@ -1,4 +1,4 @@
-"""The momentum equation of the nodes, with what acts on them from outside and what constrains them."""
+"""The momentum equation of the nodes, with external actions and constraints."""
 
 from typing import NamedTuple
 
@@ -23,34 +23,34 @@ from pellucid.jit.parallel import parallel_for
 from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
-FIRM = 0.05  # share of driven points in the mass of a node that they hold firmly
-NOTHING = 1e-290  # kg; a node below this carries no point
+FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
+NOTHING = 1e-290  # kg; no point reaches a node below this
 
 
 class Supports(NamedTuple):
     """What constrains nodes; `Nodes.constrained` counts its rows from 1."""
 
     velocity: np.ndarray  # (supports, 3) [m/s]
-    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a grip within it
+    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a clamp within it
 
 
 class ExternalAction(NamedTuple):
-    """What acts on nodes from outside beside gravity and supports; arrays have no rows where there is no such thing.
+    """External actions on nodes, beside gravity and supports; arrays of actions that are absent have no rows.
 
-    Prescribed motions grip the nodes that driven points reach: firmly where these give a node a share FIRM of its mass, below
-    that in proportion. A grip that closed at once, as soon as the function of a driven point reaches a node, would knock at
-    every cell that a body crosses; one that stayed in proportion would give way to a lasting force.
+    Prescribed motions constrain the nodes that driven points reach: wholly where these give a node a share FIRM of its mass,
+    below that in proportion to the share. A constraint that was complete as soon as the function of a driven point reaches a
+    node would give an impulse at every cell that a body crosses; one in proportion throughout would yield to a lasting force.
     """
 
     loads: np.ndarray  # (channels, n, 3) external forces [N], those of each channel apart
     absorption: np.ndarray  # (n, 3) rate at which an absorbing face takes momentum [1/s]
     driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
     driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
-    impulse: np.ndarray  # (n, 3) impulse of the grips on unit driven mass over the step [m/s]
+    impulse: np.ndarray  # (n, 3) impulse of prescribed motions on unit driven mass over the step [m/s]
 
 
 def external_action(n_nodes: int, n_loads: int, loaded: bool, absorbs: bool, driven: bool) -> ExternalAction:
-    """What acts from outside, all zero; what does not act on the nodes of a velocity field has no rows."""
+    """External actions, all zero; those that a velocity field does not have are without rows."""
     loads, absorption = np.zeros((n_loads, n_nodes if loaded else 0, 3)), np.zeros((n_nodes if absorbs else 0, 3))
     return ExternalAction(loads, absorption, *(np.zeros((n_nodes if driven else 0, 3)) for _ in range(3)))
 
@@ -104,11 +104,11 @@ def _advance_chunk(chunk, field, dt, small, flip):
             if driven and s == 0:
                 external.impulse[I, d] = 0.0
                 if external.driven_mass[I, d] > 0.0:
-                    firmness = min(1.0, external.driven_mass[I, d] / (FIRM * m))
+                    follow = min(1.0, external.driven_mass[I, d] / (FIRM * m))
                     goal = external.driven_momentum[I, d] / external.driven_mass[I, d]
-                    given = m * firmness * (goal - new)
-                    new += firmness * (goal - new)
-                    light += firmness * (goal - light)
+                    given = m * follow * (goal - new)
+                    new += follow * (goal - new)
+                    light += follow * (goal - light)
                     external.impulse[I, d] = given / external.driven_mass[I, d]
             if s > 0:
                 wall = walls[s - 1, d]

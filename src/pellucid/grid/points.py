@@ -21,7 +21,7 @@ class Fault(NamedTuple):
 FAULTS = {
     NOT_FINITE: Fault(
         "its state is not a finite number",
-        "use a smaller time.step or time.courant, or look in forensics/failure.json for what is impossible in it",
+        "use a smaller time.step or time.courant, or read its state in forensics/failure.json",
     ),
     INVERTED: Fault(
         "its volume would become zero or negative in this step",
@@ -40,7 +40,7 @@ FAULTS = {
 
 
 class PointArrays(NamedTuple):
-    """What every material point carries; n points, sorted by cell now and then."""
+    """State that all material points have; n points, sorted by cell now and then."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -52,7 +52,7 @@ class PointArrays(NamedTuple):
 class Slabs(NamedTuple):
     """Points first[s]:first[s+1] lay in the cell layers layer[s]:layer[s+1] when they were last sorted.
 
-    They may stray one layer beyond before they must be sorted again; slabs are wide enough that two of one colour (even,
+    They may move one layer beyond these before they must be sorted again; slabs are wide enough that two of one colour (even,
     odd) then still reach no common node.
     """
 

@@ -49,7 +49,7 @@ class StrainedPoints(NamedTuple):
 
     mapped: MappedPoints
     law: Any
-    state: Any  # arrays of what the law carries
+    state: Any  # arrays of the state of the law
 
 
 @kernel(inner=True)
@@ -77,7 +77,7 @@ def scatter(n, mapped, inertia, force):
 
 @pointwise
 def placed(lattice, x, p, dx, dy, dz, lowest, highest):
-    """Move point p; what is wrong with its new place, and 1 where it lies outside the layers lowest to highest of its slab."""
+    """Move point p; the fault of its new position, and 1 where it lies beyond the layers lowest to highest of its slab."""
     h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
     x[p, 0] += dx
     x[p, 1] += dy
@@ -260,7 +260,7 @@ def _sum_slab(s, mapped):
 
 
 @kernel()
-def sum_motion(n, mapped):
+def sum_momentum(n, mapped):
     """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
     parallel_for(_sum_slab, n, mapped)
 

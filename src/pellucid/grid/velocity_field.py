@@ -8,17 +8,17 @@ from pellucid.grid.momentum import ExternalAction, NodalMomentum, Supports
 
 
 class VelocityField:
-    """Nodal arrays with what acts on them: of the bodies that share a velocity field, or of one with its own nodes.
+    """Nodal arrays with what acts on them: of the bodies that share a velocity field, or of one body with its own nodes.
 
-    The nodes of a field move as if no other were there; `pellucid.contact.pairs` then says what fields do to each other.
-    moves_points: whether the nodes move the points of the field. Those of a body with its own nodes move by its own equation of
-    motion, and take from the grid what contact gave it.
+    The nodes of a velocity field move as if no other were there; `pellucid.contact.pairs` then adds contact between fields.
+    moves_points: whether the nodes move the points of the field. A body with its own nodes moves by its own equation of
+    motion, and takes from the grid the increments of contact alone.
     """
 
     def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
         self.name, self.grid, self.moves_points = name, grid, moves_points
 
-    def act(
+    def set_actions(
         self,
         supports: Supports,
         external: ExternalAction,
@@ -26,33 +26,33 @@ class VelocityField:
         small_mass: float,
         flip: float,
     ) -> None:
-        """Say what acts on the nodes; see `NodalMomentum`."""
+        """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
         pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
         self._momentum = NodalMomentum(self.grid.nodes, supports, pull, small_mass, flip, external)
 
     def clear(self) -> None:
-        """Forget mass, momentum and forces."""
+        """Set mass, momentum and forces to zero."""
         nodes = self.grid.nodes
         for array in (nodes.mass, nodes.momentum, nodes.force):
             array.fill(0.0)
 
     def clear_momentum(self) -> None:
-        """Forget momentum alone, before it is mapped again."""
+        """Set the momentum to zero, before it is mapped again."""
         self.grid.nodes.momentum.fill(0.0)
 
     def clear_external(self) -> None:
-        """Forget what acts from outside, before the conditions of a step."""
+        """Set loads and driven masses to zero, before the conditions of a step."""
         for array in (self.external.loads, self.external.driven_mass, self.external.driven_momentum):
             array.fill(0.0)
 
     def advance(self, dt: float) -> StepWork | None:
-        """Advance the momentum of the nodes without contact, and say what acted; nothing where a body has its own nodes."""
+        """Advance the momentum of the nodes without contact; the work of this, or None where a body has its own nodes."""
         work = self._momentum.advance(dt)
         if self.moves_points:
             return work
         self.grid.nodes.velocity_increment.fill(0.0)
-        self.external.impulse.fill(0.0)  # what prescribed motions do to own nodes is in the body's works, but for contact
+        self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact
         return None
 
     def project(self) -> None:

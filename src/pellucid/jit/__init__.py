@@ -1,7 +1,7 @@
 """Compiled kernels and the pointwise functions that they call.
 
 Laws, shape functions and tensor algebra are plain scalar Python, marked with `@pointwise` or registered with
-`@point_function`; nothing here imports numba until the first `@kernel` is met, so data models stay light.
+`@point_function`; nothing here imports numba until the first `@kernel` is used, so data models stay light.
 
 Numba's disk cache does not see edits in other files; `cache` keeps kernels for the sources that they depend on.
 """

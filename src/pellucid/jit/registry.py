@@ -1,4 +1,4 @@
-"""Pointwise functions: what kernels call, and plain Python alike. Nothing here imports numba until the first kernel is met."""
+"""Pointwise functions: what kernels call, and plain Python alike. Nothing here imports numba until the first kernel is used."""
 
 import inspect
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a body of material points asks of its material, whatever its law."""
+"""The interface of a material to a body of material points, whatever its law."""
 
 from abc import abstractmethod
 from collections.abc import Iterator

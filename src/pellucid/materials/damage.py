@@ -33,7 +33,7 @@ class Elastodamage(NamedTuple):
 
 
 class DamageRecord(NamedTuple):
-    """What damaged points carry; without damage, arrays of no length."""
+    """State of damaged points; without damage, arrays of no length."""
 
     damage: np.ndarray  # (n,) ω
     failed: np.ndarray  # (n,) 1 where a point has failed, else 0
@@ -86,7 +86,7 @@ def has_failed(law: Law, record: DamageRecord, p: int) -> bool:
 def upright(law: Law, along: float) -> bool:
     """Whether a triangle tells where the surface is, from how much of its normal lies along that of its corner before.
 
-    About a tear, triangles turn over or vanish while other triangles of the corner still hold."""
+    About a tear, triangles turn over or vanish while other triangles of the corner still bear stress."""
 
 
 @generic
@@ -96,12 +96,12 @@ def driving_strain(law: Law, elastic: Law, shape: Shape) -> float:
 
 @generic
 def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float, float]:
-    """Book the strain that drives damage at point p; the share of the stiffness left, and the same by what it was before."""
+    """Record the strain that drives damage at point p; the share of the stiffness left, and the same by what it was before."""
 
 
 @generic
 def dissipate(law: Law, record: DamageRecord, p: int, work: float, kept: float) -> None:
-    """Book the energy that damage took, from the work of the stress so far [J/kg] and the share of the stiffness kept."""
+    """Record the energy that damage took, from the work of the stress so far [J/kg] and the share of the stiffness kept."""
 
 
 @point_function(has_failed, Undamaged)

@@ -44,7 +44,7 @@ class NewtonianFluid(NamedTuple):
 
 @point_state()
 class FluidState(NamedTuple):
-    """What a fluid point carries: Cauchy stress [Pa] and specific internal energy [J/kg]."""
+    """State of a fluid point: Cauchy stress [Pa] and specific internal energy [J/kg]."""
 
     stress: Symmetric
     internal_energy: float
@@ -127,7 +127,7 @@ def _update(law, state, density, L, dt, length):
     other_work = dt / density * (viscous_power - heating_q * trD)
     if law.artificial_viscosity.work > 0.0:
         old_work = dt / density * double_dot(state.stress, D)
-    else:  # the old stress holds the old q: take its pressure anew
+    else:  # the old stress has the old q in it: compute its pressure again
         old_work = dt / density * (viscous_power - pressure(law.eos, density * (1.0 + dt * trD), state.internal_energy) * trD)
     energy = new_energy(law.energy_update, law.eos, state.internal_energy, density, trD, old_work, other_work, dt)
     normal = bulk - pressure(law.eos, density, energy) - q

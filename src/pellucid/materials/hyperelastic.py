@@ -27,7 +27,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, deformed, d
 
 @point_state()
 class FiniteStrainState(NamedTuple):
-    """What a point of a hyperelastic solid carries: Cauchy stress [Pa] and deformation gradient."""
+    """State of a point of a hyperelastic solid: Cauchy stress [Pa] and deformation gradient."""
 
     stress: Symmetric
     deformation_gradient: Tensor

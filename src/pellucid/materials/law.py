@@ -1,4 +1,4 @@
-"""What a law answers at a point: kernels and plain Python call the same functions.
+"""The functions of a law at a point: kernels and plain Python call the same ones.
 
 A law is a NamedTuple of its parameters. The state of a point under it is a NamedTuple too, declared with
 `pellucid.materials.point_state`; every state has a `stress` (Cauchy, 6-tuple xx, yy, zz, yz, xz, xy) [Pa].

@@ -21,7 +21,7 @@ class LinearElastic(NamedTuple):
 
 @point_state()
 class HypoelasticState(NamedTuple):
-    """What a point of a rate-form solid carries: Cauchy stress [Pa] and the work done on it [J/kg].
+    """State of a point of a rate-form solid: Cauchy stress [Pa] and the work done on it [J/kg].
 
     A rate form has no strain energy function; what it stores is the work of its stress.
     """

@@ -1,6 +1,6 @@
 """Laws of membranes: plane stress in the tangent plane of a point, in a frame that turns with the material.
 
-In-plane tensors are 3-tuples (11, 22, 12). A law sees the stretching (rate of deformation) in the frame and answers with the
+In-plane tensors are 3-tuples (11, 22, 12). A law takes the rate of deformation in the frame and gives the
 Cauchy stress in the frame and the ratio of thickness to its initial value. Source: Gan et al. 2011, section 2.1.
 """
 

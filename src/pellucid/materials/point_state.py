@@ -14,11 +14,11 @@ from pellucid.jit import generic, point_function
 from pellucid.state import FIELDS, Field
 from pellucid.tensors import Symmetric
 
-SHARED = ("stress", "internal_energy", "strain_energy", "deformation_gradient")  # what states may hold of `FIELDS`
+SHARED = ("stress", "internal_energy", "strain_energy", "deformation_gradient")  # members of `FIELDS` that states may have
 
 
 class PointState(Protocol):
-    """The state of a point under any law: a NamedTuple with the Cauchy stress [Pa] among its fields."""
+    """The state of a point under any law: a NamedTuple, one of whose fields is the Cauchy stress [Pa]."""
 
     @property
     def _fields(self) -> tuple[str, ...]: ...
@@ -55,10 +55,10 @@ def in_arrays(state: StateType, arrays: Mapping[str, np.ndarray]) -> StateType:
 
 
 def point_state(**own: tuple[str, str]) -> Callable[[type[StateType]], type[StateType]]:
-    """Class decorator: let points carry states of a type, in arrays of as many components as its annotations say.
+    """Class decorator: let points have states of a type, in arrays of as many components as its annotations say.
 
     own: unit and meaning of each field that `pellucid.state.FIELDS` does not know yet, as
-    `@point_state(overstress=("Pa", "stress of the Maxwell branch"))`. Raises TypeError for a state that cannot be carried.
+    `@point_state(overstress=("Pa", "stress of the Maxwell branch"))`. Raises TypeError for a state that cannot be stored.
     """
 
     def declare(state: type[StateType]) -> type[StateType]:

@@ -3,11 +3,11 @@
 A point is *taut* where both principal stresses are tensile, *slack* where no direction is stretched, else *wrinkled*: under
 uniaxial tension along its longest direction, across which it takes its natural width, the one that leaves no stress there.
 That the states follow from the larger strain and the smaller stress is the mixed criterion of Roddeman et al. 1987, J. Appl.
-Mech. 54, 884. The stress is the derivative of the relaxed energy, the least that any wrinkling to the given outline leaves.
+Mech. 54, 884. The stress is the derivative of the relaxed energy, the least over all wrinklings of given in-plane lengths.
 Source: Reissner 1938, Proc. 5th Int. Congr. Appl. Mech., 88; Pipkin 1986, IMA J. Appl. Math. 36, 85.
 
-Any law may be wrapped. All that it has to say is what it looks like when its wrinkles are smoothed out, `unwrinkled`: on the
-wavy surface the material then has the stress and thickness of its own law, and there is more of it than the outline spans.
+Any law may be wrapped. It gives only its state with the wrinkles smoothed out, `unwrinkled`: on the wavy surface the material
+then has the stress and thickness of its own law, and there is more of it than the smoothed lengths span.
 """
 
 from typing import NamedTuple
@@ -71,7 +71,7 @@ def _smoothed(law, shape, major, minor):
 def _plane_response(law, shape):
     smooth, folded = unwrinkled(law.law, shape)
     s11, s22, s12, ratio = plane_response(law.law, smooth)
-    # the thickness over the outline: its volume is that of the material
+    # the thickness over the smoothed area: its volume is that of the material
     return s11, s22, s12, folded * ratio
 
 

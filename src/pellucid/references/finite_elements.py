@@ -32,7 +32,7 @@ def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Arra
 
 
 def same_problem(case: "Case", other: "Case") -> bool:
-    """Whether two cases ask the same of the same bodies.
+    """Whether two cases state the same problem for the same bodies.
 
     Grid, points, step, length and output may differ, and so may the kind of a membrane: of points or of elements.
     """

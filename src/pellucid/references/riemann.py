@@ -1,6 +1,6 @@
 """The Riemann problem of ideal gases, solved exactly.
 
-Two uniform states meet at x = 0. For t > 0 the solution depends on x/t alone: a wave (shock or fan) runs into
+Two uniform states are in contact at x = 0. For t > 0 the solution depends on x/t alone: a wave (shock or fan) runs into
 each state and a contact separates the gases between them, with one pressure p* and one velocity u* on both sides.
 Source: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics, 3rd ed., chapter 4. Here each gas may
 have its own gamma.

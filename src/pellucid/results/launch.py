@@ -30,7 +30,7 @@ def run_case(
     """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
 
     `until` [s] stops early, `report=False` leaves out figures and report. Raises `UsageError` for a folder with other
-    things in it, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
+    files in it, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
     progress = progress or WarningsOnly()
     with _simulation(case, threads, progress) as simulation:  # before the folder is touched: a bad case erases nothing

@@ -1,11 +1,11 @@
-"""From a case to its bodies: the velocity fields that they share, and how these touch."""
+"""From a case to its bodies, the velocity fields that they share, and the pairs of these in contact."""
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 from pellucid.bodies.contract import Body, Placement
-from pellucid.conditions.acting import channels_of_loads
+from pellucid.conditions.active import channels_of_loads
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.model import Contact
 from pellucid.contact.pairs import ContactPair
@@ -30,26 +30,26 @@ def build_bodies(case: "Case", transfer: VelocityTransfer) -> tuple[list[Velocit
     n_loads, fields, built = len(channels_of_loads(case)), list[VelocityField](), Built()
     if case.grid_or_none is None:
         placement = Placement(None, None, transfer, case.gravity, n_loads)
-        return [], {model.name: (model.knowing(case.body).build(placement), None) for model in case.body}
+        return [], {model.name: (model.with_others(case.body).build(placement), None) for model in case.body}
     for name, models in members.items():
         own = [model.owns_nodes(len(models) == 1) for model in models]
         field = VelocityField(name, Grid(case.grid), moves_points=not all(own))
         fields.append(field)
         placement = Placement(case.grid, field, transfer, case.gravity, n_loads)
         for model in models:
-            built[model.name] = model.knowing(case.body).build(placement), field
+            built[model.name] = model.with_others(case.body).build(placement), field
     return fields, built
 
 
 def pairs_of(fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact]) -> list[ContactPair]:
-    """Each two velocity fields in the contact that is asked for, without friction where none is."""
-    bodies = {field: [body.on_grid for body, home in built.values() if home is field and body.on_grid] for field in fields}
-    asked = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
+    """Every two velocity fields with the contact of the case; without friction where it names none."""
+    bodies = {field: [body.on_grid for body, own in built.values() if own is field and body.on_grid] for field in fields}
+    named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
     pairs = []
     for one, other in combinations(fields, 2):
-        if (other, one) in asked:  # so that the first is the first named
+        if (other, one) in named:  # so that the first is the first named
             one, other = other, one
-        pairs.append(_pair((one, other), bodies, asked.get((one, other))))
+        pairs.append(_pair((one, other), bodies, named.get((one, other))))
     return pairs
 
 

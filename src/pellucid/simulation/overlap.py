@@ -24,7 +24,7 @@ def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: G
     """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross."""
     if grid is None:  # nothing tells these bodies of each other
         return
-    known = {model.name: model.knowing(models) for model in models}
+    known = {model.name: model.with_others(models) for model in models}
     for one, two in combinations(bodies, 2):
         if one.is_surface and two.is_surface and known[one.name].field != known[two.name].field:
             _refuse_crossing(one, two)
@@ -51,7 +51,7 @@ def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], 
     """What is to be said of volumes of one velocity field that overlap, once for each two of them."""
     if grid is None:
         return
-    known = {model.name: model.knowing(models) for model in models}
+    known = {model.name: model.with_others(models) for model in models}
     for body, other in combinations(bodies, 2):
         if body.is_surface or other.is_surface or known[body.name].field != known[other.name].field:
             continue

@@ -1,9 +1,9 @@
-"""The order of the verbs in a step. No physics here; bodies and grid hold it.
+"""The order of the verbs in a step. No physics here: that is in bodies, grid and contact.
 
 USF, USL and MUSL strain the points first, last, and last with the velocities mapped anew from the points
 (Sulsky, Zhou & Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As there, a point
 uses the shape functions of its place at the start of the step throughout. Bodies with their own nodes solve their own equation
-of motion; what the grid tells them is contact.
+of motion; the grid gives them contact alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ from pellucid.bodies.contract import GridBody, NodalBody
 
 
 class Steppable(Protocol):
-    """What a scheme asks of a simulation."""
+    """The verbs that a scheme calls."""
 
     has_contact: bool
 

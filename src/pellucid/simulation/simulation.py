@@ -1,4 +1,4 @@
-"""A case set in motion: bodies, grid, conditions, and the only time loop."""
+"""A case that runs: bodies, velocity fields, conditions, and the only time loop."""
 
 import hashlib
 import json
@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from pellucid.bodies.contract import GridBody, NodalBody
-from pellucid.conditions.acting import ActingConditions, channels_of_loads
+from pellucid.conditions.active import ActiveConditions, channels_of_loads
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, EnergyBudget, in_history, total_work
+from pellucid.energy import CONTACT_WORK, EnergyBudget, history_order, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
-POINTS_PER_THREAD = 10_000  # at least; smaller shares cost more to hand out than they save
-WATCHED = 100  # steps between looks at the elements that touch other bodies
-SETTLED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
+POINTS_PER_THREAD = 10_000  # at least; with fewer, threads cost more than they save
+CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
+FIRST_JUDGED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 def kernel_key(case: "Case") -> str:
-    """Names the kernels that a case needs: those that follow from all that it chooses, whatever its numbers and names are."""
+    """A key of the kernels that a case needs: they follow from its choices, not from its numbers and names."""
     data = case.to_data()
     bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
     shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
@@ -58,7 +58,7 @@ def _choices(value: Any) -> Any:
 
 
 class Observer(Protocol):
-    """What looks at a run: it may read the simulation, and never changes it."""
+    """Reads the simulation during a run, and never changes it."""
 
     def begin(self, simulation: "Simulation") -> None:
         """Before the first step."""
@@ -77,7 +77,7 @@ class Observer(Protocol):
 
 
 class Simulation:
-    """Everything that moves. `step()` once, or `run(recorder)` to the end.
+    """A case that is built. `step()` once, or `run(recorder)` to the end.
 
     bodies: in the order of the case; of these `grid_bodies` have their unknowns on the grid, `nodal_bodies` nodes of their own.
     """
@@ -91,12 +91,12 @@ class Simulation:
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or self._worthwhile_threads())
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
-        self.conditions = ActingConditions(case, built, self.velocity_fields)
+        self.conditions = ActiveConditions(case, built, self.velocity_fields)
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for field, supports, external in zip(
             self.velocity_fields, self.conditions.supports, self.conditions.external, strict=True
         ):
-            field.act(supports, external, case.gravity, small_mass, transfer.flip)
+            field.set_actions(supports, external, case.gravity, small_mass, transfer.flip)
         pairs = pairs_of(self.velocity_fields, built, case.contact)
         self.contact_pairs = ContactPairs(pairs, len(case.support), len(channels_of_loads(case)))
         self.has_contact = len(pairs) > 0
@@ -104,7 +104,7 @@ class Simulation:
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf)
         contact = (CONTACT_WORK,) if self.has_contact else ()
-        channels = sorted((*self.conditions.channels, *contact), key=in_history)
+        channels = sorted((*self.conditions.channels, *contact), key=history_order)
         self.budget = EnergyBudget(self.bodies, case.gravity, channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()
@@ -123,12 +123,12 @@ class Simulation:
     # the verbs of a step that concern the nodes
 
     def clear(self) -> None:
-        """Forget mass, momentum and forces of the nodes."""
+        """Set mass, momentum and forces of the nodes to zero."""
         for field in self.velocity_fields:
             field.clear()
 
     def clear_momentum(self) -> None:
-        """Forget momentum alone, before it is mapped again."""
+        """Set the nodal momentum to zero, before it is mapped again."""
         for field in self.velocity_fields:
             field.clear_momentum()
 
@@ -137,7 +137,7 @@ class Simulation:
         self.contact_pairs.detect()
 
     def advance(self, dt: float) -> None:
-        """Advance the momentum of the nodes, and give those that touch their contact impulses."""
+        """Advance the momentum of the nodes, then apply the contact impulses."""
         works = [field.advance(dt) for field in self.velocity_fields]
         self._contact = self.contact_pairs.resolve(self.case.gravity, dt)
         self._works = [*(work for work in works if work is not None), self._contact.work]
@@ -154,7 +154,7 @@ class Simulation:
             body.sort_if_needed()
 
     def record(self, dt: float) -> None:
-        """Enter the step into the balance."""
+        """Add the step to the balance of energy and momentum."""
         if self.has_contact:
             self._contact = self.contact_pairs.with_work_on_points(self._contact)
         done = total_work([*self._works, *self.conditions.works(), *(body.work() for body in self.nodal_bodies)])
@@ -173,7 +173,7 @@ class Simulation:
             body.check(self.clock.n_steps, self.clock.time)
         self.record(dt)
         self._check_energy()
-        self._look_at_contact()
+        self._check_contact()
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
@@ -205,7 +205,7 @@ class Simulation:
 
     def _check_energy(self) -> None:
         error = abs(self.budget.energy_error())
-        if self.n_steps < SETTLED or error < self.case.energy.warn:
+        if self.n_steps < FIRST_JUDGED or error < self.case.energy.warn:
             return
         causes = f"transfer {self.budget.transfer:.3g} J, time integration {self.budget.time_integration:.3g} J"
         text = f"step {self.n_steps}, time {self.time:.6g} s: the energy error is {100 * error:.2g} % ({causes})"
@@ -216,8 +216,8 @@ class Simulation:
             )
         self._warn("energy", f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %")
 
-    def _look_at_contact(self) -> None:
-        if not self.has_contact or self.n_steps % WATCHED or "contact" in self._warned:
+    def _check_contact(self) -> None:
+        if not self.has_contact or self.n_steps % CONTACT_INTERVAL or "contact" in self._warned:
             return
         for body, nodes in self.contact_pairs.touching():
             text = body.contact_warning(nodes)
@@ -230,7 +230,7 @@ class Simulation:
             self._warned.add(what)
             warnings.warn(text, stacklevel=3)
 
-    # what others ask
+    # state and results
 
     @property
     def grid(self) -> Grid:
@@ -261,7 +261,7 @@ class Simulation:
         return np.asarray(sum(body.totals.momentum for body in self.bodies))
 
     def reactions(self) -> dict[str, np.ndarray]:
-        """Impulses so far of the supports and motions that have a name, on what they hold [N s], shape (3,)."""
+        """Impulses so far of the supports and motions that have a name, on what they constrain [N s], shape (3,)."""
         return self.budget.reactions(self._support_names)
 
     def conservation(self) -> dict[str, float]:

@@ -213,7 +213,7 @@ def test_a_case_names_what_is_left_out():
     # density is exactly the material's, whatever a point's volume
     assert medium.field("density") == pytest.approx(np.full(medium.n_points, 1000.0), rel=1e-15)
     whole = case(*bodies, counts=(10, 10, 10))
-    assert whole.body[0].knowing(whole.body).n_points(whole.grid) == pytest.approx(medium.n_points, rel=0.02)
+    assert whole.body[0].with_others(whole.body).n_points(whole.grid) == pytest.approx(medium.n_points, rel=0.02)
 
 
 def test_a_body_that_does_not_know_what_is_left_out_is_not_filled_wholly():

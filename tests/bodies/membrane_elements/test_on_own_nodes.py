@@ -10,11 +10,11 @@ from elements import (
     element_sheet,
     forces,
     global_stress,
-    held,
     places,
     rim,
     rotation,
     step,
+    supported,
     wall,
 )
 from membranes import NU, THICKNESS, E
@@ -271,7 +271,7 @@ def test_prescribed_directions_take_what_holds_them():
     """Half the rim pulled, the other half held: reactions are the impulses that the free nodes miss, their work is counted."""
     body = body_of(element_sheet())
     left, right = places(body)[:, 0] < -0.4, places(body)[:, 0] > 0.4
-    body.hold([held(left, "xyz"), held(right, "x", (0.1, 7.0, 7.0))])
+    body.add_supports([supported(left, "xyz"), supported(right, "x", (0.1, 7.0, 7.0))])
     dt, total, given, internal = 0.5 / body.totals.rate, np.zeros(3), 0.0, 0.0
     for _ in range(50):
         step(body, dt)
@@ -295,14 +295,14 @@ def test_prescribed_motions_do_what_supports_of_their_velocity_do_and_it_is_coun
         body = body_of(element_sheet())
         left, right = places(body)[:, 0] < -0.4, places(body)[:, 0] > 0.4
         if moved:
-            body.hold([held(left, "xyz")])
-            body.follow(["pull", "rest"], right.astype(np.int64), np.array([(1, 0, 0), (1, 1, 1)]))
+            body.add_supports([supported(left, "xyz")])
+            body.add_motions(["pull", "rest"], right.astype(np.int64), np.array([(1, 0, 0), (1, 1, 1)]))
         else:
-            body.hold([held(left, "xyz"), held(right, "x", (0.1, 0.0, 0.0))])
+            body.add_supports([supported(left, "xyz"), supported(right, "x", (0.1, 0.0, 0.0))])
         works, given, taken = np.zeros(FIRST_LOAD + 1), np.zeros(3), np.zeros(3)
         for _ in range(50):
             if moved:
-                body.prescribe(np.array([(0.1, 7.0, 7.0), (9.0, 9.0, 9.0)]))
+                body.set_motion_velocities(np.array([(0.1, 7.0, 7.0), (9.0, 9.0, 9.0)]))
             step(body, 1e-3)
             done = body.work()
             works += done.works
@@ -326,7 +326,7 @@ def test_prescribed_motions_do_what_supports_of_their_velocity_do_and_it_is_coun
 def test_no_node_passes_a_wall():
     """A sheet in a box of 4 m flies into its lower x and upper y faces: what stops it there is work of supports."""
     body = body_of(element_sheet())
-    body.hold([wall(body, 0, 0), wall(body, 1, 1)])
+    body.add_supports([wall(body, 0, 0), wall(body, 1, 1)])
     body.arrays["velocity"][:] = (-4.0, 2.0, 0.5)
     body.renew_totals()
     momentum, energy, dt = body.totals.momentum, body.totals.kinetic, 0.5 / body.totals.rate
@@ -407,7 +407,7 @@ def test_a_string_of_elements_vibrates_as_the_book_says_to_second_order(elements
         stretched_by(body, np.diag([0.02, -NU * 0.02, 0.0]))
         x = places(body)
         ends = np.abs(x[:, 0]) > 0.509
-        body.hold([held(np.ones(len(x), bool), "xy"), held(ends, "z")])
+        body.add_supports([supported(np.ones(len(x), bool), "xy"), supported(ends, "z")])
         start = np.zeros_like(x)
         start[:, 2] = 1e-3 * np.cos(np.pi * x[:, 0] / 1.02)
         start[ends] = 0.0

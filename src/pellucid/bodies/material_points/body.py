@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class MaterialPoints(PointsOnGrid):
-    """Points that fill a volume and carry what their law asks for."""
+    """Points that fill a volume, each with the state of its law."""
 
     def __init__(
         self,
@@ -45,8 +45,8 @@ class MaterialPoints(PointsOnGrid):
         super().bind()
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
-    def _share(self, slabs: Slabs) -> None:
-        super()._share(slabs)
+    def _bind_slabs(self, slabs: Slabs) -> None:
+        super()._bind_slabs(slabs)
         self._strained = Bundle(kernels.StrainedPoints(self.mapped.content, self.law, self._state))
 
     def update_stress(self, dt: float, move: bool) -> None:

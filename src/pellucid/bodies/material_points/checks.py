@@ -44,7 +44,7 @@ def grid_problems(body: "MaterialPointsCase", path: Path, grid: GridCase) -> Ite
 
 
 def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
-    """Planes of symmetry that nothing holds, or that the body does not reach."""
+    """Planes of symmetry without a support, or that the body does not reach."""
     if not parts.are_sound(Condition):
         return
     bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
@@ -57,12 +57,12 @@ def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: 
             continue
         velocities = [v for condition in parts.of(Condition) if (v := condition.face_velocity(face)) is not None]
         if not velocities or any(velocities[-1]):
-            text = f"no support at rest holds the face {face} along its normal: it is no plane of symmetry"
+            text = f"no support at rest constrains the face {face} along its normal: it is no plane of symmetry"
             yield Finding((*path, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
 
 
 def outside_problems(body: "MaterialPointsCase", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Names of bodies that another lies outside of."""
+    """The names under `outside`."""
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
         here = (*path, "outside", item)
@@ -75,9 +75,9 @@ def outside_problems(body: "MaterialPointsCase", path: Path, parts: Parts) -> It
             if parts.are_named(BodyModel):
                 others = [known for known in names if known != body.name]
                 yield Finding(here, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
-        elif other is not None and (reason := other.why_not_left_out(parts.grid)):
+        elif other is not None and (reason := other.why_not_excluded(parts.grid)):
             yield Finding(here, *reason)
-        elif other is not None and body.name in other.lies_outside_of() and _comes_first(other, body, bodies):
+        elif other is not None and body.name in other.excluded_bodies() and _comes_first(other, body, bodies):
             text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
             yield Finding(here, text, "leave one of the two out")
 

@@ -9,7 +9,7 @@ of its volume, a flat face to a sixteenth of a cell, so that the scale hardly di
 thinner than a cell is taken off in sum, but not just where it is.
 
 Where nothing is left out, a point stands in the middle of all that it stands for, if that lies in the region: then the border
-is smooth, where the points of the lattice make steps. Steps have treads: a ball would meet a plane with a foot as wide as
+is smooth, where the points of the lattice make steps. Steps are flat: a ball would touch a plane with a foot as wide as
 √(radius x spacing).
 """
 

@@ -1,4 +1,4 @@
-"""Fields that are worked out from what points carry."""
+"""Fields that are worked out from the state of the points."""
 
 import numpy as np
 
@@ -8,26 +8,26 @@ from pellucid.materials.point_state import load
 
 
 @kernel()
-def _fill_pressures(law, carried, density, result):
+def _fill_pressures(law, state, density, result):
     for p in range(len(density)):
-        result[p] = point_pressure(law, load(carried, p), density[p])
+        result[p] = point_pressure(law, load(state, p), density[p])
 
 
-def point_pressures(law, carried, density: np.ndarray) -> np.ndarray:
-    """Pressures of a law [Pa], shape (n,), without artificial viscosity; `carried` as from `point_state.in_arrays`."""
+def point_pressures(law, state, density: np.ndarray) -> np.ndarray:
+    """Pressures of a law [Pa], shape (n,), without artificial viscosity; `state` as from `point_state.in_arrays`."""
     result = np.empty_like(density)
-    _fill_pressures(law, carried, density, result)
+    _fill_pressures(law, state, density, result)
     return result
 
 
 @kernel()
-def _fill_energies(law, carried, density, result):
+def _fill_energies(law, state, density, result):
     for p in range(len(density)):
-        result[p] = stored_energy(law, load(carried, p), density[p])
+        result[p] = stored_energy(law, load(state, p), density[p])
 
 
-def point_energies(law, carried, density: np.ndarray) -> np.ndarray:
-    """Internal or strain energies of unit mass [J/kg], shape (n,); `carried` as from `point_state.in_arrays`."""
+def point_energies(law, state, density: np.ndarray) -> np.ndarray:
+    """Internal or strain energies of unit mass [J/kg], shape (n,); `state` as from `point_state.in_arrays`."""
     result = np.empty_like(density)
-    _fill_energies(law, carried, density, result)
+    _fill_energies(law, state, density, result)
     return result

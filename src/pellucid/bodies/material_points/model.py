@@ -48,7 +48,7 @@ class MaterialPointsCase(BodyModel):
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
     rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
-    _left_out: tuple[Geometry, ...] = PrivateAttr(())
+    _excluded: tuple[Geometry, ...] = PrivateAttr(())
 
     def build(self, placement: "Placement") -> "Body":
         """Its points on the grid."""
@@ -72,28 +72,30 @@ class MaterialPointsCase(BodyModel):
         """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
         return self.material.wave_speeds()
 
-    def knowing(self, bodies: Sequence[BodyModel]) -> Self:
-        """The same body, aware of the places of those that it lies outside of. Raises KeyError for an unknown name."""
+    def with_others(self, bodies: Sequence[BodyModel]) -> Self:
+        """The same model with the regions of the bodies that it leaves out. Raises KeyError for an unknown name."""
         if not self.outside:
             return self
         places = {body.name: body for body in bodies}
         aware = self.model_copy()
-        aware._left_out = tuple(places[name].occupied() for name in self.outside)
+        aware._excluded = tuple(places[name].occupied() for name in self.outside)
         return aware
 
     @property
     def left_out(self) -> tuple[Geometry, ...]:
-        """The places that are left out of the shape; known to what `knowing` returns."""
-        if len(self._left_out) < len(self.outside):
-            raise RuntimeError(f"body {self.name} lies outside others and does not know them; use body.knowing(bodies)")
-        return self._left_out
+        """The places that are left out of the shape; known to what `with_others` returns."""
+        if len(self._excluded) < len(self.outside):
+            raise RuntimeError(
+                f"body {self.name} leaves out other bodies, which it has not been given; use body.with_others(bodies)"
+            )
+        return self._excluded
 
-    def lies_outside_of(self) -> tuple[str, ...]:
+    def excluded_bodies(self) -> tuple[str, ...]:
         """Names of the bodies whose place it leaves out of its own."""
         return self.outside
 
     def occupied(self) -> Geometry:
-        """The place that bodies outside it leave out."""
+        """The region that it occupies, which other bodies may leave out."""
         return self.shape.geometry()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -108,7 +110,7 @@ class MaterialPointsCase(BodyModel):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, from the measure of the shape: good to a layer of points.
 
-        What is left out is taken off where the body knows it, which it does after `knowing`.
+        What is left out is taken off where the body knows it, which it does after `with_others`.
         """
         if grid is None:
             raise RuntimeError(f"body {self.name} is seeded by the cells of a grid, and there is none")
@@ -117,7 +119,7 @@ class MaterialPointsCase(BodyModel):
         own = geometry.n_own_points()
         if own is not None and not self.outside:
             return own
-        cells = geometry.measure((x, y, z)) - sum(other.measure((x, y, z)) for other in self._left_out)
+        cells = geometry.measure((x, y, z)) - sum(other.measure((x, y, z)) for other in self._excluded)
         cells = max(cells, 0.0) / grid.cell ** (x + y + z)
         return cells * prod(points_along_axes(self.points_per_cell, grid.thin()))
 
@@ -135,7 +137,7 @@ class MaterialPointsCase(BodyModel):
         """Add the initial fields of the material's state to the arrays of the points, in place."""
         add_initial_state(self.initial, arrays)
 
-    def why_not_prescribed(self) -> Reason | None:
+    def why_no_motion(self) -> Reason | None:
         """A rigid body moves by itself."""
         if not self.rigid:
             return None

@@ -12,7 +12,7 @@ from pellucid.grid.model import GridCase
 def points_along_axes(
     points_per_cell: int | tuple[int, int, int] | None, thin: tuple[bool, bool, bool]
 ) -> tuple[int, int, int]:
-    """Points per cell along x, y, z; a single number is shared equally among the axes that are not thin.
+    """Points per cell along x, y, z; a single number is shared equally over the axes that are not thin.
 
     Raises ValueError where it cannot be.
     """
@@ -23,7 +23,7 @@ def points_along_axes(
     if points_per_cell is not None and each**active != points_per_cell:
         listed = ", ".join(str(n**active) for n in range(1, 6))
         raise ValueError(
-            f"points_per_cell = {points_per_cell} cannot be shared equally among {active} axes; "
+            f"points_per_cell = {points_per_cell} cannot be shared equally by {active} axes; "
             f"use one of {listed}, or list the points along x, y, z"
         )
     x, y, z = (1 if flat else each for flat in thin)

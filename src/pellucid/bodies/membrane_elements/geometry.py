@@ -130,7 +130,7 @@ def steepness(local):
 def size_of(now):
     """Area of a quadrilateral [m²], and the square of its largest eigenfrequency by that of c, (ω/2c)² [1/m²].
 
-    Nodes carry equal shares of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², where c is
+    Nodes have equal shares of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², where c is
     the speed of plane waves and k = 4 the number of nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
     """
     chi, psi, _ = now

@@ -26,7 +26,7 @@ PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
 
 
 class MembraneElementsCase(MembraneCase):
-    """A membrane of finite elements, which moves on its own nodes and meets other bodies on the grid."""
+    """A membrane of finite elements, which moves on its own nodes and touches other bodies on the grid."""
 
     kind: Literal["membrane-elements"] = "membrane-elements"
     elements: Elements = parameter(
@@ -80,7 +80,7 @@ class MembraneElementsCase(MembraneCase):
             return
         if not wrong:
             yield from slice_problems(place, self.mesh().triangulated(), parts.grid)
-        if not wrong and len(parts.names(BodyModel)) > 1:  # alone it meets nothing, and its nodes need no grid
+        if not wrong and len(parts.names(BodyModel)) > 1:  # alone it touches nothing, and its nodes need no grid
             yield from self._size_problems(place, parts.grid)
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)
 

@@ -15,8 +15,8 @@ from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
-SHORT = 1.0 - 1e-9  # of the way to a wall, which rounding must not lead through
-OTHER_IMPULSE, CONTACT_IMPULSE, EXTRA_ROWS = range(3)  # rows of impulses behind those of what is prescribed
+SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node through it
+OTHER_IMPULSE, CONTACT_IMPULSE, EXTRA_ROWS = range(3)  # rows of impulses behind those of the constraints
 KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SIZE, FASTEST, SUMS = range(7)  # columns of the sums of a chunk
 
 
@@ -34,60 +34,60 @@ class NodeForces(NamedTuple):
     rows: np.ndarray  # (rows, 3) prescribed velocities [m/s]
     faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
     walls: np.ndarray  # (3, 2) faces that let no node through: 0 or 1 + the row of their support
-    work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of what is prescribed first
+    work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of the constraints first
 
 
 @kernel(inner=True)
-def _at_wall(acting, place, d, new, dt):
+def _at_wall(forces, place, d, new, dt):
     """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, and the velocity that it then has."""
-    walls, rows = acting.walls, acting.rows
-    held, goal = 0, 0.0
-    below, above = acting.faces[d, 0] - place, acting.faces[d, 1] - place
+    walls, rows = forces.walls, forces.rows
+    row, goal = 0, 0.0
+    below, above = forces.faces[d, 0] - place, forces.faces[d, 1] - place
     if walls[d, 0] > 0 and dt * new < below:
-        held = walls[d, 0]
-        goal = max(SHORT * below / dt, rows[held - 1, d])
+        row = walls[d, 0]
+        goal = max(SHORT * below / dt, rows[row - 1, d])
     elif walls[d, 1] > 0 and dt * new > above:
-        held = walls[d, 1]
-        goal = min(SHORT * above / dt, rows[held - 1, d])
-    return held, goal
+        row = walls[d, 1]
+        goal = min(SHORT * above / dt, rows[row - 1, d])
+    return row, goal
 
 
 @kernel(inner=True)
-def _constrained(acting, p, d, old, new, dt, chunk):
-    """What a change of velocity from old to new along d comes to where something holds the node, and the mean over it.
+def _constrained(forces, p, d, old, new, dt, chunk):
+    """The new velocity along d with the constraints of the node, and the mean of it and the old one.
 
-    Adds what holds it to the works: its work along that mean, its impulse.
+    Adds the impulse of the constraint, and its work along that mean, to the works.
     """
-    held, mean = acting.prescribed[p, d], 0.5 * (old + new)
-    goal = acting.rows[held - 1, d] if held > 0 else 0.0
-    if held == 0:
-        held, goal = _at_wall(acting, acting.position[p, d], d, new, dt)
-    if held > 0:
-        reaction = acting.mass[p] * (goal - new)
+    row, mean = forces.prescribed[p, d], 0.5 * (old + new)
+    goal = forces.rows[row - 1, d] if row > 0 else 0.0
+    if row == 0:
+        row, goal = _at_wall(forces, forces.position[p, d], d, new, dt)
+    if row > 0:
+        reaction = forces.mass[p] * (goal - new)
         new = goal
         mean = 0.5 * (old + new)
-        first = FIRST_LOAD + len(acting.loads) + 1
-        acting.work[chunk, SUPPORT] += reaction * mean
-        acting.work[chunk, first + 3 * (held - 1) + d] += reaction
+        first = FIRST_LOAD + len(forces.loads) + 1
+        forces.work[chunk, SUPPORT] += reaction * mean
+        forces.work[chunk, first + 3 * (row - 1) + d] += reaction
     return new, mean
 
 
 @kernel(inner=True)
-def _accelerate_chunk(chunk, acting, dt):
-    internal, loads, gravity, increment, work = acting.internal, acting.loads, acting.gravity, acting.increment, acting.work
+def _advance_velocities_chunk(chunk, forces, dt):
+    internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
     columns = FIRST_LOAD + len(loads)
-    behind = columns + 1 + 3 * len(acting.rows)
+    behind = columns + 1 + 3 * len(forces.rows)
     total = 0.0
     work[chunk, :] = 0.0
-    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(acting.mass))):
-        m = acting.mass[p]
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
+        m = forces.mass[p]
         total += m
         for d in range(3):
-            old, touch, external = acting.velocity[p, d], increment[p, d], 0.0
+            old, touch, external = forces.velocity[p, d], increment[p, d], 0.0
             for k in range(len(loads)):
                 external += loads[k, p, d]
             free = old + dt * ((internal[p, d] + external) / m + gravity[d]) + touch
-            acting.velocity[p, d], mean = _constrained(acting, p, d, old, free, dt, chunk)
+            forces.velocity[p, d], mean = _constrained(forces, p, d, old, free, dt, chunk)
             work[chunk, INTERNAL] += dt * internal[p, d] * mean
             work[chunk, GRAVITY] += dt * m * gravity[d] * mean
             work[chunk, CONTACT] += m * touch * mean
@@ -99,28 +99,28 @@ def _accelerate_chunk(chunk, acting, dt):
 
 
 @kernel()
-def accelerate(chunks, acting, dt):
-    """New velocities of the nodes: v + dt (f/m + g) + what contact gave, then what is prescribed.
+def advance_velocities(chunks, forces, dt):
+    """New velocities of the nodes: v + dt (f/m + g) + the increment by contact, then the constraints.
 
-    Lian, Liu & Zhang 2014, eqs. 46 and 59. acting: the bundle of `NodeForces`.
+    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`.
     """
-    parallel_for(_accelerate_chunk, chunks, acting, dt)
+    parallel_for(_advance_velocities_chunk, chunks, forces, dt)
 
 
 @kernel(inner=True)
-def _take_chunk(chunk, acting, loss, dt):
-    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(acting.mass))):
+def _subtract_velocities_chunk(chunk, forces, loss, dt):
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         for d in range(3):
             if loss[p, d] != 0.0:
-                old = acting.velocity[p, d]
-                acting.velocity[p, d], mean = _constrained(acting, p, d, old, old - loss[p, d], dt, chunk)
-                acting.work[chunk, CONTACT] -= acting.mass[p] * loss[p, d] * mean
+                old = forces.velocity[p, d]
+                forces.velocity[p, d], mean = _constrained(forces, p, d, old, old - loss[p, d], dt, chunk)
+                forces.work[chunk, CONTACT] -= forces.mass[p] * loss[p, d] * mean
 
 
 @kernel()
-def take(chunks, acting, loss, dt):
-    """Take velocities [m/s], shape (n, 3), from the nodes after they were accelerated; the work is that of contact."""
-    parallel_for(_take_chunk, chunks, acting, loss, dt)
+def subtract_velocities(chunks, forces, loss, dt):
+    """Subtract velocities [m/s], shape (n, 3), from those that were advanced; the work is that of contact."""
+    parallel_for(_subtract_velocities_chunk, chunks, forces, loss, dt)
 
 
 @kernel(inner=True)
@@ -140,13 +140,13 @@ def _sum_chunk(chunk, velocity, mass, sums):
 
 
 @kernel()
-def sum_motion(chunks, velocity, mass, sums):
+def sum_momentum(chunks, velocity, mass, sums):
     """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, SUMS)."""
     parallel_for(_sum_chunk, chunks, velocity, mass, sums)
 
 
 @kernel(inner=True)
-def _move_chunk(chunk, position, velocity, dt, fault):
+def _advance_positions_chunk(chunk, position, velocity, dt, fault):
     code = at_fault = 0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(position))):
         total = 0.0
@@ -160,6 +160,6 @@ def _move_chunk(chunk, position, velocity, dt, fault):
 
 
 @kernel()
-def move(chunks, position, velocity, dt, fault):
+def advance_positions(chunks, position, velocity, dt, fault):
     """New positions of the nodes; of each chunk the first whose position is no number, into `fault`, shape (chunks, 2)."""
-    parallel_for(_move_chunk, chunks, position, velocity, dt, fault)
+    parallel_for(_advance_positions_chunk, chunks, position, velocity, dt, fault)

@@ -59,8 +59,8 @@ class ElementsOnGrid(PointsOnGrid):
         self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
         self._affine = a.get("affine", np.zeros((0, 9)))
 
-    def _share(self, slabs: Slabs) -> None:
-        super()._share(slabs)
+    def _bind_slabs(self, slabs: Slabs) -> None:
+        super()._bind_slabs(slabs)
         self.surface.bind(self.arrays["id"], slabs.first)
 
     def cells(self) -> Cells:
@@ -96,7 +96,7 @@ class ElementsOnGrid(PointsOnGrid):
             scatter_vectors(self.n_slabs, self.mapped, forces, self.grid.nodes.force)
 
     def update_stress(self, dt: float, move: bool) -> None:
-        """Where `move`, new positions, and what the elements make of them; with dt = 0 what they make of what they carry."""
+        """Where `move`, new positions and the strains and stresses that follow; with dt = 0 the totals of the present state."""
         if move or dt == 0.0:
             self.update_positions(dt)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.contract import HeldNodes, NodalBody
+from pellucid.bodies.contract import NodalBody, NodalSupport
 from pellucid.bodies.membrane_elements import nodes as kernels
 from pellucid.bodies.membrane_elements.nodes import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, OTHER_IMPULSE, SUMS, NodeForces
 from pellucid.bodies.membrane_elements.overlong import overlong
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class MembraneElements(NodalBody):
-    """Elements that have a velocity field to themselves: their nodes move by their own forces, and the grid tells contact.
+    """Elements that have a velocity field to themselves: their nodes move by their own forces; the grid serves contact.
 
     A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
     gravity: acceleration [m/s²]; n_loads: channels of external forces.
@@ -65,9 +65,9 @@ class MembraneElements(NodalBody):
         self._sums, self._fault = np.zeros((self._chunks, SUMS)), np.zeros((self._chunks, 2), np.int64)
         self._left_grid: tuple[int, int] | None = None
         self._dt = self._crossing = self._top_speed = 0.0
-        self._held: Sequence[HeldNodes] = ()
+        self._supports: Sequence[NodalSupport] = ()
         self._motions: list[str] = []
-        self._followed, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
+        self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
         self.totals = Totals()
         surface.bind(self.arrays["id"], np.minimum(np.arange(self._chunks + 1) * CHUNK, n))
         self._constrain()
@@ -77,44 +77,44 @@ class MembraneElements(NodalBody):
         """Shares of the volumes of the elements about each node [m³], shape (n,)."""
         return self.surface.mesh.at_nodes(self.element_arrays["volume"])
 
-    # what holds the nodes
+    # supports and prescribed motions
 
-    def hold(self, supports: Sequence[HeldNodes]) -> None:
-        """Nodes that lie where a support is at the start are held by it; none passes a face of the grid that is a wall."""
-        self._held = supports
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """A support constrains the nodes that it selects at the start; none passes a face of the grid that is a wall."""
+        self._supports = supports
         self._constrain()
 
-    def follow(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let nodes follow prescribed motions, as every body does."""
-        self._motions, self._followed, self._axes = list(names), numbers, axes
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Let nodes follow prescribed motions."""
+        self._motions, self._motion_of_node, self._axes = list(names), numbers, axes
         self._constrain()
 
-    def prescribe(self, velocity: np.ndarray) -> None:
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
-        first = len(self._held)
+        first = len(self._supports)
         self._rows[first : first + len(velocity)] = velocity
 
     def _constrain(self) -> None:
-        """Number what is prescribed: the supports, the motions, and last what holds thin axes."""
+        """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
         position, prescribed = self.arrays["position"], self.arrays["prescribed"]
-        n_held, n_rows = len(self._held), len(self._held) + len(self._motions) + 1
+        n_supports, n_rows = len(self._supports), len(self._supports) + len(self._motions) + 1
         prescribed.fill(0)
         walls = np.zeros((3, 2), np.int64)
-        for row, held in enumerate(self._held, start=1):
-            prescribed[np.ix_(held.places(position), np.flatnonzero(held.axes))] = row
-            if held.wall is not None:
-                walls[held.wall] = row
+        for row, support in enumerate(self._supports, start=1):
+            prescribed[np.ix_(support.selects(position), np.flatnonzero(support.axes))] = row
+            if support.wall is not None:
+                walls[support.wall] = row
         for number, axes in enumerate(self._axes, start=1):
-            prescribed[np.ix_(self._followed == number, np.flatnonzero(axes))] = n_held + number
+            prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self.grid.thin)] = n_rows
         self._rows = np.zeros((n_rows, 3))
-        self._rows[:n_held] = [held.velocity for held in self._held] or np.zeros((0, 3))
+        self._rows[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
         self._work = np.zeros((self._chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
         lattice = self.grid.lattice
         faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in zip(lattice.lower, lattice.counts, strict=True)])
         a = self.arrays
         acting = (self._internal, self._loads, self._gravity, self.coupling.increment, prescribed, self._rows)
-        self._acting = Bundle(NodeForces(a["position"], a["velocity"], a["mass"], *acting, faces, walls, self._work))
+        self._forces = Bundle(NodeForces(a["position"], a["velocity"], a["mass"], *acting, faces, walls, self._work))
 
     # the step
 
@@ -142,33 +142,33 @@ class MembraneElements(NodalBody):
         self.coupling.scatter(force)
 
     def correct(self, remap: bool) -> None:
-        """New velocities of the nodes; where `remap`, their momentum on the grid anew, and the damping within cells."""
+        """New velocities of the nodes; where `remap`, their momentum mapped to the grid again, and the damping within cells."""
         pressed = bool(self.coupling.gather().any())
-        kernels.accelerate(self._chunks, self._acting, self._dt)
+        kernels.advance_velocities(self._chunks, self._forces, self._dt)
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
         if remap:
             self.coupling.scatter_momentum()
             if pressed:
-                kernels.take(self._chunks, self._acting, self.coupling.subcell_loss(), self._dt)
-        self._sum_motion()
+                kernels.subtract_velocities(self._chunks, self._forces, self.coupling.subcell_loss(), self._dt)
+        self._sum_momentum()
 
     def update(self, dt: float) -> None:
-        """New positions, and what the elements make of them."""
+        """New positions; strains, stresses and energies of the elements, and the bound on the step."""
         position, velocity = self.arrays["position"], self.arrays["velocity"]
-        kernels.move(self._chunks, position, velocity, dt, self._fault)
-        self._left_grid = self.coupling.look()
+        kernels.advance_positions(self._chunks, position, velocity, dt, self._fault)
+        self._left_grid = self.coupling.check_positions()
         rate = self.surface.strain(position, velocity, dt, self.totals)
         self.totals.rate = max(rate, self._crossing)
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
         self._top_speed = self.constraint.top_speed if self.constraint is not None else 0.0
-        self._sum_motion()
+        self._sum_momentum()
         self.update(0.0)
 
-    def _sum_motion(self) -> None:
-        kernels.sum_motion(self._chunks, self.arrays["velocity"], self.arrays["mass"], self._sums)
+    def _sum_momentum(self) -> None:
+        kernels.sum_momentum(self._chunks, self.arrays["velocity"], self.arrays["mass"], self._sums)
         sums = ordered_sum(self._sums)
         totals = self.totals
         totals.kinetic, totals.momentum_size = float(sums[kernels.KINETIC]), float(sums[kernels.SIZE])
@@ -186,16 +186,16 @@ class MembraneElements(NodalBody):
                 self.stop(*fault, n_steps, time)
 
     def work(self) -> StepWork:
-        """What acted over this step; what the nodes gave to prescribed motions is the motions' work, not the supports'."""
+        """Work and impulses of this step; reactions to prescribed motions count as work of the motions, not of the supports."""
         sums = ordered_sum(self._work)
         impulses = sums[self._columns + 1 :].reshape(-1, 3)
-        n_held, rows = len(self._held), len(self._rows)
-        motions = slice(n_held, rows - 1)
-        moved = float(np.sum(impulses[motions] * self._rows[motions]))
-        held = np.concatenate([impulses[:n_held], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
-        whole = step_work(np.concatenate([sums[: self._columns + 1], held.ravel()]), self._columns)
-        whole.works[SUPPORT] -= moved
-        whole.works[MOTION] += moved
+        n_supports, rows = len(self._supports), len(self._rows)
+        motions = slice(n_supports, rows - 1)
+        motion_work = float(np.sum(impulses[motions] * self._rows[motions]))
+        reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
+        whole = step_work(np.concatenate([sums[: self._columns + 1], reactions.ravel()]), self._columns)
+        whole.works[SUPPORT] -= motion_work
+        whole.works[MOTION] += motion_work
         return whole._replace(motions=dict(zip(self._motions, impulses[motions], strict=True)))
 
     @property

@@ -31,7 +31,7 @@ from pellucid.materials.membrane import plane_response, plane_wave_speed, stretc
 @kernel(inline=True)
 def strain_quadrilateral(surface, x, v, e, dt):
     """New shape, stress and energies; strain and hourglass energy [J], half its largest eigenfrequency [1/s], fault."""
-    corners, law, control, initial, carried = surface.corners, surface.law, surface.control, surface.thickness, surface.state
+    corners, law, control, initial, state = surface.corners, surface.law, surface.control, surface.thickness, surface.state
     half = 0.5 * dt
     now, moving = spans(x, corners, e), spans(v, corners, e)
     midway = middle(now, moving, half)
@@ -43,34 +43,34 @@ def strain_quadrilateral(surface, x, v, e, dt):
     b = steepness(here)
     warping = bend[2] * (change[2][2] - bend[0] * L[4] - bend[1] * L[5]) / 12.0
     D = (D[0] + b[0] * warping, D[1] + b[1] * warping, D[2] + b[2] * warping)
-    z = (carried.turn[e, 0], carried.turn[e, 1])
+    z = (state.turn[e, 0], state.turn[e, 1])
     mid, end = turned(z, here, change, 0.5 * (L[2] - L[1]), half)
     E = rotated(D, mid[0], -mid[1])
-    s = carried.shape
+    s = state.shape
     shape = stretched_midway(law, (s[e, 0], s[e, 1], s[e, 2], s[e, 3]), E, dt)
     s11, s22, s12, ratio = plane_response(law, shape)
     area, bound = size_of(now)
     volume = area * initial * ratio
-    old, V = carried.plane_stress, carried.volume[e]
-    carried.strain_energy[e] += half * (
+    old, V = state.plane_stress, state.volume[e]
+    state.strain_energy[e] += half * (
         (V * old[e, 0] + volume * s11) * E[0]
         + (V * old[e, 1] + volume * s22) * E[1]
         + 2.0 * (V * old[e, 2] + volume * s12) * E[2]
     )
-    m = carried.element_mass[e]
+    m = state.element_mass[e]
     wave = plane_wave_speed(law, shape, m / volume)
-    Q = carried.hourglass
+    Q = state.hourglass
     q1 = 0.25 * (change[2][0] - bend[0] * L[0] - bend[1] * L[1] + bend[2] * L[4])
     q2 = 0.25 * (change[2][1] - bend[0] * L[2] - bend[1] * L[3] + bend[2] * L[5])
     Q1 = resisted(control, Q[e, 0], q1, dt, m * wave * wave * bound, m * wave * sqrt(bound))
     Q2 = resisted(control, Q[e, 1], q2, dt, m * wave * wave * bound, m * wave * sqrt(bound))
-    carried.hourglass_energy[e] += half * ((Q[e, 0] + Q1) * q1 + (Q[e, 1] + Q2) * q2)
+    state.hourglass_energy[e] += half * ((Q[e, 0] + Q1) * q1 + (Q[e, 1] + Q2) * q2)
     Q[e, 0], Q[e, 1] = Q1, Q2
     for d in range(4):
         s[e, d] = shape[d]
     old[e, 0], old[e, 1], old[e, 2] = s11, s22, s12
-    carried.turn[e, 0], carried.turn[e, 1] = end
-    carried.thickness[e], carried.volume[e] = initial * ratio, volume
+    state.turn[e, 0], state.turn[e, 1] = end
+    state.thickness[e], state.volume[e] = initial * ratio, volume
     tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
     signal = sqrt(bound * (wave * wave + max(tension, 0.0) * volume / m))
     wrong = OK
@@ -78,7 +78,7 @@ def strain_quadrilateral(surface, x, v, e, dt):
         wrong = COLLAPSED
     elif not abs(s11 + s22 + s12 + signal + volume) < inf:
         wrong = NOT_FINITE
-    return carried.strain_energy[e], carried.hourglass_energy[e], signal, wrong
+    return state.strain_energy[e], state.hourglass_energy[e], signal, wrong
 
 
 @kernel(inline=True)
@@ -91,18 +91,18 @@ def _turn_of(here, change, dt):
 @kernel(inline=True)
 def quadrilateral_forces(surface, x, forces, e):
     """Forces of stress and hourglass control on its corners [N] into forces[e]."""
-    corners, carried = surface.corners, surface.state
+    corners, state = surface.corners, surface.state
     now = spans(x, corners, e)
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
-    old = carried.plane_stress
-    s = rotated((old[e, 0], old[e, 1], old[e, 2]), carried.turn[e, 0], carried.turn[e, 1])
-    V, bend = carried.volume[e], here[2]
+    old = state.plane_stress
+    s = rotated((old[e, 0], old[e, 1], old[e, 2]), state.turn[e, 0], state.turn[e, 1])
+    V, bend = state.volume[e], here[2]
     # what works on the six components of the gradient, and on the rate of η
     P11, P12, P21, P22 = V * s[0], V * s[2], V * s[2], V * s[1]
     b = steepness(here)
     tension = V * (s[0] * b[0] + s[1] * b[1] + 2.0 * s[2] * b[2]) * bend[2] / 12.0
-    H1, H2, H3 = 0.25 * carried.hourglass[e, 0], 0.25 * carried.hourglass[e, 1], tension
+    H1, H2, H3 = 0.25 * state.hourglass[e, 0], 0.25 * state.hourglass[e, 1], tension
     P11 -= H1 * bend[0]
     P12 -= H1 * bend[1]
     P21 -= H2 * bend[0]
@@ -150,11 +150,11 @@ def press_quadrilateral(surface, x, forces, e, pressure):
 @kernel(inline=True)
 def quadrilateral_stress(surface, x, stress, e):
     """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
-    corners, carried = surface.corners, surface.state
-    old = carried.plane_stress
+    corners, state = surface.corners, surface.state
+    old = state.plane_stress
     chi, psi, _ = spans(x, corners, e)
     t, u, _ = frame_of(chi, psi)
-    s = rotated((old[e, 0], old[e, 1], old[e, 2]), carried.turn[e, 0], carried.turn[e, 1])
+    s = rotated((old[e, 0], old[e, 1], old[e, 2]), state.turn[e, 0], state.turn[e, 1])
     whole = in_space(s, t, u)
     for d in range(6):
         stress[e, d] = whole[d]

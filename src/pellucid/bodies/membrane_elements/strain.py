@@ -18,7 +18,7 @@ STRAIN, HOURGLASS, RATE, SUMS = range(4)  # columns of the sums of a chunk
 
 
 class ElementArrays(NamedTuple):
-    """What elements carry; m elements, q quadrilaterals first, in the order of the mesh."""
+    """State of the elements; m elements, q quadrilaterals first, in the order of the mesh."""
 
     element_mass: np.ndarray  # (m,) [kg]
     plane_stress: np.ndarray  # (m, 3) σ₁₁, σ₂₂, σ₁₂ in the material's frame; of triangles S in the axes at rest [Pa]

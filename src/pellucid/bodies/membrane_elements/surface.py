@@ -1,4 +1,4 @@
-"""The surface of membranes of finite elements: what their elements carry, their strains and forces, whichever nodes move them.
+"""The surface of membranes of finite elements: state, strains and forces of their elements, whichever nodes move them.
 
 Source: Lian, Liu & Zhang 2014, section 4.
 """
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 class ElementSurface:
     """Quadrilaterals and triangles in plane stress between nodes that a body keeps.
 
-    arrays: what the elements carry, in the order of the mesh. Of nodes, positions and the like have shape (n, 3), in the order
+    arrays: state of the elements, in the order of the mesh. Of nodes, positions and the like have shape (n, 3), in the order
     in which the body stores them.
     """
 

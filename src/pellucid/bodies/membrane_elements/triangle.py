@@ -32,7 +32,7 @@ def gradients(rest, chi, psi):
 def strain_triangle(surface, x, v, e, dt):
     """New stress and energy; strain energy [J], half its largest eigenfrequency [1/s], fault."""
     corners, n_quads, law = surface.corners, surface.n_quads, surface.law
-    initial, rests, carried = surface.thickness, surface.rest, surface.state
+    initial, rests, state = surface.thickness, surface.rest, surface.state
     half = 0.5 * dt
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
     (chi, psi), (chi_rate, psi_rate) = edges(x, corners, e), edges(v, corners, e)
@@ -57,14 +57,14 @@ def strain_triangle(surface, x, v, e, dt):
     r1, r2 = gradients(rest, chi_rate, psi_rate)
     m1 = (f1[0] - half * r1[0], f1[1] - half * r1[1], f1[2] - half * r1[2])
     m2 = (f2[0] - half * r2[0], f2[1] - half * r2[1], f2[2] - half * r2[2])
-    old = carried.plane_stress
-    carried.strain_energy[e] += (
+    old = state.plane_stress
+    state.strain_energy[e] += (
         half
         * at_rest
         * ((old[e, 0] + S11) * dot(m1, r1) + (old[e, 1] + S22) * dot(m2, r2) + (old[e, 2] + S12) * (dot(m1, r2) + dot(m2, r1)))
     )
     old[e, 0], old[e, 1], old[e, 2] = S11, S22, S12
-    carried.thickness[e], carried.volume[e] = initial * ratio, volume
+    state.thickness[e], state.volume[e] = initial * ratio, volume
     # waves cross what is folded as fast as when it is smoothed out
     long, wide = smoothed(law, shape, major, minor)
     g11, g22, g12 = turned_to(C[0], C[1], C[2], 1.0 / (long * long), 1.0 / (wide * wide))
@@ -74,7 +74,7 @@ def strain_triangle(surface, x, v, e, dt):
         + g22 * (b12 * b12 + b22 * b22 + b32 * b32)
         + 2.0 * g12 * (b11 * b12 + b21 * b22 + b31 * b32)
     )
-    m = carried.element_mass[e]
+    m = state.element_mass[e]
     wave = plane_wave_speed(law, shape, m / volume)
     tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
     signal = sqrt(bound * (wave * wave + max(tension, 0.0) * volume / m))
@@ -87,19 +87,19 @@ def strain_triangle(surface, x, v, e, dt):
         wrong = COLLAPSED
     elif not abs(S11 + S22 + S12 + signal + volume) < inf:
         wrong = NOT_FINITE
-    return carried.strain_energy[e], signal, wrong
+    return state.strain_energy[e], signal, wrong
 
 
 @kernel(inline=True)
 def triangle_forces(surface, x, forces, e):
     """Forces of stress on its corners [N] into forces[e]."""
     corners, n_quads = surface.corners, surface.n_quads
-    initial, rests, carried = surface.thickness, surface.rest, surface.state
+    initial, rests, state = surface.thickness, surface.rest, surface.state
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
     chi, psi = edges(x, corners, e)
     f1, f2 = gradients(rest, chi, psi)
     V = _volume_of(rest, initial)
-    S11, S22, S12 = carried.plane_stress[e, 0], carried.plane_stress[e, 1], carried.plane_stress[e, 2]
+    S11, S22, S12 = state.plane_stress[e, 0], state.plane_stress[e, 1], state.plane_stress[e, 2]
     p1, p2 = V * (S11 * b11 + S12 * b12), V * (S12 * b11 + S22 * b12)
     q1, q2 = V * (S11 * b21 + S12 * b22), V * (S12 * b21 + S22 * b22)
     for d in range(3):
@@ -123,12 +123,12 @@ def press_triangle(surface, x, forces, e, pressure):
 def triangle_stress(surface, x, stress, e):
     """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
     corners, n_quads = surface.corners, surface.n_quads
-    initial, rests, carried = surface.thickness, surface.rest, surface.state
+    initial, rests, state = surface.thickness, surface.rest, surface.state
     rest = _rest_of(rests, e - n_quads)
     chi, psi = edges(x, corners, e)
     t, u = gradients(rest, chi, psi)
-    share = _volume_of(rest, initial) / carried.volume[e]
-    S = carried.plane_stress
+    share = _volume_of(rest, initial) / state.volume[e]
+    S = state.plane_stress
     whole = in_space((share * S[e, 0], share * S[e, 1], share * S[e, 2]), t, u)
     for d in range(6):
         stress[e, d] = whole[d]

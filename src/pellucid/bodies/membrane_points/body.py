@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class MembranePoints(PointsOnGrid):
-    """Points of a triangulated surface, which carry its tangent frames and its triangles along."""
+    """Points of a triangulated surface, with their tangent frames and the triangles between them."""
 
     energy_kind = "strain"
     is_surface = True
@@ -79,8 +79,8 @@ class MembranePoints(PointsOnGrid):
         self._state = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
         self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
 
-    def _share(self, slabs: Slabs) -> None:
-        super()._share(slabs)
+    def _bind_slabs(self, slabs: Slabs) -> None:
+        super()._bind_slabs(slabs)
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self._triangles], self.n_points)
         self.fans = Bundle(fans)

@@ -76,7 +76,7 @@ class MembranePointsCase(MembraneCase):
             yield Finding((*path, "material"), text, remedy)
 
     def _density_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Too few points: the grid carries what holds them together."""
+        """Too few points: the grid transfers the forces between them."""
         vertices, triangles = self.surface.triangulate()
         across = np.where(grid.thin(), 0.0, vertices)  # along a thin axis nothing varies, so that distances do not count
         samples = np.concatenate([across, across[triangles].mean(axis=1)])

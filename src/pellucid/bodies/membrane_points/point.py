@@ -13,7 +13,7 @@ from pellucid.materials.membrane import plane_response, plane_wave_speed
 
 
 class MembraneArrays(NamedTuple):
-    """What membrane points carry beside mass, volume and stress."""
+    """State of membrane points beside mass, volume and stress."""
 
     frame: np.ndarray  # (n, 9) rows t₁, t₂, normal
     in_plane: np.ndarray  # (n, 4) shape in the frame, the law's own

@@ -1,4 +1,4 @@
-"""The triangulated surface that membrane points carry along: who is next to whom, normals, shares of area."""
+"""The triangulated surface of membrane points: neighbours, normals, shares of area."""
 
 from typing import NamedTuple
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
 RESTITUTION = 0.905
-SETTLED = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
+REFERENCE_MATERIAL = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
 
 CAPTIONS = {
     "discs": "The discs at six instants, coloured by pressure.",
@@ -81,7 +81,7 @@ def _crossing(times: "Array", signal: "Array", level: float) -> float:
 
 def _as_published(run: "Run") -> bool:
     case = run.case
-    same = all(getattr(body.material, key, None) == value for body in case.body for key, value in SETTLED.items())
+    same = all(getattr(body.material, key, None) == value for body in case.body for key, value in REFERENCE_MATERIAL.items())
     return same and np.linalg.norm(case.body[0].velocity) == np.linalg.norm([0.1, 0.1]) and case.time.end > 3.3
 
 

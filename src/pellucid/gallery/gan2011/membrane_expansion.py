@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
-TOLERANCE, CELL = 0.05, 0.01  # of the largest change, asked at this cell [m]; in proportion to the cell above it
+TOLERANCE, CELL = 0.05, 0.01  # of the largest change, at this cell [m]; in proportion to the cell above it
 LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's
 
 CAPTIONS = {

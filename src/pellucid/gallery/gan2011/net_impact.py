@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
-TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, asked at this cell [m]; in proportion to the cell above it
+TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, at this cell [m]; in proportion to the cell above it
 TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side
 TURNED = 0.15  # s, by when the cuboid is on its way back
 

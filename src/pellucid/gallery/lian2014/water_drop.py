@@ -26,7 +26,7 @@ ROUNDING = 1e-12
 ENERGY = 0.01  # of the largest energy that moved; half of what the program warns at
 SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
-SHORT = 1e-9  # what rounding may lack where a bound is asked
+SHORT = 1e-9  # by which rounding may fall short of a bound
 SECTIONS = (0.0, 2e-4, 4e-4, 6e-4, 8e-4, 1.3e-3)
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 

@@ -1,4 +1,4 @@
-"""What a fluid asks of its equation of state."""
+"""The interface of an equation of state to a fluid."""
 
 from abc import abstractmethod
 

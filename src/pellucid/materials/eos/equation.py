@@ -1,4 +1,4 @@
-"""What every equation of state answers, pointwise. All of ours are linear in the specific energy: P = A(ρ) + B(ρ) e."""
+"""The functions of an equation of state at a point. All of ours are linear in the specific energy: P = A(ρ) + B(ρ) e."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ def pressure_line(eos: Any, density: float) -> tuple[float, float]:
 
 @generic
 def lowest_pressure(eos: Any) -> float:
-    """The pressure below which the fluid pulls apart [Pa]; -inf where it carries any tension."""
+    """The pressure below which the fluid pulls apart [Pa]; -inf where it bears any tension."""
 
 
 @generic

@@ -1,4 +1,4 @@
-"""The recorder: looks at a run after every step and writes what is due. It never changes a step."""
+"""The recorder: writes what is due after every step. It never changes a step."""
 
 import json
 import time as clock

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Run:
     """What a run left in the folder `out`, which goes with this object if it is `temporary`.
 
-    Everything is read when it is first asked for.
+    Everything is read when it is first used.
     """
 
     def __init__(self, out: Path | str, temporary: bool = False) -> None:

@@ -34,7 +34,7 @@ class RunFolder:
     def start(self, case: "Case") -> None:
         """Make the folder ready for a new run of `case`; the results of an earlier run in it are removed.
 
-        Raises `UsageError` for a folder that holds other things or cannot be written to, `OutputError` for a full disk.
+        Raises `UsageError` for a folder with other files in it or that cannot be written to, `OutputError` for a full disk.
         """
         from pellucid.case import dumps
 
@@ -42,7 +42,9 @@ class RunFolder:
             if self.path.exists() and not self.path.is_dir():
                 raise UsageError(f"{self.path} is a file; give a folder for the results")
             if self.path.is_dir() and not self.case.is_file() and not all(map(is_draft, self.path.iterdir())):
-                raise UsageError(f"{self.path} holds other things than a run; give a new or empty folder for the results")
+                raise UsageError(
+                    f"{self.path} has other files in it than those of a run; give a new or empty folder for the results"
+                )
             self.path.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
             self.history.unlink(missing_ok=True)
@@ -74,7 +76,7 @@ class RunFolder:
 
     @property
     def ended(self) -> bool:
-        """Whether a run here came to its end, or to the early one that it was asked for."""
+        """Whether a run here reached its end, or the time given by `until`."""
         return self.summary.is_file()
 
     def read_summary(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What conditions are given to do their work in a run, and what a run asks of them."""
+"""Conditions in a run: the assembly on which they act, and the interface of an active condition."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
@@ -12,23 +12,23 @@ from pellucid.parts import BodyModel
 NO_AXES = (False, False, False)
 
 
-class Home(NamedTuple):
-    """A body that is built, with its model, and the velocity field that it is in; without a grid there is none."""
+class AssembledBody(NamedTuple):
+    """A body that is built, its model, and its velocity field; a case without a grid has none."""
 
     body: Body
     model: BodyModel
-    field: VelocityField | None
+    velocity_field: VelocityField | None
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick."""
-        return self.field.grid.thin if self.field else NO_AXES
+        return self.velocity_field.grid.thin if self.velocity_field else NO_AXES
 
 
-class World(NamedTuple):
-    """The bodies of a case by name, and what acts on the nodes of their velocity fields."""
+class Assembly(NamedTuple):
+    """The bodies of a case by name, and the external actions on the nodes of their velocity fields."""
 
-    homes: Mapping[str, Home]
+    bodies: Mapping[str, AssembledBody]
     external: Mapping[VelocityField, ExternalAction]
     loads: Sequence[Channel]  # the channels of external forces
     n_supports: int
@@ -38,21 +38,21 @@ class World(NamedTuple):
         return next(load.column for load in self.loads if load.name == channel)
 
     def no_work(self) -> StepWork:
-        """Nothing done, as the balance of this run lays it out."""
+        """No work, in the layout of the balance of this run."""
         return no_work(FIRST_LOAD + len(self.loads), self.n_supports)
 
 
-class ConditionAtWork(Protocol):
-    """A condition, or several of one class, in a run."""
+class ActiveCondition(Protocol):
+    """A condition, or several of one class, that acts in a run."""
 
     channels: Sequence[Channel]
     """The channels of its work but for those of external forces."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Act over the step dt [s] that begins at `time` [s]: forces, prescribed velocities."""
+        """Set forces or prescribed velocities for the step dt [s] that begins at `time` [s]."""
 
     def work(self) -> StepWork | None:
-        """What it did over the step, but for what nodes and bodies count themselves."""
+        """Its work and impulses over the step; None where nodes or bodies count them."""
 
 
 def load_channels(names: Sequence[str]) -> tuple[Channel, ...]:
