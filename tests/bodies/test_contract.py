@@ -45,7 +45,7 @@ def by_itself(kind, alone, gravity=(0.0, 0.0, 0.0)):
     whole = case(SAMPLES[kind], **GRID)
     field = VelocityField("common", Grid(whole.grid), moves_points=not alone)
     external = external_action(field.grid.n_nodes, 2, loaded=not alone, absorbs=False, driven=False)
-    field.act(Supports(np.zeros((1, 3)), np.ones(1, np.int64)), external, gravity, small_mass=0.0, flip=1.0)
+    field.set_actions(Supports(np.zeros((1, 3)), np.ones(1, np.int64)), external, gravity, small_mass=0.0, flip=1.0)
     return whole.body[0].with_others(whole.body).build(Placement(whole.grid, field, Flip(), gravity, n_loads=2)), field
 
 

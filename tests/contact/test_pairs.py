@@ -24,7 +24,7 @@ def two_fields(kind, friction=0.0, held=()):
     fields = tuple(VelocityField(name, grid, moves_points=True) for name, grid in zip("ab", grids, strict=True))
     for field in fields:
         free = external_action(field.grid.n_nodes, 0, False, False, False)
-        field.act(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
+        field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
     bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0)]] * 2
     pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
