@@ -139,7 +139,7 @@ def test_a_class_that_is_no_kind_of_anything_is_refused() -> None:
 def test_a_field_holds_one_of_a_registry_s_names() -> None:
     registry: Registry[int] = Registry("number")
     Registry.every.remove(registry)
-    adapter = TypeAdapter(Annotated[str, OneNameOf(registry, "many")])
+    adapter = TypeAdapter(Annotated[str, OneNameOf(registry.entries, "many")])
     registry.take("one", 1, test_a_field_holds_one_of_a_registry_s_names)
     assert adapter.validate_python("one") == "one"
     assert adapter.json_schema() == {"type": "string", "enum": ["one", "many"]}

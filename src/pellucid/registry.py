@@ -1,6 +1,6 @@
 """The kinds that case files can name: those of the package and those of users, registered in the same way.
 
-A `Family` is a set of models told apart by their `kind`, a `Choices` a set of functions told apart by their name. Both are
+A `Family` is a set of models told apart by their `kind`, a `Registry` a set of functions told apart by their name. Both are
 looked up when a case is read, so that what is registered later counts too.
 """
 
@@ -106,17 +106,17 @@ def _named(model: type[BaseModel]) -> CoreSchema:
 
 
 class OneNameOf:
-    """Annotation of a text that is one of the names of a registry: `Annotated[str, OneNameOf(REGISTRY)]`.
+    """Annotation of a text that is one of the names of a table: `Annotated[str, OneNameOf(TABLE)]`.
 
-    built_in: names that need no entry.
+    entries: the table, such as the `entries` of a registry; built_in: names that need no entry.
     """
 
-    def __init__(self, registry: Registry[Any], *built_in: str) -> None:
-        self.registry, self.built_in = registry, built_in
+    def __init__(self, entries: Mapping[str, Any], *built_in: str) -> None:
+        self.entries, self.built_in = entries, built_in
 
     def names(self) -> list[str]:
         """All names at the moment."""
-        return [*self.registry.entries, *self.built_in]
+        return [*self.entries, *self.built_in]
 
     def validated(self, value: str) -> str:
         """The name itself, if it is one."""

@@ -81,7 +81,7 @@ class Probe(Part):
     body: str | None = parameter("", "name of the body", None)
     quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction"')
     component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
-    reduce: Annotated[str, OneNameOf(REDUCTIONS, *PLACED)] = parameter(
+    reduce: Annotated[str, OneNameOf(REDUCTIONS.entries, *PLACED)] = parameter(
         "",
         'how the points become one number: "count" those above a value; "nearest" takes the point that is nearest to a place '
         'at the moment, "point" follows the one that was nearest at the start',

@@ -1,12 +1,12 @@
 """The grid as the user describes it."""
 
-from typing import Literal
+from typing import Annotated
 
 from pydantic import model_validator
 
+from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.model import Model, Vector, parameter
-
-Functions = Literal["trilinear", "gimp", "quadratic-bspline", "cubic-bspline"]
+from pellucid.registry import OneNameOf
 
 DEFAULT_THICKNESS = 1.0  # m
 MOST_CELLS = 1e9  # along an axis; no machine holds more
@@ -22,7 +22,9 @@ class GridCase(Model):
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner; an axis of extent 0 is one cell thick")
     cell: float = parameter("m", "edge of the cubic cells", gt=0)
-    functions: Functions = parameter("", "shape functions between points and nodes", "trilinear")
+    functions: Annotated[str, OneNameOf(GRID_FUNCTIONS)] = parameter(
+        "", "shape functions between points and nodes", "trilinear"
+    )
     thickness: float | None = parameter(
         "m", f"extent of the bodies along axes that are one cell thick; {DEFAULT_THICKNESS:g} m where not given", None, gt=0
     )

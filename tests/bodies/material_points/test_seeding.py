@@ -222,7 +222,7 @@ def test_a_body_that_does_not_know_what_is_left_out_is_not_filled_wholly():
         box((0, 0, 0), (1, 1, 1), name="b"),
         counts=(9, 9, 9),
     )
-    with pytest.raises(RuntimeError, match=r"body\.knowing"):
+    with pytest.raises(RuntimeError, match=r"body\.with_others"):
         _ = body.body[0].left_out
 
 
