@@ -30,7 +30,7 @@ class Part(Model):
     """Whether no two in its list may have the same name."""
 
     def problems(self, path: Path, parts: "Parts") -> Iterator[Finding]:
-        """What does not fit the other parts; `path` is where it stands in the case."""
+        """What does not fit the other parts; `path` is its place in the case."""
         yield from ()
 
 
@@ -80,7 +80,7 @@ class Parts:
         return not self.sections["grid"].is_written
 
     def no_grid(self, path: Path, why: str) -> Iterator[Finding]:
-        """The finding that what stands at a path cannot be without a grid, and why; where a body lacks it too, that says so."""
+        """The finding that what is at a path needs a grid, and why; none where a body that needs one reports it."""
         if self.lacks_grid and not any(body.needs_grid(self) for body in self.of(BodyModel)):
             yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or leave this out")
 
@@ -196,7 +196,7 @@ class BodyModel(Part):
         velocity: Vector
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """That there is no grid, told by the first body that needs one."""
+        """That there is no grid, reported by the first body that needs one."""
         needing = (body for body in parts.of(BodyModel) if body.needs_grid(parts))
         if parts.lacks_grid and next(needing, None) is self:
             text = f"is missing: body {self.name} needs one"

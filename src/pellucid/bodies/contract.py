@@ -25,7 +25,7 @@ Selection = Callable[[np.ndarray], np.ndarray]
 
 
 class NodalSupport(NamedTuple):
-    """A support as bodies with their own nodes see it."""
+    """A support on nodes of a body that has its own."""
 
     selects: Selection
     axes: tuple[bool, bool, bool]  # constrained directions
@@ -43,7 +43,7 @@ class Placement(NamedTuple):
     n_loads: int  # channels of external forces
 
     def on_grid(self) -> tuple[GridCase, VelocityField]:
-        """Grid and velocity field of a body that needs them, which its model sees to."""
+        """Grid and velocity field of a body that needs them; its model checks that they are there."""
         if self.grid_case is None or self.velocity_field is None:
             raise ValueError("this body needs a grid, and the case has none")
         return self.grid_case, self.velocity_field

@@ -18,7 +18,7 @@ COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass"
 def place_problems(
     path: Path, bounds: tuple[np.ndarray, np.ndarray], grid: GridCase, is_surface: bool, cut_at: Sequence[str] = ()
 ) -> Iterator[Finding]:
-    """Where a body, whose place stands at `path`, reaches beyond the grid.
+    """Findings of a body, whose place is at `path`, that reaches beyond the grid.
 
     bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may reach.
     """

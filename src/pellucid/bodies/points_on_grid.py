@@ -24,8 +24,8 @@ HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results 
 class PointsOnGrid(GridBody):
     """Points whose unknowns live on the grid, sorted by cell whenever one leaves its slab.
 
-    A kind of body gives the initial arrays and says how its points are strained (`update_stress`), what they store
-    (`energy_kind`), and fields of its own.
+    A kind of body gives the initial arrays, `update_stress`, the kind of energy that is stored (`energy_kind`), and fields of
+    its own.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class PointsOnGrid(GridBody):
         return self
 
     def half_width(self) -> tuple[float, float, float]:
-        """Half the edge of a point's cube, as `pellucid.contact.surface` puts it."""
+        """Half the edge of a point's cube, as in `pellucid.contact.surface`."""
         thin = sum(self.grid.thin)
         return -1.0, self.grid.slice_thickness**-thin, 1.0 / (3 - thin)
 

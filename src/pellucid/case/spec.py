@@ -103,7 +103,7 @@ class Case(Model):
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
-    absorbing: tuple[Absorbing, ...] = parameter("", "faces that let waves out", ())
+    absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())

@@ -1,4 +1,4 @@
-"""How a prescribed displacement goes with time."""
+"""Prescribed displacements as functions of time."""
 
 import csv
 from abc import abstractmethod

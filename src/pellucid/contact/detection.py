@@ -4,7 +4,7 @@ A surface gives its own normal, a volume the gradient of its volume (Bardenhagen
 Mech. Eng. 187, 529). A surface that is crumpled within the reach of a node has no normal there, and takes that of the volume
 that it touches. Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
 one along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and sliding over it would
-plough. Which way the normal points is told by where the two bodies lie about the node: a membrane has two sides, and a layer
+plough. Which way the normal points follows from where the two bodies lie about the node: a membrane has two sides, and a layer
 thinner than a cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the

@@ -16,7 +16,7 @@ class Contact(Condition):
     name: str | None = parameter(
         "", "name for probes of its force on the first body", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$"
     )
-    between: tuple[str, str] = parameter("", "names of two bodies; what is said holds for their whole velocity fields")
+    between: tuple[str, str] = parameter("", "names of two bodies; the contact is that of their whole velocity fields")
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(
         "", "how they slide: freely, not at all while they press, or with friction", "frictionless"
     )

@@ -1,4 +1,4 @@
-"""What contact does to the motion of membrane nodes within a cell, which the grid does not see.
+"""Damping by contact of the velocities of membrane nodes within a cell, which the grid does not resolve.
 
 Contact on the grid ends the approach of the mean velocity about a node of the grid, by Δv along n. The nodes of a membrane
 about it move against that mean, along n by σ in the mean square, and strike one by one. An impact on which a node does not

@@ -126,7 +126,7 @@ def _update_velocities_slab(s, mapped, remap):
 
 @kernel()
 def update_velocities(n, mapped, remap):
-    """New velocities of the points; where `remap` (MUSL) their momentum on the nodes anew."""
+    """New velocities of the points; where `remap` their momentum mapped to the nodes again."""
     parallel_by_colour(_update_velocities_slab, n, mapped, remap)
 
 

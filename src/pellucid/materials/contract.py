@@ -18,7 +18,7 @@ class BodyMaterial(Model):
 
 
 class PointMaterial(BodyMaterial):
-    """A material of material points: what the user says of it, its law, and its state at the start.
+    """A material of material points: the parameters that the user gives, its law, and its state at the start.
 
     A new material is a subclass with a `kind` of its own, such as `kind: Literal["neo-hookean"] = "neo-hookean"`.
     """

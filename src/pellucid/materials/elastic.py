@@ -1,4 +1,4 @@
-"""What a case says of isotropic elastic materials of any law: density, Young's modulus, Poisson's ratio."""
+"""Parameters of isotropic elastic materials of any law: density, Young's modulus, Poisson's ratio."""
 
 from math import sqrt
 

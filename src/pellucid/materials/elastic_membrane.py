@@ -1,4 +1,4 @@
-"""What a case says of isotropic elastic membranes of any law: elasticity, damage, wrinkling."""
+"""Parameters of isotropic elastic membranes of any law: elasticity, damage, wrinkling."""
 
 from abc import abstractmethod
 

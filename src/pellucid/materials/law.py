@@ -37,7 +37,7 @@ def update(law: Law, state: PointState, density: float, L: Tensor, dt: float, le
 
 @generic
 def volume_growth(law: Law, L: Tensor, dt: float) -> float:
-    """Volume after the step over volume before, consistent with what the law makes of L."""
+    """Volume after the step over volume before, consistent with how the law integrates L."""
 
 
 @generic

@@ -40,7 +40,7 @@ def shape_of(law: Law, axes: InPlane, major: float, minor: float) -> Shape:
 
 @generic
 def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float, float]:
-    """The principal stretches of a shape with its wrinkles smoothed out: as they are where the law knows no wrinkles."""
+    """The principal stretches of a shape with its wrinkles smoothed out: as they are where the law has no wrinkles."""
 
 
 @generic

@@ -57,7 +57,7 @@ def in_arrays(state: StateType, arrays: Mapping[str, np.ndarray]) -> StateType:
 def point_state(**own: tuple[str, str]) -> Callable[[type[StateType]], type[StateType]]:
     """Class decorator: let points have states of a type, in arrays of as many components as its annotations say.
 
-    own: unit and meaning of each field that `pellucid.state.FIELDS` does not know yet, as
+    own: unit and meaning of each field that `pellucid.state.FIELDS` does not have, as
     `@point_state(overstress=("Pa", "stress of the Maxwell branch"))`. Raises TypeError for a state that cannot be stored.
     """
 
@@ -66,7 +66,7 @@ def point_state(**own: tuple[str, str]) -> Callable[[type[StateType]], type[Stat
         if sizes.get("stress") != 6:
             raise TypeError(f"{state.__name__} has no `stress: Symmetric`, which every state of a point has")
         if surplus := own.keys() - sizes.keys():
-            raise TypeError(f"{state.__name__} has no field `{min(surplus)}`, of which point_state is told the unit")
+            raise TypeError(f"{state.__name__} has no field `{min(surplus)}`, for which point_state is given a unit")
         for name, size in sizes.items():
             _declare_field(state, name, size, own.get(name))
         _register(state, sizes)

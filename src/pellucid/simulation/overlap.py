@@ -1,7 +1,7 @@
 """Bodies that start inside each other or cross.
 
-Between velocity fields that is an error: contact could not tell which way out is. Within one there is twice the mass where two
-volumes overlap, which is told of.
+Between velocity fields that is an error: contact could not find the normal. Within one there is the mass of both where two
+volumes overlap: that is a warning.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,12 +17,12 @@ from pellucid.grid.model import GridCase
 from pellucid.parts import BodyModel
 
 DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
-SAMPLES = 4000  # points of a body that are looked at within a velocity field, at most
+SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
 
 
 def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None) -> None:
     """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross."""
-    if grid is None:  # nothing tells these bodies of each other
+    if grid is None:  # without a grid they do not touch
         return
     known = {model.name: model.with_others(models) for model in models}
     for one, two in combinations(bodies, 2):
@@ -48,7 +48,7 @@ def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: G
 
 
 def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None) -> Iterator[str]:
-    """What is to be said of volumes of one velocity field that overlap, once for each two of them."""
+    """Warnings about volumes of one velocity field that overlap, one for each two of them."""
     if grid is None:
         return
     known = {model.name: model.with_others(models) for model in models}

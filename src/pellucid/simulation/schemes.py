@@ -1,6 +1,6 @@
 """The order of the verbs in a step. No physics here: that is in bodies, grid and contact.
 
-USF, USL and MUSL strain the points first, last, and last with the velocities mapped anew from the points
+USF, USL and MUSL strain the points first, last, and last with velocities mapped again from the points
 (Sulsky, Zhou & Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As there, a point
 uses the shape functions of its place at the start of the step throughout. Bodies with their own nodes solve their own equation
 of motion; the grid gives them contact alone.
@@ -39,7 +39,7 @@ def musl(simulation: Steppable, dt: float) -> None:
     simulation.advance(dt)  # p + dt f, supports, contact
     simulation.clear_momentum()
     for body in simulation.grid_bodies:
-        body.update_velocities(remap=True)  # v of the points, p anew
+        body.update_velocities(remap=True)  # v of the points, p mapped again
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     simulation.project()
@@ -61,7 +61,7 @@ def usl(simulation: Steppable, dt: float) -> None:
     if simulation.has_contact:
         simulation.clear_momentum()
     for body in simulation.grid_bodies:
-        body.update_velocities(remap=simulation.has_contact)  # p anew for contact
+        body.update_velocities(remap=simulation.has_contact)  # p again, for the work of contact
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     for body in simulation.grid_bodies:

@@ -8,7 +8,7 @@ inside a box), else as sampled; so is what a plane of symmetry leaves of a shape
 of its volume, a flat face to a sixteenth of a cell, so that the scale hardly differs from one. A part left out that is much
 thinner than a cell is taken off in sum, but not just where it is.
 
-Where nothing is left out, a point stands in the middle of all that it stands for, if that lies in the region: then the border
+Where nothing is left out, a point lies in the middle of the part that it represents, if that is in the region: the border
 is smooth, where the points of the lattice make steps. Steps are flat: a ball would touch a plane with a foot as wide as
 √(radius x spacing).
 """
@@ -36,7 +36,7 @@ def shares_of_cells(
     spacing: np.ndarray,
     active: tuple[bool, bool, bool],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The points inside, shape (n, 3), and the measure that each stands for [m, m², m³], shape (n,).
+    """The points inside, shape (n, 3), and the measure that each represents [m, m², m³], shape (n,).
 
     `centres`, shape (m, 3), and `spacing`, shape (3,), are those of the lattice cells [m]. Raises ValueError where more is
     left too far from every point than volumes may be corrected by.
@@ -65,7 +65,7 @@ def shares_of_cells(
     total = share[kept].sum() * cell
     if left_out and abs(exact - total) > LARGEST_SCALE * exact:
         raise ValueError(
-            f"the points stand for {total:.4g} of the {exact:.4g} that is left of the shape: what lies between the bodies left "
+            f"the points represent {total:.4g} of the {exact:.4g} that is left of the shape: what lies between the bodies left "
             f"out is in part thinner than the distance between points"
         )
     places = centres[kept]

@@ -110,7 +110,7 @@ class MaterialPointsCase(BodyModel):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, from the measure of the shape: good to a layer of points.
 
-        What is left out is taken off where the body knows it, which it does after `with_others`.
+        What is left out is subtracted after `with_others`.
         """
         if grid is None:
             raise RuntimeError(f"body {self.name} is seeded by the cells of a grid, and there is none")

@@ -1,7 +1,7 @@
 """Hourglass control of one-point quadrilaterals in their plane.
 
 Source: Flanagan & Belytschko 1981, Int. J. Numer. Methods Eng. 17, 679.
-The strain at the centre does not see the hourglass rate q̇ = γ·v, where γ = ¼ (h - Σ (h·x_j) ∂N/∂x_j), h = (1, -1, 1, -1), is
+The strain at the centre leaves out the hourglass rate q̇ = γ·v, where γ = ¼ (h - Σ (h·x_j) ∂N/∂x_j), h = (1, -1, 1, -1), is
 orthogonal to every linear field. Forces -Q γ resist it, with B² = Σ_K |∇N_K|² at the centre, the mass m of the element, and the
 speed c of waves in its plane:
 

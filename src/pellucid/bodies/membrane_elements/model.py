@@ -85,7 +85,7 @@ class MembraneElementsCase(MembraneCase):
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Elements between whose nodes lie cells that know nothing of the membrane."""
+        """Elements so large that cells between their nodes have nothing of the membrane."""
         mesh, thin, reach = self.mesh(), grid.thin(), sqrt(0.5) * grid.cell
         places = np.where(thin, 0.0, mesh.vertices)  # along a thin axis nothing varies, so that distances do not count
         longest, remote = longest_edge(places[mesh.quads]), 0.0

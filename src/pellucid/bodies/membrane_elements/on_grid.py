@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class ElementsOnGrid(PointsOnGrid):
     """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
 
-    Mass, momentum and nodal forces go to the nodes of the grid, velocities come back from there, and the elements are strained
+    Mass, momentum and nodal forces go to the nodes of the grid, velocities are gathered, and the elements are strained
     by how their nodes were moved: by mesh and not by the gradient of the grid's velocity.
     """
 
@@ -101,7 +101,7 @@ class ElementsOnGrid(PointsOnGrid):
             self.update_positions(dt)
 
     def update_positions(self, dt: float) -> None:
-        """New positions, and what the elements make of them."""
+        """New positions, then strains and stresses of the elements."""
         before = self.points.position.copy()
         # by the velocity that strains points: in MUSL that of the points' own momentum, which costs no energy
         transfer.update_positions(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, dt)

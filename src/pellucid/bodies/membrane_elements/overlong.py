@@ -5,11 +5,11 @@ import numpy as np
 from pellucid.grid.lattice import Grid
 
 LONGEST = 1.5
-"""Cells: elements start with one at most, and from two on nodes of the grid between theirs see nothing of the membrane."""
+"""Cells: elements start with one at most, and from two on, nodes of the grid between theirs have no contact."""
 
 
 def overlong(name: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
-    """What to say of the longest element beside any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
+    """A warning about the longest element beside any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
 
     corners: nodes of the elements of body `name`, shape (m, 4); place: of its nodes in the order of the mesh [m], shape (k, 3).
     Lengths along an axis that is one cell thick do not count: nothing varies there.

@@ -2,7 +2,7 @@
 
 It has one point, at its centre. Its strain rate there counts the warping across the plane in the mean over the element,
 (∂w/∂x ∂ẇ/∂y) with w = η₃ ξη/4: a sheet that is under tension then resists warping as a fully integrated element would, and one
-that is pushed together warps, which the centre alone does not see.
+that is pushed together warps, which the strain at the centre leaves out.
 
 `surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
 """

@@ -7,7 +7,7 @@ from pellucid.model import Model
 
 
 class EquationOfStateModel(Model):
-    """An equation of state: what the user says of it, and its law. A new one is a subclass with a `kind` of its own."""
+    """An equation of state: the user's parameters, and its law. A new one is a subclass with a `kind` of its own."""
 
     kind: str
 
