@@ -30,7 +30,7 @@ METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
-    """Leaks, the space between skin and water, where the bag meets the floor, roundness, and the energy of the skin."""
+    """Leaks, the space between skin and water, where the bag touches the floor, roundness, and the energy of the skin."""
     history, cell = run.history, run.case.grid.cell
     skin_case: Any = run.case.body[0]
     law = skin_case.material
