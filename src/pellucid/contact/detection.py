@@ -48,15 +48,15 @@ class ContactDetection:
         self._where = Bundle(normals.SharedNodes(self._slot, self._near, self._box))
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
-        # a membrane beside a volume in one field counts as a volume too
+        # a membrane beside a volume in one velocity field counts as a volume too
         self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
-        # of the points of either field's bodies, those that reach the nodes
+        # of the points of the bodies of either velocity field, those that reach the nodes
         self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
         self._close = CLOSE if self._surfaces == (1, 1) else 0.0
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
-        """Find where the fields touch, after the bodies' mass was mapped to the nodes."""
+        """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
         one, other = (grid.nodes.mass for grid in self._grids)
         n = normals.list_shared(one, other, self._shared)
         self.node = self._shared[:n]

@@ -20,7 +20,7 @@ CHUNK = 1024  # nodes that are summed together
 
 
 class Side(NamedTuple):
-    """The nodes of one of two fields, as kernels take them."""
+    """The nodes of one of two velocity fields, as kernels take them."""
 
     nodes: Nodes
     external: ExternalAction

@@ -31,7 +31,7 @@ class Contact(Condition):
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Bodies that are not there or move together, and contacts that are there twice, by fields or by name."""
+        """Bodies that are not there or move together, and contacts that are there twice, by velocity fields or by name."""
         yield from parts.no_grid((*path, "between"), "contact is found on the nodes of a grid")
         for name in self.between:
             yield from parts.unknown_body((*path, "between"), name)

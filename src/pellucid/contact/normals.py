@@ -31,7 +31,7 @@ class SharedNodes(NamedTuple):
 
 @kernel()
 def list_shared(first, second, node):
-    """The nodes that have mass of both fields into `node`; how many they are."""
+    """The nodes that have mass of both velocity fields into `node`; how many they are."""
     n = 0
     for I in range(len(first)):
         if first[I] > NOTHING and second[I] > NOTHING:

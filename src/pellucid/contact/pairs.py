@@ -43,7 +43,7 @@ class ContactPair:
         return len(self._impulse) // impulses.CHUNK + 1
 
     def detect(self) -> None:
-        """Find where the fields touch, after the bodies' mass was mapped to the nodes."""
+        """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
         self._mobility, self._impulse = np.empty((2, n, 3)), np.zeros((n, 3))
@@ -53,7 +53,7 @@ class ContactPair:
             impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *constraints, mobility)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
-        """The bodies of both fields, each with the nodes at which the fields touch, shape (n,)."""
+        """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
         nodes = self.detection.node[self.detection.normal.any(axis=1)]
         return ((body, nodes) for side in self._bodies for body in side)
 
@@ -71,7 +71,7 @@ class ContactPair:
         impulses.stop_approach(self._chunks, self._kind, self._friction, *where, *sides, *self._mobility)
 
     def impulse(self) -> np.ndarray:
-        """On the first field over this step [N s], shape (3,)."""
+        """On the first velocity field over this step [N s], shape (3,)."""
         return self._impulse.sum(axis=0)
 
     def works(self, gravity: tuple[float, float, float], dt: float, row: int) -> np.ndarray:
@@ -142,7 +142,7 @@ class ContactPairs:
         return done
 
     def project(self) -> None:
-        """Let no field strain its points by an approach that contact does not allow."""
+        """Remove the approach from the velocities that strain the points."""
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.project()
