@@ -10,7 +10,7 @@ from pellucid.registry import Registry
 
 
 class Schema:
-    """The JSON schema (draft 2020-12) of a model; every number carries its SI unit under the key `unit`."""
+    """The JSON schema (draft 2020-12) of a model; every number has its SI unit under the key `unit`."""
 
     def __init__(self, model: type[BaseModel]) -> None:
         self.whole: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}

@@ -31,7 +31,7 @@ class ContactBody(Protocol):
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs in which its points are shared out."""
+        """Number of slabs into which its points are divided."""
 
     def vector_areas(self) -> np.ndarray:
         """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""

@@ -49,17 +49,17 @@ class PointMaterial(BodyMaterial):
 
     @property
     def energy_field(self) -> str:
-        """The field with its stored energy of unit mass [J/kg], whether its points carry it or it follows from their state."""
+        """The field with its stored energy of unit mass [J/kg], whether it is part of the state of a point or follows from it."""
         return f"{self.energy_kind}_energy"
 
     @property
     def state_fields(self) -> tuple[str, ...]:
-        """The arrays that its points carry beside position, velocity, mass and volume."""
+        """The arrays of its points beside position, velocity, mass and volume."""
         return self.initial_state()._fields
 
     @property
     def probed_fields(self) -> tuple[str, ...]:
-        """The fields that probes read beside those of every body: its energy, and what it carries of scalars, vectors and
+        """The fields that probes read beside those of every body: its energy, and of its state scalars, vectors and
         symmetric tensors."""
         own = (name for name in self.state_fields if name not in ("stress", self.energy_field))
         return (self.energy_field, *(name for name in own if FIELDS[name].components in (1, 3, 6)))

@@ -59,7 +59,7 @@ def new_energy(
 
 @pointwise
 def pressure(eos, density, energy):
-    """P [Pa], not below what the fluid carries."""
+    """P [Pa], not below the tension that the fluid bears."""
     A, B = pressure_line(eos, density)
     return max(A + B * energy, lowest_pressure(eos))
 

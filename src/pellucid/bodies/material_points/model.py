@@ -83,7 +83,7 @@ class MaterialPointsCase(BodyModel):
 
     @property
     def left_out(self) -> tuple[Geometry, ...]:
-        """The places that are left out of the shape; known to what `with_others` returns."""
+        """The regions that are left out of the shape; the model that `with_others` returns has them."""
         if len(self._excluded) < len(self.outside):
             raise RuntimeError(
                 f"body {self.name} leaves out other bodies, which it has not been given; use body.with_others(bodies)"

@@ -218,7 +218,7 @@ class MembraneElements(NodalBody):
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs in which the index of the nodes is shared out."""
+        """Number of slabs into which the index of the nodes is divided."""
         return self.coupling.n_slabs
 
     def cells(self) -> Cells:
