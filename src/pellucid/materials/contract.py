@@ -49,7 +49,7 @@ class PointMaterial(BodyMaterial):
 
     @property
     def energy_field(self) -> str:
-        """The field with its stored energy of unit mass [J/kg], whether it is part of the state of a point or follows from it."""
+        """The field with its stored energy of unit mass [J/kg], part of the state of a point or worked out from it."""
         return f"{self.energy_kind}_energy"
 
     @property

@@ -93,7 +93,7 @@ def _slivers(
 def _cut(
     shape: Geometry, left_out: Sequence[Geometry], centres: np.ndarray, spacing: np.ndarray, active: tuple[bool, bool, bool]
 ) -> np.ndarray:
-    """Which cells may lie partly beyond the region; a box fills its own lattice, so that only what is left out cuts its cells."""
+    """Which cells may lie partly beyond the region; a box fills its own lattice, so that only bodies left out cut its cells."""
     if not isinstance(shape, Box):
         if left_out:
             return np.ones(len(centres), dtype=bool)
