@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
-from pellucid.grid.points import NOT_FINITE, OK
+from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NOT_FINITE, OK, SPEED
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
 SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node through it
 OTHER_IMPULSE, CONTACT_IMPULSE, EXTRA_ROWS = range(3)  # rows of impulses behind those of the constraints
-KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SIZE, FASTEST, SUMS = range(7)  # columns of the sums of a chunk
+FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, behind those of the motion of points
 
 
 class NodeForces(NamedTuple):
@@ -135,13 +135,13 @@ def _sum_chunk(chunk, velocity, mass, sums):
         pz += m * vz
         size += m * sqrt(vv)
         fastest = max(fastest, vv)
-    sums[chunk, KINETIC], sums[chunk, SIZE], sums[chunk, FASTEST] = kinetic, size, sqrt(fastest)
+    sums[chunk, KINETIC], sums[chunk, SPEED], sums[chunk, FASTEST] = kinetic, size, sqrt(fastest)
     sums[chunk, MOMENTUM_X], sums[chunk, MOMENTUM_Y], sums[chunk, MOMENTUM_Z] = px, py, pz
 
 
 @kernel()
 def sum_momentum(chunks, velocity, mass, sums):
-    """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, SUMS)."""
+    """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, NODE_SUMS)."""
     parallel_for(_sum_chunk, chunks, velocity, mass, sums)
 
 

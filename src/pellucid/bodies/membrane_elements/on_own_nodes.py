@@ -8,7 +8,15 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.contract import NodalBody, NodalSupport
 from pellucid.bodies.membrane_elements import nodes as kernels
-from pellucid.bodies.membrane_elements.nodes import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, OTHER_IMPULSE, SUMS, NodeForces
+from pellucid.bodies.membrane_elements.nodes import (
+    CHUNK,
+    CONTACT_IMPULSE,
+    EXTRA_ROWS,
+    FASTEST,
+    NODE_SUMS,
+    OTHER_IMPULSE,
+    NodeForces,
+)
 from pellucid.bodies.membrane_elements.overlong import overlong
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
 from pellucid.contact.coupling import GridCoupling
@@ -16,6 +24,7 @@ from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
 from pellucid.geometry.cells import Cells
 from pellucid.grid.model import GridCase
+from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
@@ -62,7 +71,7 @@ class MembraneElements(NodalBody):
         self._chunks = (n + CHUNK - 1) // CHUNK
         self._gravity, self._columns = gravity, FIRST_LOAD + n_loads
         self._internal, self._loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
-        self._sums, self._fault = np.zeros((self._chunks, SUMS)), np.zeros((self._chunks, 2), np.int64)
+        self._sums, self._fault = np.zeros((self._chunks, NODE_SUMS)), np.zeros((self._chunks, 2), np.int64)
         self._left_grid: tuple[int, int] | None = None
         self._dt = self._crossing = self._top_speed = 0.0
         self._supports: Sequence[NodalSupport] = ()
@@ -171,9 +180,9 @@ class MembraneElements(NodalBody):
         kernels.sum_momentum(self._chunks, self.arrays["velocity"], self.arrays["mass"], self._sums)
         sums = ordered_sum(self._sums)
         totals = self.totals
-        totals.kinetic, totals.momentum_size = float(sums[kernels.KINETIC]), float(sums[kernels.SIZE])
-        totals.momentum = sums[kernels.MOMENTUM_X : kernels.MOMENTUM_X + 3].copy()
-        fastest = max(float(self._sums[:, kernels.FASTEST].max()), self._top_speed)
+        totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
+        totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
+        fastest = max(float(self._sums[:, FASTEST].max()), self._top_speed)
         self._crossing = fastest * self.grid.lattice.inverse_cell  # no node passes a cell in a step
 
     def check(self, n_steps: int, time: float) -> None:

@@ -14,7 +14,7 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
-STRAIN, HOURGLASS, RATE, SUMS = range(4)  # columns of the sums of a chunk
+STRAIN, HOURGLASS, FREQUENCY, ELEMENT_SUMS = range(4)  # columns of the sums of a chunk
 
 
 class ElementArrays(NamedTuple):
@@ -70,7 +70,7 @@ def _strain_chunk(chunk, surface, x, v, sums, fault, dt):
         if wrong != OK and first_fault == OK:
             first_fault = wrong
             at_fault = e
-    sums[chunk, STRAIN], sums[chunk, HOURGLASS], sums[chunk, RATE] = strain_energy, hourglass_energy, rate
+    sums[chunk, STRAIN], sums[chunk, HOURGLASS], sums[chunk, FREQUENCY] = strain_energy, hourglass_energy, rate
     fault[chunk, 0], fault[chunk, 1] = first_fault, at_fault
 
 

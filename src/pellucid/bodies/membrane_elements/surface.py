@@ -11,10 +11,10 @@ from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
+    ELEMENT_SUMS,
+    FREQUENCY,
     HOURGLASS,
-    RATE,
     STRAIN,
-    SUMS,
     ElementArrays,
     StrainedElements,
     strain,
@@ -72,7 +72,7 @@ class ElementSurface:
             "hourglass": np.zeros((q, 2)),
         }
         self._chunks = (m + CHUNK - 1) // CHUNK
-        self._sums, self._fault = np.zeros((self._chunks, SUMS)), np.zeros((self._chunks, 2), np.int64)
+        self._sums, self._fault = np.zeros((self._chunks, ELEMENT_SUMS)), np.zeros((self._chunks, 2), np.int64)
         self._corner_forces = np.zeros((m, 4, 3))
 
     def bind(self, number: np.ndarray, first: np.ndarray) -> None:
@@ -112,7 +112,7 @@ class ElementSurface:
         sums = ordered_sum(self._sums)
         totals.parts["hourglass"] = float(sums[HOURGLASS])
         totals.stored = float(sums[STRAIN]) + totals.parts["hourglass"]
-        return float(self._sums[:, RATE].max())
+        return float(self._sums[:, FREQUENCY].max())
 
     def fault(self) -> tuple[int, int] | None:
         """What is wrong with an element after a step: a code of `pellucid.grid.points` and the place of its first node."""
