@@ -16,9 +16,8 @@ def forgotten_afterwards() -> Iterator[None]:
     try:
         yield
     finally:
-        for registry, entries in registries:
-            registry._entries = entries
-        for before, now in ((loaded, extensions._loaded), (fields, FIELDS)):
+        kept = [(entries, registry._entries) for registry, entries in registries]
+        for before, now in (*kept, (loaded, extensions._loaded), (fields, FIELDS)):
             now.clear()
             now.update(before)
         Registry.changes += 1

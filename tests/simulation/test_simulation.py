@@ -14,7 +14,7 @@ from scenes import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.references.riemann import GasState, solve
-from pellucid.simulation.simulation import SETTLED, Simulation, kernel_key
+from pellucid.simulation.simulation import FIRST_JUDGED, Simulation, kernel_key
 
 
 class Recorder:
@@ -101,17 +101,17 @@ def lossy(**energy):
 def test_a_large_energy_error_warns_and_stops():
     sim = lossy(warn=0.05, stop=0.9999)
     with pytest.warns(UserWarning, match=r"the energy error is .* above energy.warn = 5 %"):
-        advance(sim, SETTLED)
+        advance(sim, FIRST_JUDGED)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         advance(sim, 3)  # warned once is enough
     with pytest.raises(RunStopped, match=r"above energy.stop = 10 %; use a smaller step"):
-        advance(lossy(warn=0.05, stop=0.1), SETTLED)
+        advance(lossy(warn=0.05, stop=0.1), FIRST_JUDGED)
 
 
 def test_early_steps_are_not_judged():
     sim = lossy(warn=1e-9, stop=1e-8)
-    advance(sim, SETTLED - 1)
+    advance(sim, FIRST_JUDGED - 1)
     with pytest.raises(RunStopped):
         sim.step()
 
