@@ -3,22 +3,24 @@
 All that it needs stands in this file: its model with one registration, and the body itself.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from registries import forgotten_afterwards
 from scenes import RATE_SOLID, SOLID, advance, box, simulation
 from scipy.sparse import coo_array, csc_array, identity
 from scipy.sparse.linalg import splu
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.contract import Body, NodalBody, Placement
+from pellucid.bodies.contract import Body, NodalBody, NodalSupport, Placement
 from pellucid.case import Case
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
-from pellucid.energy import CONTACT, FIRST_LOAD, INTERNAL, StepWork, Totals, no_work
+from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, StepWork, Totals, no_work
+from pellucid.findings import Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.shapes import Box
 from pellucid.grid.model import GridCase
@@ -32,7 +34,6 @@ from pellucid.simulation.simulation import Simulation
 PER_SIDE = 4
 
 
-@register
 class SpringLatticeCase(BodyModel):
     """A cube of nodes joined by springs along the axes, stepped by backward Euler."""
 
@@ -66,6 +67,9 @@ class SpringLatticeCase(BodyModel):
 
     def needs_grid(self, parts: Parts) -> bool:
         return len(parts.of(BodyModel)) > 1
+
+    def why_no_motion(self) -> Reason:
+        return Reason(f"body {self.name} cannot follow a prescribed motion", "use a support")
 
     def build(self, placement: Placement) -> Body:
         return SpringLattice(self, placement)
@@ -102,38 +106,66 @@ class SpringLattice(NodalBody):
             a, volume = self.arrays, np.full(n, spacing**3)
             self.coupling = GridCoupling(field, self.functions, a["position"], a["velocity"], a["mass"], volume)
         self._density, self._half_width, self.totals = case.material.density, 0.5 * spacing, Totals()
-        self._work = no_work(self._columns, 0)
+        self._gravity, self._loads = np.array(placement.gravity), np.zeros((placement.n_loads, n, 3))
+        self.add_supports(())
         self.renew_totals()
 
     def _force(self) -> np.ndarray:
         return -self._K @ (self.arrays["position"] - self.arrays["start"])
 
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        position = self.arrays["position"]
+        self._supports = [(support.selects(position)[:, None] & np.array(support.axes), support) for support in supports]
+        self._work = no_work(self._columns, len(supports))
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        raise ValueError("the model refuses motions")
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        raise ValueError("the model refuses motions")
+
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        raise ValueError("this body knows no loads")
+        self._loads[column - FIRST_LOAD] += force
 
     def begin(self, dt: float) -> None:
+        self._loads.fill(0.0)
         if self.coupling:
             self.coupling.sort_if_needed()
 
     def predict(self, dt: float) -> None:
-        m = self.arrays["mass"][:, None]
+        m, v = self.arrays["mass"][:, None], self.arrays["velocity"]
         matrix = csc_array(identity(len(m)) * float(m[0, 0]) + dt * dt * self._K)
-        self._before = self.arrays["velocity"].copy()
-        self.arrays["velocity"][:] = splu(matrix).solve(m * self._before + dt * self._force())
+        self._before, pulls = v.copy(), [dt * m * self._gravity, *(dt * load for load in self._loads)]
+        v[:] = splu(matrix).solve(m * v + dt * self._force() + sum(pulls))
+        self._impulses = {GRAVITY: pulls[0]} | {FIRST_LOAD + k: pull for k, pull in enumerate(pulls[1:])}
+        self._impulses[INTERNAL] = m * (v - self._before) - sum(pulls)
+        self._constrain()
         if self.coupling:
             self.coupling.scatter()  # the trial momentum itself
 
+    def _constrain(self) -> list[np.ndarray]:
+        """Give constrained nodes their velocity; the impulses that this takes."""
+        impulses = []
+        for held, support in self._supports:
+            before = self.arrays["velocity"].copy()
+            self.arrays["velocity"][:] = np.where(held, support.velocity, before)
+            impulses.append(self.arrays["mass"][:, None] * (self.arrays["velocity"] - before))
+        return impulses
+
     def correct(self, remap: bool) -> None:
-        m, trial = self.arrays["mass"][:, None], self.arrays["velocity"].copy()
-        increment = self.coupling.gather() if self.coupling else np.zeros_like(trial)
-        self.arrays["velocity"] += increment
+        m, v = self.arrays["mass"][:, None], self.arrays["velocity"]
+        increment = self.coupling.gather() if self.coupling else np.zeros_like(v)
+        v[:] = self._before + sum(self._impulses.values()) / m + increment
+        reactions = self._constrain()
         if remap and self.coupling:
             self.coupling.scatter_momentum()
-        mean = 0.5 * (self._before + self.arrays["velocity"])
-        works = np.zeros(self._columns)
-        works[INTERNAL] = np.sum(m * (trial - self._before) * mean)
-        works[CONTACT] = np.sum(m * increment * mean)
-        self._work = self._work._replace(works=works)
+        impulses = self._impulses | {CONTACT: m * increment, SUPPORT: sum(reactions, np.zeros_like(v))}
+        works, mean = np.zeros(self._columns), 0.5 * (self._before + v)
+        for column, impulse in impulses.items():
+            works[column] = np.sum(impulse * mean)
+        rows = np.array([*(reaction.sum(axis=0) for reaction in reactions), np.zeros(3)])
+        other = sum((impulses[FIRST_LOAD + k].sum(axis=0) for k in range(len(self._loads))), np.zeros(3))
+        self._work = StepWork(works, float(m.sum()), rows, other, {})
         self._sum()
 
     def update(self, dt: float) -> None:
@@ -192,6 +224,13 @@ class SpringLattice(NodalBody):
     def field(self, name: str) -> np.ndarray:
         own = {"density": np.full(self.n_points, self._density), "stress": np.zeros((self.n_points, 6))}
         return own[name] if name in own else self.arrays[name]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def registered():
+    with forgotten_afterwards():
+        register(SpringLatticeCase)
+        yield
 
 
 def lattice(**more):
@@ -283,3 +322,30 @@ def test_beside_another_it_needs_one():
     tables = [lattice(), lattice(name="other", field="other", corner=(0.0, 2.0, 2.0))]
     with pytest.raises(ValidationError, match="body lattice needs one"):
         Case.model_validate({"schema": 1, "title": "two", "time": {"end": 1.0}, "body": tables})
+
+
+def test_conditions_act_on_it():
+    """Gravity and a load on all of it, and a support on part of it: momentum and energy are accounted for."""
+    load = [{"kind": "body-force", "body": "lattice", "acceleration": (0.3, 0.0, 0.0)}]
+    floor = {"name": "floor", "where": {"box": {"lower": (0, 0, 0), "upper": (8, 2.6, 8)}}, "fix": ("x", "y", "z")}
+    sim = simulation(
+        lattice(velocity=(0, 0, 0)), counts=(8, 6, 6), gravity=(0, -2.0, 0), support=[floor], end=1.0, step=0.01, load=load
+    )
+    while sim.time < 0.3:
+        sim.step()
+    body = sim.bodies[0]
+    low = body.arrays["start"][:, 1] < 2.6
+    assert np.array_equal(body.arrays["position"][low], body.arrays["start"][low])
+    assert body.arrays["velocity"][~low].any()
+    energies = sim.energies()
+    assert energies["gravity_work"] > 0.0
+    assert energies["load_work"] > 0.0
+    assert sim.reactions()["floor"][1] > 0.0
+    assert sim.conservation()["momentum"] < 1e-12
+    assert sim.conservation()["energy"] < 0.0, "backward Euler takes some"
+
+
+def test_it_cannot_follow_a_motion():
+    motion = [{"name": "pull", "body": "lattice", "hold": ("x",)}]
+    with pytest.raises(ValidationError, match="cannot follow a prescribed motion"):
+        simulation(lattice(), counts=(8, 6, 6), motion=motion)

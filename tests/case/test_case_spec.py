@@ -2,6 +2,8 @@ import json
 
 import pytest
 from pydantic import ValidationError
+from scenes import box
+from scenes import case as small_case
 
 from pellucid import catalogue
 from pellucid.case import Case, dumps, json_schema, load, loads
@@ -84,3 +86,12 @@ def test_the_schema_is_json_and_carries_units_and_limits() -> None:
     assert cell["exclusiveMinimum"] == 0
     assert "schema" in schema["properties"]
     assert schema["additionalProperties"] is False
+
+
+@pytest.mark.parametrize("name", ["time", "kinetic_energy", "energy_error", "load_work"])
+def test_no_probe_is_called_like_another_column_of_the_history(name):
+    load = [{"kind": "body-force", "body": "block", "acceleration": (1, 0, 0)}]
+    probe = [{"name": name, "body": "block", "quantity": "pressure"}]
+    with pytest.raises(ValidationError, match=f"the history has a column {name} of its own"):
+        small_case(box((0, 0, 0), (1, 1, 1)), load=load, probe=probe)
+    small_case(box((0, 0, 0), (1, 1, 1)), probe=[probe[0] | {"name": "other_work"}])

@@ -118,16 +118,19 @@ class Body(ABC):
         """Add the forces of a pressure [Pa] along the normals of a membrane over this step; other bodies have none."""
         raise ValueError(f"body {self.name} is no membrane: it has no normal to push along")
 
-    def add_supports(self, supports: Sequence[NodalSupport]) -> None:  # noqa: B027
-        """Let supports constrain its own nodes; bodies on the grid have none: the nodes of the grid are constrained."""
+    @abstractmethod
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """Let supports constrain its own nodes."""
 
-    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:  # noqa: B027
-        """Let own nodes follow prescribed motions; the `constraint` does it for points on the grid.
+    @abstractmethod
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Let own nodes follow prescribed motions, which its model may refuse before (`why_no_motion`).
 
         numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
         """
 
-    def set_motion_velocities(self, velocity: np.ndarray) -> None:  # noqa: B027
+    @abstractmethod
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
     def selected(self, selection: Selection) -> np.ndarray:
@@ -210,6 +213,15 @@ class Body(ABC):
 
 class GridBody(Body):
     """A body whose unknowns live on the grid."""
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """The nodes of the grid are constrained."""
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """The `constraint` leads the points."""
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        """The `constraint` leads the points."""
 
     @abstractmethod
     def sort_if_needed(self) -> None:

@@ -72,6 +72,14 @@ reduction("min")(np.min)
 reduction("sum")(np.sum)
 
 
+COLUMNS = (
+    *("time", "step", "dt", "kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy", "dissipated_energy"),
+    *("gravity_work", "support_work", "motion_work", "contact_work", "absorbed_energy", "impact_heat", "artificial_heat"),
+    *("transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
+)
+"""Columns of the history that probes cannot be called."""
+
+
 class Probe(Part):
     """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at each probe instant."""
 
@@ -115,8 +123,9 @@ class Probe(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body, field, component or condition that is not there."""
-        if self.name == "time":
-            yield Finding((*path, "name"), "the first column of the history is called time", "choose another name")
+        loads = (condition.load_channel() for condition in parts.of(Condition))
+        if self.name in (*COLUMNS, *loads):
+            yield Finding((*path, "name"), f"the history has a column {self.name} of its own", "choose another name")
         if self.body is None:
             yield from self._reaction_problems(path, parts)
             choices = COMPONENT_NAMES[3]
