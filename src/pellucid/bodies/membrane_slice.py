@@ -12,12 +12,14 @@ FLAT = 1e-6  # of the largest extent
 LEANING = 1e-3  # of a length, by which a band may be off its axis; files have single precision
 
 
-def slice_factor(vertices: np.ndarray, grid: GridCase) -> float:
+def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
     """What mass and forces of a membrane with these vertices [m], shape (n, 3), are multiplied by to be those of the slice.
 
     For each thin axis the thickness of the slice over the extent of the surface. Along an axis where the surface has none lies
     the membrane's own thickness, which is all there.
     """
+    if grid is None:
+        return 1.0
     deep = _bands(vertices, grid)
     return float(np.prod(grid.slice_thickness() / np.ptp(vertices, axis=0)[deep]))
 

@@ -44,15 +44,19 @@ class MembraneElementsCase(MembraneCase):
         """Its nodes move by themselves where no other body shares their velocity field."""
         return alone
 
+    def needs_grid(self, parts: Parts) -> bool:
+        """Not alone: then nothing can touch it."""
+        return len(parts.names(BodyModel)) > 1
+
     def build(self, placement: "Placement") -> "Body":
         """Elements on their own nodes, or on those of a velocity field that others share."""
         from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
         from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 
-        grid_case, field = placement.on_grid()
-        if field.moves_points:
-            return ElementsOnGrid(self, grid_case, field, placement.velocity_transfer)
-        return MembraneElements(self, grid_case, field, placement.gravity, placement.n_loads)
+        if placement.velocity_field is not None and placement.velocity_field.moves_points:
+            return ElementsOnGrid(self, *placement.on_grid(), placement.velocity_transfer)
+        where = placement.grid_case, placement.velocity_field
+        return MembraneElements(self, *where, placement.gravity, placement.n_loads)
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""

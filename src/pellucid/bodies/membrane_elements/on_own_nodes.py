@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 class MembraneElements(NodalBody):
     """Elements that have a velocity field to themselves: their nodes move by their own forces; the grid serves contact.
 
-    A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
+    Without a grid nothing can touch them. A step: `begin`, the conditions, `predict`, `correct` when contact is resolved,
+    `update`. Nodes keep the order of the mesh.
     gravity: acceleration [m/s²]; n_loads: channels of external forces.
     """
 
@@ -46,18 +47,20 @@ class MembraneElements(NodalBody):
     def __init__(
         self,
         case: "MembraneElementsCase",
-        grid_case: GridCase,
-        velocity_field: VelocityField,
+        grid_case: GridCase | None,
+        velocity_field: VelocityField | None,
         gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
         n_loads: int = 0,
     ) -> None:
-        self.name, self.velocity_field, self.grid = case.name, velocity_field, velocity_field.grid
+        self.name, self.velocity_field = case.name, velocity_field
+        self.grid = velocity_field.grid if velocity_field else None
+        self._thin = grid_case.thin() if grid_case else (False, False, False)
         self.surface = surface = ElementSurface(case, grid_case)
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)
         velocity = case.initial_velocity(surface.vertices)
-        velocity[:, np.array(self.grid.thin)] = 0.0
+        velocity[:, np.array(self._thin)] = 0.0
         self.arrays = {
             "id": np.arange(n),
             "position": surface.vertices,
@@ -66,8 +69,11 @@ class MembraneElements(NodalBody):
             "prescribed": np.zeros((n, 3), np.int64),
         }
         # nodes have no extent: GIMP takes half a cell
-        self.functions = grid_functions(grid_case.functions, (2, 2, 2), self.grid.thin)
-        self.coupling = GridCoupling(velocity_field, self.functions, surface.vertices, velocity, surface.node_mass)
+        self.coupling: GridCoupling | None = None
+        if grid_case is not None and velocity_field is not None:
+            self.functions = grid_functions(grid_case.functions, (2, 2, 2), self._thin)
+            self.coupling = GridCoupling(velocity_field, self.functions, surface.vertices, velocity, surface.node_mass)
+        self._increment = self.coupling.increment if self.coupling else np.zeros((n, 3))
         self._chunks = (n + CHUNK - 1) // CHUNK
         self._gravity, self._columns = gravity, FIRST_LOAD + n_loads
         self._internal, self._loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
@@ -115,14 +121,17 @@ class MembraneElements(NodalBody):
                 walls[support.wall] = row
         for number, axes in enumerate(self._axes, start=1):
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
-        prescribed[(prescribed == 0) & np.array(self.grid.thin)] = n_rows
+        prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
         self._rows = np.zeros((n_rows, 3))
         self._rows[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
         self._work = np.zeros((self._chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
-        lattice = self.grid.lattice
-        faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in zip(lattice.lower, lattice.counts, strict=True)])
+        faces = np.tile((-np.inf, np.inf), (3, 1))
+        if self.grid:
+            lattice = self.grid.lattice
+            ends = zip(lattice.lower, lattice.counts, strict=True)
+            faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in ends])
         a = self.arrays
-        acting = (self._internal, self._loads, self._gravity, self.coupling.increment, prescribed, self._rows)
+        acting = (self._internal, self._loads, self._gravity, self._increment, prescribed, self._rows)
         self._forces = Bundle(NodeForces(a["position"], a["velocity"], a["mass"], *acting, faces, walls, self._work))
 
     # the step
@@ -130,7 +139,8 @@ class MembraneElements(NodalBody):
     def begin(self, dt: float) -> None:
         """Forget the external forces of the last step; renew the index where a node left its slab."""
         self._dt = dt
-        self.coupling.sort_if_needed()
+        if self.coupling:
+            self.coupling.sort_if_needed()
         self._loads.fill(0.0)
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
@@ -142,9 +152,11 @@ class MembraneElements(NodalBody):
         self.surface.add_pressure_forces(self.arrays["position"], pressure, self._loads[column - FIRST_LOAD])
 
     def predict(self, dt: float) -> None:
-        """Forces of the elements; mass, momentum and all forces to the nodes of the grid."""
+        """Forces of the elements; mass, momentum and all forces to the nodes of the grid, where there is one."""
         self._internal.fill(0.0)
         self.surface.add_internal_forces(self.arrays["position"], self._internal)
+        if self.coupling is None:
+            return
         force = self._internal + self._loads.sum(axis=0) if len(self._loads) else self._internal
         if any(self._gravity):
             force = force + self.arrays["mass"][:, None] * np.array(self._gravity)
@@ -152,11 +164,11 @@ class MembraneElements(NodalBody):
 
     def correct(self, remap: bool) -> None:
         """New velocities of the nodes; where `remap`, their momentum mapped to the grid again, and the damping within cells."""
-        pressed = bool(self.coupling.gather().any())
+        pressed = self.coupling is not None and bool(self.coupling.gather().any())
         kernels.advance_velocities(self._chunks, self._forces, self._dt)
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
-        if remap:
+        if remap and self.coupling:
             self.coupling.scatter_momentum()
             if pressed:
                 kernels.subtract_velocities(self._chunks, self._forces, self.coupling.subcell_loss(), self._dt)
@@ -166,7 +178,7 @@ class MembraneElements(NodalBody):
         """New positions; strains, stresses and energies of the elements, and the bound on the step."""
         position, velocity = self.arrays["position"], self.arrays["velocity"]
         kernels.advance_positions(self._chunks, position, velocity, dt, self._fault)
-        self._left_grid = self.coupling.check_positions()
+        self._left_grid = self.coupling.check_positions() if self.coupling else None
         rate = self.surface.strain(position, velocity, dt, self.totals)
         self.totals.rate = max(rate, self._crossing)
 
@@ -182,8 +194,9 @@ class MembraneElements(NodalBody):
         totals = self.totals
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
-        fastest = max(float(self._sums[:, FASTEST].max()), self._top_speed)
-        self._crossing = fastest * self.grid.lattice.inverse_cell  # no node passes a cell in a step
+        if self.grid:  # no node passes a cell in a step
+            fastest = max(float(self._sums[:, FASTEST].max()), self._top_speed)
+            self._crossing = fastest * self.grid.lattice.inverse_cell
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node, where a fault was found in this step."""
@@ -216,19 +229,24 @@ class MembraneElements(NodalBody):
     # contact
 
     @property
-    def on_grid(self) -> ContactBody:
-        """Itself: its nodes have an index by cell."""
-        return self
+    def on_grid(self) -> ContactBody | None:
+        """Itself, where there is a grid: its nodes then have an index by cell."""
+        return self if self.coupling else None
+
+    def _coupled(self) -> GridCoupling:
+        if self.coupling is None:
+            raise ValueError(f"body {self.name} was given no grid")
+        return self.coupling
 
     @property
     def mapped(self) -> Bundle:
         """The nodes as the kernels of `pellucid.grid.transfer` take them."""
-        return self.coupling.mapped
+        return self._coupled().mapped
 
     @property
     def n_slabs(self) -> int:
         """Number of slabs into which the index of the nodes is divided."""
-        return self.coupling.n_slabs
+        return self._coupled().n_slabs
 
     def cells(self) -> Cells:
         """Its elements."""
@@ -244,6 +262,8 @@ class MembraneElements(NodalBody):
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
+        if self.grid is None:
+            return None
         return overlong(self.name, self.surface.mesh.corners, self.arrays["position"], self.grid, nodes)
 
     # checkpoint and results
@@ -251,7 +271,8 @@ class MembraneElements(NodalBody):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the nodes and elements, and the index of the nodes by cell."""
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
-        index = {f"index/{name}": array for name, array in self.coupling.state_arrays().items()}
+        by_cell = self.coupling.state_arrays() if self.coupling else {}
+        index = {f"index/{name}": array for name, array in by_cell.items()}
         return {**self.arrays, **elements, **index}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -260,7 +281,8 @@ class MembraneElements(NodalBody):
             array[...] = arrays[name]
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
-        self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
+        if self.coupling:
+            self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
 
     @property
     def field_names(self) -> list[str]:

@@ -41,7 +41,7 @@ class ElementSurface:
     in which the body stores them.
     """
 
-    def __init__(self, case: "MembraneElementsCase", grid_case: GridCase) -> None:
+    def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
         self.law = case.material.law()
         self.thickness = case.thickness
         self.areal_density = case.material.density * case.thickness
