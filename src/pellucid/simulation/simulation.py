@@ -235,6 +235,8 @@ class Simulation:
     @property
     def grid(self) -> Grid:
         """The grid of the first velocity field, which in most cases is the only one."""
+        if not self.velocity_fields:
+            raise ValueError("this case has no grid")
         return self.velocity_fields[0].grid
 
     @property
