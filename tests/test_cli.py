@@ -12,6 +12,14 @@ COMMANDS = ("list", "show", "validate", "run", "resume", "verify", "converge", "
 HEAVY = ("numba", "h5py", "scipy", "matplotlib", "pint")
 
 
+def processor_time(source: str) -> float:
+    """Seconds that a process of its own takes to run this."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", source], check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["validate", "gan2011/shock-tube"], ["list"]])
 def test_light_commands_answer_fast_and_import_nothing_heavy(arguments: list[str]) -> None:
     source = (
@@ -19,11 +27,9 @@ def test_light_commands_answer_fast_and_import_nothing_heavy(arguments: list[str
         f"try: app({arguments!r})\nexcept SystemExit as end: status = end.code\n"
         f"sys.exit(status or int(any(name in sys.modules for name in {HEAVY!r})))"
     )
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-c", source], check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    # processor time: the wall clock also counts what else the machine does
-    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 0.7
+    # processor time, since the wall clock also counts what else the machine does; beside that of a start with the libraries
+    # that every command needs, since machines differ
+    assert processor_time(source) < 3.0 * processor_time("import numpy, pydantic, tomlkit, typer.testing")
 
 
 def test_the_package_itself_imports_nothing_heavy() -> None:
