@@ -37,3 +37,19 @@ def drive(grid, body, gradient, dt, steps):
         body.sort_if_needed()
         body.update_stress(dt, move=True)
         body.check(0, 0.0)
+
+
+def neo_hookean_stretch(stretches):
+    """Principal stresses in the plane [Pa] and the thickness stretch of the three-dimensional neo-Hookean law.
+
+    The thickness stretch is that which leaves no stress across, found by bisection.
+    """
+    mu = E / (2.0 * (1.0 + NU))
+    lam = 2.0 * mu * NU / (1.0 - 2.0 * NU)
+    low, high = 0.1, 2.0
+    for _ in range(200):
+        third = 0.5 * (low + high)
+        across = mu * (third**2 - 1.0) + lam * np.log(stretches[0] * stretches[1] * third)
+        low, high = (third, high) if across < 0.0 else (low, third)
+    J = stretches[0] * stretches[1] * third
+    return [(mu * (s**2 - 1.0) + lam * np.log(J)) / J for s in stretches], third

@@ -61,19 +61,6 @@ class Grid:
         constrained = np.zeros((n, 3), np.int16)
         self.nodes = Nodes(np.zeros(n), momentum, force, velocity, velocity_increment, strain_velocity, constrained)
 
-    def clear_inertia(self) -> None:
-        """Forget mass and momentum."""
-        self.nodes.mass.fill(0.0)
-        self.nodes.momentum.fill(0.0)
-
-    def clear_momentum(self) -> None:
-        """Forget momentum alone, before it is mapped again."""
-        self.nodes.momentum.fill(0.0)
-
-    def clear_force(self) -> None:
-        """Forget internal forces."""
-        self.nodes.force.fill(0.0)
-
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
 

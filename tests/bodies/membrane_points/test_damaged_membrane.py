@@ -161,8 +161,9 @@ def test_a_surface_about_a_tear_has_triangles_that_turned_over(table):
             body.check(0, 0.0)
 
 
-def test_a_damaged_sheet_that_folds_in_one_step_stops_the_run():
-    grid, body = body_of(damaged())
+@pytest.mark.parametrize("table", [sheet(), damaged()], ids=["sheet", "damaged"])
+def test_a_sheet_that_folds_in_one_step_stops_the_run(table):
+    grid, body = body_of(table)
     index, position = grid.where()
     grid.nodes.velocity[index] = -2.0 * position[:, [0]] * (1.0, 0.0, 0.0)
     body.update_stress(1.0, move=True)  # x -> -x: every normal turns over

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from membranes import NU, THICKNESS, E, body_of, drive, sheet
+from membranes import NU, THICKNESS, E, body_of, drive, neo_hookean_stretch, sheet
 from scenes import advance, simulation
-
-from pellucid.errors import RunStopped
 
 LAWS = ("linear-membrane", "neo-hookean-membrane")
 every_law = pytest.mark.parametrize("law", LAWS)
@@ -59,16 +57,7 @@ def test_stretches_of_a_neo_hookean_membrane(stretches):
     steps, dt = 100, 0.01
     rates = [(s ** (1.0 / steps) - 1.0) / dt for s in stretches]
     drive(grid, body, np.diag([*rates, 0.0]), dt, steps)
-    mu = E / (2.0 * (1.0 + NU))
-    lam = 2.0 * mu * NU / (1.0 - 2.0 * NU)
-    low, high = 0.1, 2.0
-    for _ in range(200):
-        third = 0.5 * (low + high)
-        across = mu * (third**2 - 1.0) + lam * np.log(stretches[0] * stretches[1] * third)
-        low, high = (third, high) if across < 0.0 else (low, third)
-    J = stretches[0] * stretches[1] * third
-    for component, s in zip((0, 1), stretches, strict=True):
-        expected = (mu * (s**2 - 1.0) + lam * np.log(J)) / J
+    for component, expected in enumerate(neo_hookean_stretch(stretches)[0]):
         assert body.frame()["stress"][:, component] == pytest.approx(expected, rel=1e-9, abs=1e-6 * E)
 
 
@@ -99,7 +88,7 @@ def test_uniform_tension_leaves_inner_nodes_at_rest(law):
     """The patch test: a sheet in its grid plane under uniform stress; only nodes about its edges feel a force."""
     grid, body = body_of(sheet(law, points=(41, 41)))
     drive(grid, body, np.diag([0.01, 0.01, 0.0]), 0.01, 100)
-    grid.clear_force()
+    body.velocity_field.clear()
     body.particle_to_grid(inertia=False, force=True)
     index, position = grid.where()
     force = np.linalg.norm(grid.nodes.force[index], axis=1)
@@ -154,12 +143,3 @@ def test_a_string_of_membrane_vibrates_as_the_book_says():
         previous = now
     # sixteen cells along half a wave: (π/16)²/24 of dispersion and as much of sampling
     assert crossing == pytest.approx(0.5 * period, rel=0.01)
-
-
-def test_a_sheet_that_folds_in_one_step_stops_the_run():
-    grid, body = body_of(sheet())
-    index, position = grid.where()
-    grid.nodes.velocity[index] = -2.0 * position[:, [0]] * (1.0, 0.0, 0.0)
-    body.update_stress(1.0, move=True)  # x -> -x: every normal turns over
-    with pytest.raises(RunStopped, match="folded onto itself"):
-        body.check(1, 0.0)

@@ -187,17 +187,24 @@ def test_a_membrane_keeps_its_triangles_when_its_file_grows_or_is_cut(membrane):
     assert all(same(frames.read(membrane, k), frame(k)) for k in range(4))
 
 
+def opened_in_vtk(path):
+    """VTK's own reader of the file."""
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    return reader
+
+
 @pytest.mark.parametrize("count", [1, 3])
 def test_vtk_reads_a_membrane_as_a_surface(membrane, count):
     pytest.importorskip("vtk")
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkIOHDF import vtkHDFReader
 
     for k in range(1, count):
         frames.append(membrane, 0.5 * k, frame(k))
-    reader = vtkHDFReader()
-    reader.SetFileName(str(membrane))
-    reader.UpdateInformation()
+    reader = opened_in_vtk(membrane)
     assert reader.GetNumberOfSteps() == count
     for k in range(count):
         reader.SetStep(k)
@@ -246,14 +253,11 @@ def test_cells_come_back_and_stay_when_the_file_grows(body):
 def test_vtk_reads_every_kind_of_cell(body):
     pytest.importorskip("vtk")
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkIOHDF import vtkHDFReader
 
     path, cells = body
     for k in (1, 2):
         frames.append(path, 0.5 * k, frame(k))
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
+    reader = opened_in_vtk(path)
     assert reader.GetNumberOfSteps() == 3
     reader.SetStep(2)
     reader.Update()
@@ -274,15 +278,12 @@ def test_vtk_reads_every_kind_of_cell(body):
 def test_vtk_reads_it(tmp_path, count):
     pytest.importorskip("vtk")
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkIOHDF import vtkHDFReader
 
     path = tmp_path / "gas.vtkhdf"
     frames.create(path, 7, 0.0, frame(0))
     for k in range(1, count):
         frames.append(path, 0.5 * k, frame(k))
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
+    reader = opened_in_vtk(path)
     assert reader.GetNumberOfSteps() == count
     for k in range(count):
         reader.SetStep(k)
