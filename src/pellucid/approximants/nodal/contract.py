@@ -1,0 +1,68 @@
+"""The interface of nodal approximants: shape functions of a body with its own nodes, over the simplices of a background mesh.
+
+Which nodes are active is a matter of the cell: all points of a cell share one list of nodes.
+"""
+
+from abc import abstractmethod
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.rings import Lists
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import generic
+from pellucid.model import Model
+from pellucid.registry import Family, OneOf
+
+NO_FACES = np.zeros(0, np.int64)
+
+
+class Scratch(NamedTuple):
+    """Memory of one thread for the nodes of a cell."""
+
+    offset: np.ndarray  # (n, 3)
+    log_prior: np.ndarray  # (n,)
+    slope: np.ndarray  # (n, 3)
+    moments: np.ndarray  # (4, 10, 10)
+    faces: np.ndarray  # (160,), columns of 32 faces
+
+
+class Evaluator(NamedTuple):
+    """An approximant for a mesh: the nodes of each cell, and the parameters of its functions, a NamedTuple of its own."""
+
+    active: Lists
+    functions: Any
+
+
+class NodalApproximant(Model):
+    """A nodal approximant as the user describes it. A new one is a subclass with a `kind` of its own."""
+
+    kind: str
+
+    @abstractmethod
+    def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
+        """Its functions for a mesh; constrained: numbers of the boundary faces on which conditions prescribe the field."""
+
+    @property
+    def interpolates(self) -> bool:
+        """Whether on a face of a convex body the functions of the nodes off the face vanish (weak Kronecker delta)."""
+        return True
+
+
+NODAL_APPROXIMANTS = Family("approximant", NodalApproximant)
+AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]
+
+
+@generic
+def shape_functions(functions: Any, cell: int, x: Any, active: Any, scratch: Any, values: Any, gradients: Any) -> Any:
+    """Fill values (n,) and gradients (3, n) of the active nodes (n,) at a place x of a cell; a code of `FAILURES`, 0 if none.
+
+    Gradients with no columns are left out.
+    """
+
+
+FAILURES = {
+    1: "the weights of maximum entropy were not found in 100 iterations: it lies outside the convex hull of its nodes",
+    2: "no node has a weight there",
+    3: "the moment matrix has no inverse: too few neighbours, or all of them on one plane",
+}

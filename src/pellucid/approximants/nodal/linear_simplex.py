@@ -1,0 +1,46 @@
+"""Linear functions on simplices: the finite elements that the other approximants are compared with."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.rings import nodes_of_cells
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import point_function
+
+
+class LinearSimplex(NamedTuple):
+    """The gradients of the functions of each cell's corners in ascending order [1/m], shape (c, d + 1, 3), and its middle."""
+
+    gradient: np.ndarray
+    middle: np.ndarray  # (c, 3) [m]
+
+
+class LinearSimplexModel(NodalApproximant):
+    """Linear triangles or tetrahedra."""
+
+    kind: Literal["linear-simplex"] = "linear-simplex"
+
+    def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
+        """Functions of the corners; constrained faces change nothing."""
+        active, d = nodes_of_cells(mesh, 1), mesh.dimension
+        corners = mesh.nodes[active.items.reshape(-1, d + 1)]
+        inverse = np.linalg.inv(corners[:, 1:, :d] - corners[:, :1, :d])
+        gradient = np.zeros((len(corners), d + 1, 3))
+        gradient[:, 1:, :d] = np.swapaxes(inverse, 1, 2)
+        gradient[:, 0] = -gradient[:, 1:].sum(axis=1)
+        return Evaluator(active, LinearSimplex(gradient, corners.mean(axis=1)))
+
+
+@point_function(shape_functions, LinearSimplex)
+def _shape_functions(functions, cell, x, active, scratch, values, gradients):
+    n = len(active)
+    for a in range(n):
+        values[a] = 1.0 / n
+        for j in range(3):
+            slope = functions.gradient[cell, a, j]
+            values[a] += slope * (x[j] - functions.middle[cell, j])
+            if gradients.shape[1] > 0:
+                gradients[j, a] = slope
+    return 0

@@ -1,0 +1,57 @@
+"""Local maximum-entropy approximants: Gaussian priors.
+
+Source: Arroyo & Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167.
+"""
+
+from math import log, sqrt
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.maximum_entropy import OK, entropy_gradients, entropy_weights, offsets, to_lengths
+from pellucid.approximants.nodal.rings import nodes_in_reach
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import point_function
+from pellucid.model import parameter
+
+NEGLIGIBLE = 1e-8  # of the prior at its node, where the support is cut off
+
+
+class LocalMaximumEntropy(NamedTuple):
+    """Nodes and the widths of their priors."""
+
+    flat: bool
+    position: np.ndarray  # (n, 3) [m]
+    width: np.ndarray  # (n,) of the Gaussian, h/sqrt(γ) [m]
+
+
+class LocalMaximumEntropyModel(NodalApproximant):
+    """Local maximum entropy: priors exp(-γ|x - x_a|²/h²), where h is the mean length of the edges at the node."""
+
+    kind: Literal["local-maximum-entropy"] = "local-maximum-entropy"
+    locality: float = parameter("", "γ: how local the functions are", 2.4, ge=0.5, le=10)
+
+    def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
+        """Functions whose supports end where the prior is negligible; constrained faces change nothing."""
+        width = mesh.spacing / sqrt(self.locality)
+        active = nodes_in_reach(mesh, width * sqrt(-log(NEGLIGIBLE)))
+        return Evaluator(active, LocalMaximumEntropy(mesh.dimension == 2, mesh.nodes, width))
+
+
+@point_function(shape_functions, LocalMaximumEntropy)
+def _shape_functions(functions, cell, x, active, scratch, values, gradients):
+    n = len(active)
+    length = offsets(functions.position, x, active, scratch.offset)
+    for i in range(n):
+        ratio = length / functions.width[active[i]]
+        square = 0.0
+        for d in range(3):
+            square += scratch.offset[i, d] * scratch.offset[i, d]
+            scratch.slope[i, d] = -2.0 * ratio * ratio * scratch.offset[i, d]
+        scratch.log_prior[i] = -ratio * ratio * square
+    failure = entropy_weights(n, functions.flat, scratch.offset, scratch.log_prior, values)
+    if failure == OK and gradients.shape[1] > 0:
+        entropy_gradients(n, functions.flat, scratch.offset, scratch.slope, values, gradients)
+        to_lengths(gradients, length)
+    return failure

@@ -1,0 +1,147 @@
+"""The principle of maximum entropy with priors: shape functions from weights.
+
+p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the least of the convex function ln Z
+(Arroyo & Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167; Mountris et al. 2019, eqs. 5 to 9).
+"""
+
+from math import exp, inf, log, sqrt
+
+from pellucid.jit import kernel
+
+MOST_ITERATIONS = 100
+CLOSE = 1e-13  # of Σ p_a (x - x_a), in the lengths by which the offsets are divided; one more step squares it off the faces
+FLAT = 1e-15  # of tr J, added to its diagonal: on a face of the convex hull J has no inverse
+EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
+SHORTEST = 1e-10  # of a step of the line search
+
+OK, NOT_CONVERGED, NO_PRIOR = range(3)
+
+
+@kernel(inner=True)
+def _weigh(n, offset, log_prior, l0, l1, l2, p):
+    """p_a for a multiplier λ = (l0, l1, l2), and ln Z."""
+    highest = -inf
+    for a in range(n):
+        p[a] = log_prior[a] + l0 * offset[a, 0] + l1 * offset[a, 1] + l2 * offset[a, 2]
+        highest = max(highest, p[a])
+    Z = 0.0
+    for a in range(n):
+        p[a] = exp(p[a] - highest)
+        Z += p[a]
+    for a in range(n):
+        p[a] /= Z
+    return log(Z) + highest
+
+
+@kernel(inner=True)
+def _moments(n, offset, p, flat):
+    """r = Σ p_a (x - x_a), and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
+    r0 = r1 = r2 = 0.0
+    xx = yy = zz = yz = xz = xy = 0.0
+    for a in range(n):
+        x, y, z = offset[a, 0], offset[a, 1], offset[a, 2]
+        r0 += p[a] * x
+        r1 += p[a] * y
+        r2 += p[a] * z
+        xx += p[a] * x * x
+        yy += p[a] * y * y
+        zz += p[a] * z * z
+        yz += p[a] * y * z
+        xz += p[a] * x * z
+        xy += p[a] * x * y
+    xx, yy, zz = xx - r0 * r0, yy - r1 * r1, zz - r2 * r2
+    yz, xz, xy = yz - r1 * r2, xz - r0 * r2, xy - r0 * r1
+    small = FLAT * (xx + yy + zz)
+    xx, yy, zz = xx + small, yy + small, zz + small
+    if flat:  # in the plane the third direction is left out
+        zz, yz, xz = 1.0, 0.0, 0.0
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    over = xx * a + xy * b + xz * c
+    over = 1.0 / over if over != 0.0 else 0.0
+    inverse = (a * over, (xx * zz - xz * xz) * over, (xx * yy - xy * xy) * over)
+    return (r0, r1, r2), inverse, ((xy * xz - xx * yz) * over, c * over, b * over)
+
+
+@kernel(inner=True)
+def entropy_weights(n, flat, offset, log_prior, p):
+    """Fill p (n,) with the shape functions of n nodes, from offsets x - x_a, shape (n, 3), in lengths of the node spacing.
+
+    flat: whether the nodes lie in a plane z = const. Returns a code: OK or what failed.
+    """
+    highest = -inf
+    for a in range(n):
+        highest = max(highest, log_prior[a])
+    if highest == -inf:
+        return NO_PRIOR
+    l0 = l1 = l2 = 0.0
+    least = _weigh(n, offset, log_prior, l0, l1, l2, p)
+    for _ in range(MOST_ITERATIONS):
+        (r0, r1, r2), (xx, yy, zz), (yz, xz, xy) = _moments(n, offset, p, flat)
+        last = sqrt(r0 * r0 + r1 * r1 + r2 * r2) < CLOSE
+        d0 = -(xx * r0 + xy * r1 + xz * r2)
+        d1 = -(xy * r0 + yy * r1 + yz * r2)
+        d2 = -(xz * r0 + yz * r1 + zz * r2)
+        slope = r0 * d0 + r1 * d1 + r2 * d2
+        if slope >= 0.0:  # J lost its rank to round-off: go down the gradient
+            d0, d1, d2, slope = -r0, -r1, -r2, -(r0 * r0 + r1 * r1 + r2 * r2)
+        t = 1.0
+        found = _weigh(n, offset, log_prior, l0 + d0, l1 + d1, l2 + d2, p)
+        while found > least + 1e-4 * t * slope and -slope > EXACT and t > SHORTEST:
+            t *= 0.5
+            found = _weigh(n, offset, log_prior, l0 + t * d0, l1 + t * d1, l2 + t * d2, p)
+        l0, l1, l2, least = l0 + t * d0, l1 + t * d1, l2 + t * d2, found
+        if last:
+            return OK
+    return NOT_CONVERGED
+
+
+@kernel(inner=True)
+def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
+    """Fill gradient (3, n) with ∇p_a, from the gradients ∇ln w_a of the priors, shape (n, 3), which it overwrites.
+
+    With g_a = ∇ln w_a and M = I + Σ p_a (x - x_a) ⊗ g_a, ∇λ = -J⁻¹ M, it is p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)); in the
+    lengths of the offsets.
+    """
+    _, (xx, yy, zz), (yz, xz, xy) = _moments(n, offset, p, flat)
+    for j in range(3):
+        mean = m0 = m1 = m2 = 0.0
+        for a in range(n):
+            if p[a] > 0.0:
+                g = p[a] * prior_gradient[a, j]
+                mean += g
+                m0 += offset[a, 0] * g
+                m1 += offset[a, 1] * g
+                m2 += offset[a, 2] * g
+        m0, m1, m2 = m0 + (j == 0), m1 + (j == 1), m2 + (j == 2)
+        d0 = -(xx * m0 + xy * m1 + xz * m2)
+        d1 = -(xy * m0 + yy * m1 + yz * m2)
+        d2 = -(xz * m0 + yz * m1 + zz * m2)
+        for a in range(n):
+            turn = d0 * offset[a, 0] + d1 * offset[a, 1] + d2 * offset[a, 2]
+            gradient[j, a] = p[a] * (prior_gradient[a, j] - mean + turn) if p[a] > 0.0 else 0.0
+
+
+@kernel(inner=True)
+def offsets(position, x, active, offset):
+    """Fill offset (n, 3) with x - x_a in units of the largest; this length."""
+    farthest = 0.0
+    for i in range(len(active)):
+        a = active[i]
+        square = 0.0
+        for d in range(3):
+            offset[i, d] = x[d] - position[a, d]
+            square += offset[i, d] * offset[i, d]
+        farthest = max(farthest, square)
+    length = sqrt(farthest)
+    for i in range(len(active)):
+        for d in range(3):
+            offset[i, d] /= length
+    return length
+
+
+@kernel(inner=True)
+def to_lengths(gradients, length):
+    """Turn gradients by offsets into gradients by x [1/m]."""
+    for j in range(3):
+        for a in range(gradients.shape[1]):
+            gradients[j, a] /= length

@@ -1,0 +1,100 @@
+"""Rings of cells about nodes, and their boundaries: the supports of cell-based approximants.
+
+The first ring of a node are the cells that contain it, the k-th those that contain any node of the one before (Millán,
+Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from pellucid.geometry.simplex_mesh import SimplexMesh
+
+BLOCK = 4096  # nodes whose rings are in memory at a time
+
+
+class Lists(NamedTuple):
+    """A list of numbers for each of n things: those of thing i are `items[first[i]:first[i + 1]]`."""
+
+    first: np.ndarray
+    items: np.ndarray
+
+
+def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
+    """Nonzero where a cell is in the k-th ring of one of these nodes, shape (nodes, c)."""
+    cells = mesh.incidence[nodes]
+    for _ in range(k - 1):
+        cells = (cells @ mesh.incidence.T) @ mesh.incidence
+        cells.data[:] = 1
+    return cells
+
+
+def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.ndarray:
+    """The largest distance from each node to a vertex of its ring [m], shape (nodes,)."""
+    vertices = sparse.csr_array(cells @ mesh.incidence.T)
+    row = np.repeat(np.arange(vertices.shape[0]), np.diff(vertices.indptr))
+    distance = np.linalg.norm(mesh.nodes[nodes][row] - mesh.nodes[vertices.indices], axis=1)
+    size = np.zeros(vertices.shape[0])
+    np.maximum.at(size, row, distance)
+    return size
+
+
+def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
+    """For each cell, in ascending order, the nodes whose k-th ring has it: those that are active there."""
+    nodes = mesh.incidence.T
+    for _ in range(k - 1):
+        nodes = nodes @ mesh.neighbours
+    nodes = sparse.csr_array(nodes)
+    nodes.sort_indices()
+    return Lists(nodes.indptr.astype(np.int64), nodes.indices.astype(np.int64))
+
+
+def ring_boundaries(mesh: SimplexMesh, k: int, extra: np.ndarray) -> tuple[Lists, np.ndarray]:
+    """For each node the faces that bound its k-th ring, but for those on the boundary of the mesh, and the size of the ring.
+
+    extra: numbers of boundary faces of the mesh that bound the rings too where they do not have the node.
+    """
+    faces, owners = mesh.faces
+    inner = np.flatnonzero(owners[:, 1] >= 0)
+    sides = _incidence(owners[inner].T.ravel(), np.tile(inner, 2), (len(mesh.cells), len(faces)))
+    closed = _incidence(owners[extra, 0], extra, sides.shape)
+    first, items, sizes = [np.zeros(1, np.int64)], [], []
+    for start in range(0, len(mesh.nodes), BLOCK):
+        nodes = slice(start, start + BLOCK)
+        cells = ring(mesh, k, nodes)
+        sizes.append(ring_size(mesh, cells, nodes))
+        counts = sparse.csr_array(cells @ sides)
+        counts.data = (counts.data == 1).astype(np.int32)  # a face with both cells in the ring lies within it
+        counts = counts + _without_own(sparse.csr_array(cells @ closed), faces, start)
+        counts.eliminate_zeros()
+        counts.sort_indices()
+        first.append(first[-1][-1] + counts.indptr[1:].astype(np.int64))
+        items.append(counts.indices.astype(np.int64))
+    return Lists(np.concatenate(first), np.concatenate(items)), np.concatenate(sizes)
+
+
+def _without_own(closed: sparse.csr_array, faces: np.ndarray, start: int) -> sparse.csr_array:
+    """The same matrix, with zeros where a face has the node of the row."""
+    row = start + np.repeat(np.arange(closed.shape[0]), np.diff(closed.indptr))
+    closed.data = np.where((faces[closed.indices] == row[:, None]).any(axis=1), 0, 1).astype(np.int32)
+    return closed
+
+
+def _incidence(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
+    return sparse.csr_array((np.ones(len(rows), np.int32), (rows, columns)), shape=shape)
+
+
+def nodes_in_reach(mesh: SimplexMesh, reach: np.ndarray) -> Lists:
+    """For each cell, in ascending order, the nodes within whose reach [m], shape (n,), a part of the cell may lie."""
+    middle = mesh.nodes[mesh.cells].mean(axis=1)
+    radius = np.linalg.norm(mesh.nodes[mesh.cells] - middle[:, None], axis=2).max(axis=1)
+    tree = cKDTree(mesh.nodes)
+    near = tree.query_ball_point(middle, radius + reach.max(), return_sorted=True)
+    count = np.array([len(found) for found in near])
+    items = np.concatenate([np.asarray(found, np.int64) for found in near])
+    cell = np.repeat(np.arange(len(mesh.cells)), count)
+    kept = np.linalg.norm(mesh.nodes[items] - middle[cell], axis=1) <= radius[cell] + reach[items]
+    first = np.concatenate([[0], np.cumsum(np.bincount(cell[kept], minlength=len(mesh.cells)))])
+    return Lists(first.astype(np.int64), items[kept])

@@ -1,0 +1,90 @@
+"""Shape functions at points of the cells, in rows: what bodies keep, and what tests and residuals ask for."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import FAILURES, Evaluator, Scratch, shape_functions
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
+
+CHUNK = 256  # points that one thread takes at a time
+
+
+class Points(NamedTuple):
+    """Points and their rows, as kernels take them."""
+
+    functions: object
+    first: np.ndarray  # of each cell's active nodes
+    active: np.ndarray
+    position: np.ndarray  # (m, 3) [m]
+    cell: np.ndarray  # (m,)
+    row: np.ndarray  # (m + 1,)
+    values: np.ndarray
+    gradients: np.ndarray
+    failure: np.ndarray  # (m,)
+    longest: int  # row
+
+
+class Rows(NamedTuple):
+    """Shape functions at m points: those of point k at row[k]:row[k + 1] of `values`, its gradients [1/m] at three times that
+    place in `gradients`, all x-components first; the nodes are those of its cell."""
+
+    row: np.ndarray
+    nodes: np.ndarray
+    values: np.ndarray
+    gradients: np.ndarray
+
+    def at(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Nodes, shape (n,), values, shape (n,), and gradients [1/m], shape (3, n), at point k."""
+        here = slice(self.row[k], self.row[k + 1])
+        gradients = self.gradients[3 * here.start : 3 * here.stop] if len(self.gradients) else np.zeros(0)
+        return self.nodes[here], self.values[here], gradients.reshape(3, -1)
+
+
+@kernel(inner=True)
+def _evaluate_chunk(chunk, points):
+    n = points.longest
+    scratch = Scratch(np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), np.zeros(160))
+    none = np.empty((3, 0))
+    for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.cell))):
+        cell, start, end = points.cell[k], points.row[k], points.row[k + 1]
+        active = points.active[points.first[cell] : points.first[cell + 1]]
+        gradients = points.gradients[3 * start : 3 * end].reshape((3, end - start)) if len(points.gradients) > 0 else none
+        points.failure[k] = shape_functions(
+            points.functions, cell, points.position[k], active, scratch, points.values[start:end], gradients
+        )
+
+
+@kernel()
+def _evaluate(chunks, points):
+    parallel_for(_evaluate_chunk, chunks, points)
+
+
+def evaluate(evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True) -> Rows:
+    """Shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients are not to be asked for on faces.
+
+    Raises ValueError where an approximant has no value, naming the point.
+    """
+    first, active = evaluator.active
+    count = np.diff(first)[cells]
+    row = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    size = int(row[-1])
+    rows = Rows(row, _nodes_of(first, active, cells, row), np.empty(size), np.empty(3 * size if gradients else 0))
+    failure = np.zeros(len(cells), np.int64)
+    position, cells = np.ascontiguousarray(points, float), np.ascontiguousarray(cells, np.int64)
+    arrays = position, cells, row, rows.values, rows.gradients, failure
+    bundle = Bundle(Points(evaluator.functions, first, active, *arrays, int(count.max(initial=0))))
+    _evaluate((len(cells) + CHUNK - 1) // CHUNK, bundle)
+    if failure.any():
+        k = int(np.flatnonzero(failure)[0])
+        place = ", ".join(f"{value:.6g}" for value in position[k])
+        raise ValueError(f"no shape functions at ({place}) m in cell {cells[k]}: {FAILURES[int(failure[k])]}")
+    return rows
+
+
+def _nodes_of(first: np.ndarray, active: np.ndarray, cells: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """The active nodes of each point, one after the other."""
+    shift = np.repeat(first[cells] - row[:-1], np.diff(row))
+    return np.asarray(active[shift + np.arange(int(row[-1]))])

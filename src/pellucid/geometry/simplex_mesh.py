@@ -1,0 +1,79 @@
+"""Nodes and the simplices between them: the background mesh of a meshless solid, triangles in a plane or tetrahedra."""
+
+from functools import cached_property
+from math import factorial
+
+import numpy as np
+from scipy import sparse
+
+
+class SimplexMesh:
+    """Nodes [m], shape (n, 3), and cells, shape (c, 3) or (c, 4): triangles in the plane z = 0, or tetrahedra.
+
+    The corners of a triangle are counterclockwise; of a tetrahedron, the fourth lies on the side from which the first three
+    are counterclockwise.
+    """
+
+    def __init__(self, nodes: np.ndarray, cells: np.ndarray) -> None:
+        self.nodes, self.cells = np.ascontiguousarray(nodes, float), np.ascontiguousarray(cells, np.int64)
+
+    @property
+    def dimension(self) -> int:
+        """2 for triangles, 3 for tetrahedra."""
+        return self.cells.shape[1] - 1
+
+    @cached_property
+    def volumes(self) -> np.ndarray:
+        """Signed volumes of the tetrahedra [m³], areas of the triangles [m²], shape (c,)."""
+        d = self.dimension
+        edges = self.nodes[self.cells[:, 1:], :d] - self.nodes[self.cells[:, :1], :d]
+        return np.asarray(np.linalg.det(edges) / factorial(d))
+
+    @cached_property
+    def incidence(self) -> sparse.csr_array:
+        """1 where a cell has a node, shape (n, c)."""
+        n, corners = len(self.cells), self.cells.shape[1]
+        return _ones(self.cells.ravel(), np.repeat(np.arange(n), corners), (len(self.nodes), n))
+
+    @cached_property
+    def neighbours(self) -> sparse.csr_array:
+        """Nonzero where two nodes share a cell, on the diagonal too, shape (n, n)."""
+        return _sorted(self.incidence @ self.incidence.T)
+
+    @cached_property
+    def spacing(self) -> np.ndarray:
+        """Mean length of the edges at each node [m], shape (n,)."""
+        links = self.neighbours
+        row = np.repeat(np.arange(len(self.nodes)), np.diff(links.indptr))
+        length = np.linalg.norm(self.nodes[row] - self.nodes[links.indices], axis=1)
+        return np.bincount(row, length, len(self.nodes)) / np.maximum(np.diff(links.indptr) - 1, 1)
+
+    @cached_property
+    def faces(self) -> tuple[np.ndarray, np.ndarray]:
+        """The faces of the cells, edges of triangles: their nodes in ascending order, shape (f, d), and their two cells,
+        shape (f, 2), the second -1 on the boundary."""
+        corners = self.cells.shape[1]
+        every = np.concatenate([np.delete(self.cells, left_out, axis=1) for left_out in range(corners)])
+        owner = np.tile(np.arange(len(self.cells)), corners)
+        nodes, which = np.unique(np.sort(every, axis=1), axis=0, return_inverse=True)
+        order = np.argsort(which.ravel(), kind="stable")
+        first = np.concatenate([[0], np.cumsum(np.bincount(which.ravel(), minlength=len(nodes)))])
+        cells = np.full((len(nodes), 2), -1)
+        cells[:, 0] = owner[order[first[:-1]]]
+        shared = np.diff(first) > 1
+        cells[shared, 1] = owner[order[first[:-1][shared] + 1]]
+        return nodes, cells
+
+    @property
+    def boundary(self) -> np.ndarray:
+        """Numbers of the faces that belong to one cell only."""
+        return np.flatnonzero(self.faces[1][:, 1] < 0)
+
+
+def _ones(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
+    return _sorted(sparse.csr_array((np.ones(len(rows), np.int32), (rows, columns)), shape=shape))
+
+
+def _sorted(matrix: sparse.csr_array) -> sparse.csr_array:
+    matrix.sort_indices()
+    return matrix
