@@ -1,0 +1,48 @@
+"""Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
+
+import numpy as np
+
+from pellucid.geometry.simplex_mesh import SimplexMesh
+
+
+def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: tuple[int, int, int]) -> SimplexMesh:
+    """A mesh of the box between two corners [m], with so many cubes along each axis: a node at each corner and each middle.
+
+    Four tetrahedra stand about the line between the middles of neighbouring cubes; at the faces of the box the pyramid over
+    a square is cut in two.
+    """
+    shape = np.array(counts)
+    corners = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    middles = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    places = np.concatenate([corners, middles + 0.5])
+    cells = []
+    for axis in range(3):
+        one, two = (axis + 1) % 3, (axis + 2) % 3
+        for index in range(counts[axis] + 1):  # planes of squares between cubes
+            square = middles[middles[:, axis] == 0].copy()
+            square[:, axis] = index
+            ring = [square + np.eye(3, dtype=int)[one] * i + np.eye(3, dtype=int)[two] * j for i, j in _TURN]
+            a, b, c, d = (_corner(place, shape) for place in ring)
+            below, above = (
+                _middle(square - np.eye(3, dtype=int)[axis] * (1 - side), shape)
+                if 0 <= index - 1 + side < counts[axis]
+                else None
+                for side in (0, 1)
+            )
+            if below is not None and above is not None:
+                cells += [np.stack([start, end, below, above], axis=1) for start, end in ((a, b), (b, c), (c, d), (d, a))]
+            else:
+                tip, halves = (above, ((a, b, c), (a, c, d))) if below is None else (below, ((a, c, b), (a, d, c)))
+                cells += [np.stack([*half, tip], axis=1) for half in halves]
+    return SimplexMesh(lower + places / shape * (np.asarray(upper) - lower), np.concatenate(cells))
+
+
+_TURN = ((0, 0), (1, 0), (1, 1), (0, 1))
+
+
+def _corner(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    return np.asarray((place[:, 0] * (shape[1] + 1) + place[:, 1]) * (shape[2] + 1) + place[:, 2])
+
+
+def _middle(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    return np.asarray(np.prod(shape + 1) + (place[:, 0] * shape[1] + place[:, 1]) * shape[2] + place[:, 2])
