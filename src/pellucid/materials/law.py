@@ -86,6 +86,16 @@ def wave_speed(law: Law, F: Tensor) -> float:
     """Fastest plane wave relative to the material in the current configuration [m/s], or a bound above it."""
 
 
+@generic
+def volumetric_energy(law: Law, J: float) -> float:
+    """The part U(J) of the strain energy of unit reference volume [J/m³] that depends on the volume ratio alone."""
+
+
+@generic
+def volumetric_stress(law: Law, J: float) -> float:
+    """dU/dJ [Pa], the mean stress that resists a change of volume."""
+
+
 def rate_type(law: type[LawType]) -> type[LawType]:
     """Class decorator: register for a law what most laws driven by the velocity gradient share.
 

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 from pellucid.jit import point_function
 from pellucid.materials.elastic import ElasticMaterial, lame
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
-from pellucid.materials.law import cauchy_stress, energy, wave_speed
+from pellucid.materials.law import cauchy_stress, energy, volumetric_energy, volumetric_stress, wave_speed
 from pellucid.tensors import determinant, largest_row_sum, left_cauchy_green
 
 
@@ -55,3 +55,13 @@ def _wave_speed(law, F):
     stretch = largest_row_sum(left_cauchy_green(F))
     along = max(law.lam + law.mu - law.lam * log(determinant(F)), 0.0)
     return sqrt((along + law.mu * stretch) / law.rho0)
+
+
+@point_function(volumetric_energy, NeoHookean)
+def _volumetric_energy(law, J):
+    return 0.5 * law.lam * log(J) * log(J)
+
+
+@point_function(volumetric_stress, NeoHookean)
+def _volumetric_stress(law, J):
+    return law.lam * log(J) / J

@@ -2,7 +2,13 @@
 
 F = I + Σ u_a ⊗ ∇p_a and f_a = -Σ_q w_q P(F_q) ∇p_a(q) over quadrature points of the cells, with gradients by the reference
 configuration, found once (Horton et al. 2010, Int. J. Numer. Methods Biomed. Eng. 26, 977; Mountris et al. 2019, section 4).
-Cells are shared out in blocks that do not depend on the threads. A block sums the forces of its own nodes; each node then
+
+Nearly incompressible solids would lock: their volume ratio is averaged about the corners a of the cells, with the linear
+functions N_a, J̄_a = Σ_q w N_a J / V_a, V_a = Σ_q w N_a, and the volumetric part U(J) of the energy is taken of J̄_a, V_a
+each: P = ∂W/∂F + (Σ_a N_a U'(J̄_a) - U'(J)) cof F. (The average nodal pressure of Bonet & Burton 1998, Commun. Numer. Methods
+Eng. 14, 437, for linear tetrahedra.)
+
+Cells are shared out in blocks that do not depend on the threads. A block sums what it gives to its own nodes; each node then
 adds up what its blocks have, in their order.
 """
 
@@ -13,11 +19,12 @@ import numpy as np
 from pellucid.approximants.nodal.rings import Lists
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
-from pellucid.materials.law import energy, first_piola_kirchhoff
-from pellucid.tensors import determinant
+from pellucid.materials.law import energy, first_piola_kirchhoff, volumetric_energy, volumetric_stress
+from pellucid.tensors import cofactor, determinant
 
 CELLS = 1024  # of a block
 CHUNK = 2048  # nodes
+ENERGY, LEAST_J = range(2)  # columns of the sums of a block
 
 
 class Blocks(NamedTuple):
@@ -30,18 +37,24 @@ class Blocks(NamedTuple):
     places: np.ndarray  # of node a in `nodes`, from node_first[a] to node_first[a + 1], ascending
 
 
-class Quadrature(NamedTuple):
+class Solid(NamedTuple):
     """What kernels take of a solid."""
 
     law: Any
-    n_points: int  # of a cell
+    shares: np.ndarray  # (points, 4) of the corners at the points of a cell
     first: np.ndarray  # of each cell's active nodes
     gradients: np.ndarray  # [cell][point][direction][node] [1/m]
     weights: np.ndarray  # (c,) volume of each point of a cell [m³]
     blocks: Blocks
+    corners: np.ndarray  # (c, 4) of the cells, by their number within the block
     displacement: np.ndarray  # (n, 3) [m]
+    deformation: np.ndarray  # (c, points, 9) deformation gradients
     block_force: np.ndarray  # (places, 3) [N]
-    sums: np.ndarray  # (blocks, 2) strain energy [J], least determinant of F
+    block_volume: np.ndarray  # (places,) Σ w N_a J of each block, no rows where J is not averaged
+    volume: np.ndarray  # (n,) V_a [m³]
+    mean_stress: np.ndarray  # (n,) U'(J̄_a) [Pa]
+    sums: np.ndarray  # (blocks, 2)
+    node_sums: np.ndarray  # (chunks, 2)
 
 
 def make_blocks(active: Lists, n_nodes: int) -> Blocks:
@@ -77,44 +90,100 @@ def _add_forces(P, x, y, z, f, g, h):
 
 
 @kernel(inner=True)
-def _forces_block(block, solid):
-    blocks, G, nq = solid.blocks, solid.gradients, solid.n_points
+def _deform_block(block, solid):
+    blocks, G, nq, averaged = solid.blocks, solid.gradients, len(solid.shares), len(solid.block_volume) > 0
     start, end = blocks.first[block], blocks.first[block + 1]
     m = end - start
-    u, f = np.empty(3 * m), np.zeros(3 * m)
+    u = np.empty(3 * m)
     for k in range(m):
         for d in range(3):
             u[d * m + k] = solid.displacement[blocks.nodes[start + k], d]
-    local_u, local_f = np.empty(3 * 512), np.empty(3 * 512)
-    total, least = 0.0, 1.0e300
+    if averaged:
+        volume = solid.block_volume[start:end]
+        volume[:] = 0.0
+    local = np.empty(3 * m)
+    least = np.inf
     for cell in range(CELLS * block, min(CELLS * (block + 1), len(solid.weights))):
-        here = solid.first[cell]
+        here, w = solid.first[cell], solid.weights[cell]
         n = solid.first[cell + 1] - here
-        w = solid.weights[cell]
         for k in range(n):
             place = blocks.local[here + k]
             for d in range(3):
-                local_u[d * n + k] = u[d * m + place]
-                local_f[d * n + k] = 0.0
-        ux, uy, uz = local_u[:n], local_u[n : 2 * n], local_u[2 * n : 3 * n]
-        fx, fy, fz = local_f[:n], local_f[n : 2 * n], local_f[2 * n : 3 * n]
+                local[d * n + k] = u[d * m + place]
+        ux, uy, uz = local[:n], local[n : 2 * n], local[2 * n : 3 * n]
         for q in range(nq):
             at = 3 * (nq * here + q * n)
-            x, y, z = G[at : at + n], G[at + n : at + 2 * n], G[at + 2 * n : at + 3 * n]
-            F = _deformation_gradient(x, y, z, ux, uy, uz)
+            F = _deformation_gradient(G[at : at + n], G[at + n : at + 2 * n], G[at + 2 * n : at + 3 * n], ux, uy, uz)
+            J = determinant(F)
+            least = min(least, J)
+            for k in range(9):
+                solid.deformation[cell, q, k] = F[k]
+            if averaged:
+                for corner in range(4):
+                    volume[solid.corners[cell, corner]] += w * J * solid.shares[q, corner]
+    solid.sums[block, LEAST_J] = least
+
+
+@kernel(inner=True)
+def _average_chunk(chunk, solid):
+    blocks, least, total = solid.blocks, np.inf, 0.0
+    for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(solid.volume))):
+        volume = 0.0
+        for place in range(blocks.node_first[a], blocks.node_first[a + 1]):
+            volume += solid.block_volume[blocks.places[place]]
+        J = volume / solid.volume[a]
+        least = min(least, J)
+        total += solid.volume[a] * volumetric_energy(solid.law, J)
+        solid.mean_stress[a] = volumetric_stress(solid.law, J)
+    solid.node_sums[chunk, ENERGY], solid.node_sums[chunk, LEAST_J] = total, least
+
+
+@kernel(inner=True)
+def _force_block(block, solid):
+    blocks, G, nq, averaged = solid.blocks, solid.gradients, len(solid.shares), len(solid.block_volume) > 0
+    start, end = blocks.first[block], blocks.first[block + 1]
+    m = end - start
+    f, local = np.zeros(3 * m), np.empty(3 * m)
+    total = 0.0
+    for cell in range(CELLS * block, min(CELLS * (block + 1), len(solid.weights))):
+        here, w = solid.first[cell], solid.weights[cell]
+        n = solid.first[cell + 1] - here
+        local[: 3 * n] = 0.0
+        fx, fy, fz = local[:n], local[n : 2 * n], local[2 * n : 3 * n]
+        for q in range(nq):
+            F = solid.deformation[cell, q]
+            F = (F[0], F[1], F[2], F[3], F[4], F[5], F[6], F[7], F[8])
             P = first_piola_kirchhoff(solid.law, F)
             total += w * energy(solid.law, F)
-            least = min(least, determinant(F))
-            P = (w * P[0], w * P[1], w * P[2], w * P[3], w * P[4], w * P[5], w * P[6], w * P[7], w * P[8])
-            _add_forces(P, x, y, z, fx, fy, fz)
+            extra = 0.0
+            if averaged:
+                J = determinant(F)
+                total -= w * volumetric_energy(solid.law, J)
+                extra -= volumetric_stress(solid.law, J)
+                for corner in range(4):
+                    extra += solid.shares[q, corner] * solid.mean_stress[blocks.nodes[start + solid.corners[cell, corner]]]
+            C = cofactor(F)
+            P = (
+                w * (P[0] + extra * C[0]),
+                w * (P[1] + extra * C[1]),
+                w * (P[2] + extra * C[2]),
+                w * (P[3] + extra * C[3]),
+                w * (P[4] + extra * C[4]),
+                w * (P[5] + extra * C[5]),
+                w * (P[6] + extra * C[6]),
+                w * (P[7] + extra * C[7]),
+                w * (P[8] + extra * C[8]),
+            )
+            at = 3 * (nq * here + q * n)
+            _add_forces(P, G[at : at + n], G[at + n : at + 2 * n], G[at + 2 * n : at + 3 * n], fx, fy, fz)
         for k in range(n):
             place = blocks.local[here + k]
             for d in range(3):
-                f[d * m + place] += local_f[d * n + k]
+                f[d * m + place] += local[d * n + k]
     for k in range(m):
         for d in range(3):
             solid.block_force[start + k, d] = f[d * m + k]
-    solid.sums[block, 0], solid.sums[block, 1] = total, least
+    solid.sums[block, ENERGY] = total
 
 
 @kernel(inner=True)
@@ -130,6 +199,9 @@ def _add_blocks(chunk, solid, force):
 
 @kernel()
 def internal_forces(n_blocks, chunks, solid, force):
-    """Fill force (n, 3) [N], and the sums of the blocks."""
-    parallel_for(_forces_block, n_blocks, solid)
+    """Fill force (n, 3) [N], the deformation gradients, and the sums of blocks and chunks."""
+    parallel_for(_deform_block, n_blocks, solid)
+    if len(solid.block_volume) > 0:
+        parallel_for(_average_chunk, chunks, solid)
+    parallel_for(_force_block, n_blocks, solid)
     parallel_for(_add_blocks, chunks, solid, force)
