@@ -11,13 +11,11 @@ from pellucid.jit.registry import activate, kernels
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 
-def kernel(inner: bool = False, inline: bool = False, reorder: bool = False) -> Callable[[Callable[..., Any]], Any]:
+def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Compile a loop over points or nodes; kept on disk for each state of the sources that it depends on.
 
     inner: a kernel that only other kernels call, which spares the compiler what Python needs to call it.
     inline: an inner kernel that becomes part of each loop that calls it.
-    reorder: whether the compiler may add up in another order, so that it can take several terms of a sum at a time; which
-    order it takes depends on the machine, not on threads.
     """
 
     def decorate(function: Any) -> Any:
@@ -28,7 +26,7 @@ def kernel(inner: bool = False, inline: bool = False, reorder: bool = False) -> 
             function,
             inline="always" if inline else "never",
             error_model="numpy",
-            fastmath={"contract", "reassoc"} if reorder else {"contract"},
+            fastmath={"contract"},
             nogil=True,
             forceinline=inner,  # else its code depends on whether it was compiled here or came with its caller from the cache
             no_cpython_wrapper=inner or inline,

@@ -19,6 +19,7 @@ import numpy as np
 from pellucid.approximants.nodal.rings import Lists
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
+from pellucid.jit.vector import LANES, load, splat, store, total
 from pellucid.materials.law import energy, first_piola_kirchhoff, volumetric_energy, volumetric_stress
 from pellucid.tensors import cofactor, determinant
 
@@ -69,24 +70,29 @@ def make_blocks(active: Lists, n_nodes: int) -> Blocks:
     return Blocks(first, nodes, (local.ravel() - first[block]).astype(np.int32), node_first, places)
 
 
-@kernel(inner=True, reorder=True)
-def _deformation_gradient(x, y, z, u, v, w):
-    """F from the gradients (x, y, z) and displacements (u, v, w) of the nodes of a cell, shape (n,) each."""
-    a = b = c = d = e = f = g = h = i = 0.0
-    for k in range(len(x)):
-        a, b, c = a + u[k] * x[k], b + u[k] * y[k], c + u[k] * z[k]
-        d, e, f = d + v[k] * x[k], e + v[k] * y[k], f + v[k] * z[k]
-        g, h, i = g + w[k] * x[k], h + w[k] * y[k], i + w[k] * z[k]
-    return (1.0 + a, b, c, d, 1.0 + e, f, g, h, 1.0 + i)
+@kernel(inner=True)
+def _deformation_gradient(n, G, at, u):
+    """F from the gradients of n nodes of a cell, which begin at `at` of G, and their displacements u, by components of n."""
+    zero = splat(0.0)
+    a, b, c, d, e, f, g, h, i = zero, zero, zero, zero, zero, zero, zero, zero, zero
+    for k in range(0, n, LANES):
+        x, y, z = load(G, at + k), load(G, at + n + k), load(G, at + 2 * n + k)
+        ux, uy, uz = load(u, k), load(u, n + k), load(u, 2 * n + k)
+        a, b, c = a + ux * x, b + ux * y, c + ux * z
+        d, e, f = d + uy * x, e + uy * y, f + uy * z
+        g, h, i = g + uz * x, h + uz * y, i + uz * z
+    first = (1.0 + total(a), total(b), total(c), total(d), 1.0 + total(e))
+    return (first[0], first[1], first[2], first[3], first[4], total(f), total(g), total(h), 1.0 + total(i))
 
 
 @kernel(inner=True)
-def _add_forces(P, x, y, z, f, g, h):
-    """Take P ∇p_a from the forces (f, g, h) of the nodes of a cell."""
-    for k in range(len(x)):
-        f[k] -= P[0] * x[k] + P[1] * y[k] + P[2] * z[k]
-        g[k] -= P[3] * x[k] + P[4] * y[k] + P[5] * z[k]
-        h[k] -= P[6] * x[k] + P[7] * y[k] + P[8] * z[k]
+def _add_forces(n, P, G, at, f):
+    """Take P ∇p_a from the forces f of the nodes of a cell, by components of n."""
+    for k in range(0, n, LANES):
+        x, y, z = load(G, at + k), load(G, at + n + k), load(G, at + 2 * n + k)
+        store(f, k, load(f, k) - (P[0] * x + P[1] * y + P[2] * z))
+        store(f, n + k, load(f, n + k) - (P[3] * x + P[4] * y + P[5] * z))
+        store(f, 2 * n + k, load(f, 2 * n + k) - (P[6] * x + P[7] * y + P[8] * z))
 
 
 @kernel(inner=True)
@@ -101,7 +107,7 @@ def _deform_block(block, solid):
     if averaged:
         volume = solid.block_volume[start:end]
         volume[:] = 0.0
-    local = np.empty(3 * m)
+    local = np.empty(3 * m + 3 * LANES)
     least = np.inf
     for cell in range(CELLS * block, min(CELLS * (block + 1), len(solid.weights))):
         here, w = solid.first[cell], solid.weights[cell]
@@ -110,10 +116,9 @@ def _deform_block(block, solid):
             place = blocks.local[here + k]
             for d in range(3):
                 local[d * n + k] = u[d * m + place]
-        ux, uy, uz = local[:n], local[n : 2 * n], local[2 * n : 3 * n]
         for q in range(nq):
             at = 3 * (nq * here + q * n)
-            F = _deformation_gradient(G[at : at + n], G[at + n : at + 2 * n], G[at + 2 * n : at + 3 * n], ux, uy, uz)
+            F = _deformation_gradient(n, G, at, local)
             J = determinant(F)
             least = min(least, J)
             for k in range(9):
@@ -143,22 +148,21 @@ def _force_block(block, solid):
     blocks, G, nq, averaged = solid.blocks, solid.gradients, len(solid.shares), len(solid.block_volume) > 0
     start, end = blocks.first[block], blocks.first[block + 1]
     m = end - start
-    f, local = np.zeros(3 * m), np.empty(3 * m)
-    total = 0.0
+    f, local = np.zeros(3 * m), np.empty(3 * m + 3 * LANES)
+    stored = 0.0
     for cell in range(CELLS * block, min(CELLS * (block + 1), len(solid.weights))):
         here, w = solid.first[cell], solid.weights[cell]
         n = solid.first[cell + 1] - here
         local[: 3 * n] = 0.0
-        fx, fy, fz = local[:n], local[n : 2 * n], local[2 * n : 3 * n]
         for q in range(nq):
             F = solid.deformation[cell, q]
             F = (F[0], F[1], F[2], F[3], F[4], F[5], F[6], F[7], F[8])
             P = first_piola_kirchhoff(solid.law, F)
-            total += w * energy(solid.law, F)
+            stored += w * energy(solid.law, F)
             extra = 0.0
             if averaged:
                 J = determinant(F)
-                total -= w * volumetric_energy(solid.law, J)
+                stored -= w * volumetric_energy(solid.law, J)
                 extra -= volumetric_stress(solid.law, J)
                 for corner in range(4):
                     extra += solid.shares[q, corner] * solid.mean_stress[blocks.nodes[start + solid.corners[cell, corner]]]
@@ -175,7 +179,7 @@ def _force_block(block, solid):
                 w * (P[8] + extra * C[8]),
             )
             at = 3 * (nq * here + q * n)
-            _add_forces(P, G[at : at + n], G[at + n : at + 2 * n], G[at + 2 * n : at + 3 * n], fx, fy, fz)
+            _add_forces(n, P, G, at, local)
         for k in range(n):
             place = blocks.local[here + k]
             for d in range(3):
@@ -183,7 +187,7 @@ def _force_block(block, solid):
     for k in range(m):
         for d in range(3):
             solid.block_force[start + k, d] = f[d * m + k]
-    solid.sums[block, ENERGY] = total
+    solid.sums[block, ENERGY] = stored
 
 
 @kernel(inner=True)

@@ -1,0 +1,138 @@
+"""A vector of eight doubles for kernels: eight terms of a sum, or eight points, at a time.
+
+LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code. `load`
+takes eight numbers of a 1-D array that lie side by side, of either precision, `splat` repeats one, `store` puts eight back,
+`total` adds the lanes in a fixed order; + - * work on vectors and numbers. Without the compiler, numpy arrays of eight stand for
+vectors.
+"""
+
+import operator
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.extending import intrinsic, models, overload, register_model
+
+LANES = 8
+_DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
+_NUMBERS = ir.VectorType(ir.IntType(32), LANES)
+
+
+class VectorType(types.Type):
+    """The compiled type of a vector."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"Vector{LANES}")
+
+
+VECTOR = VectorType()
+
+
+@register_model(VectorType)
+class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: VectorType) -> None:
+        super().__init__(manager, kind, _DOUBLES)
+
+
+def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+    """The address of eight numbers of an array from an index on, and their type."""
+    numbers = ir.VectorType(context.get_data_type(kind.dtype), LANES)
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.bitcast(builder.gep(data, [index]), numbers.as_pointer())
+
+
+@intrinsic
+def _load(typing: Any, array: Any, index: Any) -> Any:
+    size = array.dtype.bitwidth // 8
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        found = builder.load(_place(context, builder, signature.args[0], *values), align=size)
+        return found if size == 8 else builder.fpext(found, _DOUBLES)
+
+    return VECTOR(array, types.intp), emit
+
+
+@intrinsic
+def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        builder.store(values[2], _place(context, builder, signature.args[0], *values[:2]), align=8)
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, VECTOR), emit
+
+
+@intrinsic
+def _splat(typing: Any, number: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        empty = ir.Constant(_DOUBLES, ir.Undefined)
+        first = builder.insert_element(empty, values[0], ir.IntType(32)(0))
+        return builder.shuffle_vector(first, empty, ir.Constant(_NUMBERS, [0] * LANES))
+
+    return VECTOR(types.float64), emit
+
+
+@intrinsic
+def _total(typing: Any, vector: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        lanes = [builder.extract_element(values[0], ir.IntType(32)(lane)) for lane in range(LANES)]
+        while len(lanes) > 1:  # neighbours, then pairs of them
+            half = len(lanes) // 2
+            lanes = [builder.fadd(lanes[k], lanes[half + k]) for k in range(half)]
+        return lanes[0]
+
+    return types.float64(VECTOR), emit
+
+
+def _binary(instruction: str) -> Any:
+    @intrinsic
+    def combine(typing: Any, one: Any, other: Any) -> Any:
+        def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return getattr(builder, instruction)(*values, flags=("contract",))
+
+        return VECTOR(VECTOR, VECTOR), emit
+
+    return combine
+
+
+def _overload(operation: Any, in_place: Any, combine: Any) -> None:
+    def choose(one, other):  # type: ignore[no-untyped-def]  # numba compares its signature with those below
+        if one is VECTOR and other is VECTOR:
+            return lambda one, other: combine(one, other)
+        if one is VECTOR and isinstance(other, types.Float):
+            return lambda one, other: combine(one, _splat(other))
+        if other is VECTOR and isinstance(one, types.Float):
+            return lambda one, other: combine(_splat(one), other)
+        return None
+
+    for function in (operation, in_place):
+        overload(function, jit_options={"forceinline": True})(choose)
+
+
+_overload(operator.add, operator.iadd, _binary("fadd"))
+_overload(operator.sub, operator.isub, _binary("fsub"))
+_overload(operator.mul, operator.imul, _binary("fmul"))
+
+
+def _plain_load(array: np.ndarray, index: int) -> np.ndarray:
+    return array[index : index + LANES].astype(float)
+
+
+def _plain_store(array: np.ndarray, index: int, vector: np.ndarray) -> None:
+    array[index : index + LANES] = vector
+
+
+def _plain_splat(number: float) -> np.ndarray:
+    return np.full(LANES, number)
+
+
+def _plain_total(vector: np.ndarray) -> float:
+    lanes = vector
+    while len(lanes) > 1:
+        lanes = lanes[: len(lanes) // 2] + lanes[len(lanes) // 2 :]
+    return float(lanes[0])
+
+
+_PLAIN, _COMPILED = (_plain_load, _plain_store, _plain_splat, _plain_total), (_load, _store, _splat, _total)
+load, store, splat, total = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
