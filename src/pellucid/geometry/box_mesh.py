@@ -1,11 +1,36 @@
 """Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
 
 import numpy as np
+from pydantic import model_validator
 
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.model import Model, Vector, parameter
+
+Counts = tuple[int, int, int]
 
 
-def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: tuple[int, int, int]) -> SimplexMesh:
+class BoxMesh(Model):
+    """A box of tetrahedra."""
+
+    lower: Vector = parameter("m", "lower corner")
+    upper: Vector = parameter("m", "upper corner")
+    cells: Counts = parameter("", "cubes along x, y, z, of twelve tetrahedra each")
+
+    @model_validator(mode="after")
+    def _has_volume(self) -> "BoxMesh":
+        for axis, low, high, n in zip("xyz", self.lower, self.upper, self.cells, strict=True):
+            if high <= low:
+                raise ValueError(f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m")
+            if n < 1:
+                raise ValueError(f"cells must be 1 or more along {axis}, not {n}")
+        return self
+
+    def mesh(self) -> SimplexMesh:
+        """Its nodes and tetrahedra."""
+        return box_mesh(np.array(self.lower), np.array(self.upper), self.cells)
+
+
+def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMesh:
     """A mesh of the box between two corners [m], with so many cubes along each axis: a node at each corner and each middle.
 
     Four tetrahedra stand about the line between the middles of neighbouring cubes; at the faces of the box the pyramid over

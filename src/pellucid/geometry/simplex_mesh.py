@@ -1,5 +1,6 @@
 """Nodes and the simplices between them: the background mesh of a meshless solid, triangles in a plane or tetrahedra."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from math import factorial
 
@@ -11,11 +12,12 @@ class SimplexMesh:
     """Nodes [m], shape (n, 3), and cells, shape (c, 3) or (c, 4): triangles in the plane z = 0, or tetrahedra.
 
     The corners of a triangle are counterclockwise; of a tetrahedron, the fourth lies on the side from which the first three
-    are counterclockwise.
+    are counterclockwise. sets: numbers of nodes by the name that a file gives them.
     """
 
-    def __init__(self, nodes: np.ndarray, cells: np.ndarray) -> None:
+    def __init__(self, nodes: np.ndarray, cells: np.ndarray, sets: Mapping[str, np.ndarray] | None = None) -> None:
         self.nodes, self.cells = np.ascontiguousarray(nodes, float), np.ascontiguousarray(cells, np.int64)
+        self.sets = sets or {}
 
     @property
     def dimension(self) -> int:

@@ -2,8 +2,8 @@
 
 LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code. `load`
 takes eight numbers of a 1-D array that lie side by side, of either precision, `splat` repeats one, `store` puts eight back,
-`total` adds the lanes in a fixed order; + - * work on vectors and numbers. Without the compiler, numpy arrays of eight stand for
-vectors.
+`total` adds the lanes in a fixed order; + - * work on vectors and numbers. Without the compiler, numpy arrays of
+eight stand for vectors.
 """
 
 import operator

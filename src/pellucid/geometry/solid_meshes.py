@@ -1,0 +1,24 @@
+"""Meshes of solids; a new one is one class in a file of its own and one line here."""
+
+from typing import ClassVar
+
+from pellucid.geometry.box_mesh import BoxMesh
+from pellucid.geometry.choice import Choice
+from pellucid.geometry.cylinder_mesh import CylinderMesh
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_file import SolidFile
+
+
+class SolidMesh(Choice):
+    """A table with one key that names the mesh of a solid."""
+
+    what: ClassVar[str] = "the mesh of a solid"
+
+    box: BoxMesh | None = None
+    cylinder: CylinderMesh | None = None
+    file: SolidFile | None = None
+
+    def mesh(self) -> SimplexMesh:
+        """Its nodes and tetrahedra."""
+        made: SimplexMesh = self.chosen().mesh()
+        return made
