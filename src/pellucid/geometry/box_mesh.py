@@ -48,17 +48,13 @@ def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMes
             square[:, axis] = index
             ring = [square + np.eye(3, dtype=int)[one] * i + np.eye(3, dtype=int)[two] * j for i, j in _TURN]
             a, b, c, d = (_corner(place, shape) for place in ring)
-            below, above = (
-                _middle(square - np.eye(3, dtype=int)[axis] * (1 - side), shape)
-                if 0 <= index - 1 + side < counts[axis]
-                else None
-                for side in (0, 1)
-            )
-            if below is not None and above is not None:
+            below, above = _middle(square - np.eye(3, dtype=int)[axis], shape), _middle(square, shape)
+            if 0 < index < counts[axis]:
                 cells += [np.stack([start, end, below, above], axis=1) for start, end in ((a, b), (b, c), (c, d), (d, a))]
+            elif index == 0:
+                cells += [np.stack([*half, above], axis=1) for half in ((a, b, c), (a, c, d))]
             else:
-                tip, halves = (above, ((a, b, c), (a, c, d))) if below is None else (below, ((a, c, b), (a, d, c)))
-                cells += [np.stack([*half, tip], axis=1) for half in halves]
+                cells += [np.stack([*half, below], axis=1) for half in ((a, c, b), (a, d, c))]
     return SimplexMesh(lower + places / shape * (np.asarray(upper) - lower), np.concatenate(cells))
 
 

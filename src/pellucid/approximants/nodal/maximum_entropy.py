@@ -55,11 +55,11 @@ def _moments(n, offset, p, flat):
     xx, yy, zz = xx + small, yy + small, zz + small
     if flat:  # in the plane the third direction is left out
         zz, yz, xz = 1.0, 0.0, 0.0
-    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    over = xx * a + xy * b + xz * c
-    over = 1.0 / over if over != 0.0 else 0.0
-    inverse = (a * over, (xx * zz - xz * xz) * over, (xx * yy - xy * xy) * over)
-    return (r0, r1, r2), inverse, ((xy * xz - xx * yz) * over, c * over, b * over)
+    first, second, third = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    determinant = xx * first + xy * second + xz * third
+    over = 1.0 / determinant if determinant != 0.0 else 0.0
+    diagonal = (first * over, (xx * zz - xz * xz) * over, (xx * yy - xy * xy) * over)
+    return (r0, r1, r2), diagonal, ((xy * xz - xx * yz) * over, third * over, second * over)
 
 
 @kernel(inner=True)

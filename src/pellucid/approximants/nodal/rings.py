@@ -43,10 +43,9 @@ def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.nd
 
 def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
     """For each cell, in ascending order, the nodes whose k-th ring has it: those that are active there."""
-    nodes = mesh.incidence.T
+    nodes = sparse.csr_array(mesh.incidence.T)
     for _ in range(k - 1):
-        nodes = nodes @ mesh.neighbours
-    nodes = sparse.csr_array(nodes)
+        nodes = sparse.csr_array(nodes @ mesh.neighbours)
     nodes.sort_indices()
     return Lists(nodes.indptr.astype(np.int64), nodes.indices.astype(np.int64))
 
