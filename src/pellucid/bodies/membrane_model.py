@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.bodies.initial import INITIAL_MEANING, Initial, initial_problems, initial_velocity
+from pellucid.bodies.initial import INITIAL_MEANING, Initial
+from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.inside import Inside

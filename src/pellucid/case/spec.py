@@ -12,7 +12,7 @@ from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
 from pellucid.conditions.absorbing import Absorbing
-from pellucid.conditions.load import AnyLoad
+from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.support import Support

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from pellucid.conditions.signals import smooth_step
+from pellucid.conditions.smooth_step import smooth_step
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path
 from pellucid.model import parameter

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Self
 import numpy as np
 from pydantic import PrivateAttr, field_validator
 
-from pellucid.bodies.initial import INITIAL_MEANING, Initial, SineWave, add_initial_state, initial_problems, initial_velocity
+from pellucid.bodies.initial import INITIAL_MEANING, Initial
+from pellucid.bodies.initial.sine_wave import SineWave
+from pellucid.bodies.initial.state import add_initial_state, initial_problems, initial_velocity
 from pellucid.bodies.material_points.checks import cut_problems, grid_problems, outside_problems
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems

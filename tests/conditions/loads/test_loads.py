@@ -7,7 +7,8 @@ import pytest
 from scenes import advance, box, simulation
 
 from pellucid.conditions.contract import AssembledBody, Assembly, load_channels
-from pellucid.conditions.load import BodyForce, Load, PointsView
+from pellucid.conditions.loads.body_force import BodyForce
+from pellucid.conditions.loads.contract import Load, PointsView
 from pellucid.errors import RunStopped
 
 

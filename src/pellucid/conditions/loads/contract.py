@@ -1,19 +1,17 @@
-"""Loads: forces on the points of a body, of any kind that is registered."""
+"""The interface of a load: forces on the points of a body at the start of each step."""
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from pellucid.conditions.signals import smooth_step
 from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK, Channel
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed
-from pellucid.model import Vector, parameter
+from pellucid.model import parameter
 from pellucid.parts import Condition, Parts
-from pellucid.registry import Family, OneOf, register
 
 if TYPE_CHECKING:
     from pellucid.bodies.contract import Body
@@ -78,24 +76,6 @@ class Load(Condition):
         """A body that is not there."""
         yield from super().problems(path, parts)
         yield from parts.unknown_body((*path, "body"), self.body)
-
-
-LOADS = Family("load", Load)
-AnyLoad = Annotated[Load, OneOf(LOADS)]
-
-
-@register
-class BodyForce(Load):
-    """A force on every mass: an acceleration of one body, as of a frame that speeds up the other way."""
-
-    kind: Literal["body-force"] = "body-force"
-    acceleration: Vector = parameter("m/s^2", "force on unit mass")
-    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
-
-    def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces [N], shape (n, 3)."""
-        share = smooth_step(time / self.rise) if self.rise > 0.0 else 1.0
-        return points.mass[:, None] * (share * np.array(self.acceleration))
 
 
 class ActiveLoad:
