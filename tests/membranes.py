@@ -3,10 +3,10 @@
 import numpy as np
 from scenes import case
 
-from pellucid.bodies.contract import Placement
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import Placement
 
 E, NU, THICKNESS = 1e6, 0.3, 0.01
 

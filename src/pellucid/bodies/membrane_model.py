@@ -14,7 +14,8 @@ from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials import MembraneMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts import BodyModel, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
 
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"

@@ -9,7 +9,9 @@ from pydantic import model_validator
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import Vector, parameter
-from pellucid.parts import Condition, Part, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Part, Parts
 from pellucid.registry import OneNameOf, Registry
 from pellucid.state import COMPONENT_NAMES, FIELDS, Field
 
@@ -129,11 +131,11 @@ class Probe(Part):
         if self.body is None:
             yield from self._reaction_problems(path, parts)
             choices = COMPONENT_NAMES[3]
-        elif unknown := list(parts.unknown_body((*path, "body"), self.body)):
+        elif unknown := list(parts.unknown(BodyModel, (*path, "body"), self.body)):
             yield from unknown
             return
         else:
-            body = parts.body(self.body)
+            body = parts.named(BodyModel, self.body)
             fields = [*(FIELDS if body is None else body.probed), *QUANTITIES.entries]
             if self.quantity not in fields:
                 text = f"body {self.body} has no such field; it has {listed(fields)}"

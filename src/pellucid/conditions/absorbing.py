@@ -15,10 +15,12 @@ from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
 from pellucid.model import parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.contract import AssembledBody, Assembly
+    from pellucid.parts.assembly import AssembledBody, Assembly
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
 
@@ -48,8 +50,8 @@ class Absorbing(Condition):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that sends no waves to a face, and faces that are constrained or absorb twice."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-        yield from parts.unknown_body((*path, "body"), self.body)
-        body = parts.body(self.body)
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        body = parts.named(BodyModel, self.body)
         if body is not None and not body.has_volume_waves():
             text = f"body {self.body} is a membrane; its waves run along it, not to a face"
             yield Finding((*path, "body"), text, "name a body of material-points")

@@ -3,15 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from pellucid.bodies.contract import Body
 from pellucid.conditions.constrained_nodes import constrain_nodes, nodal_support
-from pellucid.conditions.contract import ActiveCondition, AssembledBody, Assembly, load_channels
 from pellucid.conditions.rigid import RigidBody
 from pellucid.conditions.support import Support
 from pellucid.energy import Channel, StepWork
 from pellucid.grid.momentum import ExternalAction, Supports, external_action
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.parts import BodyModel, Condition
+from pellucid.parts.assembly import ActiveCondition, AssembledBody, Assembly, load_channels
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
 
 
 class BodiesAndConditions(Protocol):

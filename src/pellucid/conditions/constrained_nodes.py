@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.bodies.contract import NodalSupport
-from pellucid.conditions.contract import NO_AXES
 from pellucid.conditions.support import BoxRegion, Support
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
+from pellucid.parts.assembly import NO_AXES
+from pellucid.parts.body import NodalSupport
 
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 

@@ -10,10 +10,12 @@ from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Shape
 from pellucid.model import Model, parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.contract import ActiveCondition, Assembly
+    from pellucid.parts.assembly import ActiveCondition, Assembly
 
 
 class Displacements(Model):
@@ -50,8 +52,8 @@ class Motion(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or cannot follow a prescribed motion."""
-        yield from parts.unknown_body((*path, "body"), self.body)
-        body = parts.body(self.body)
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        body = parts.named(BodyModel, self.body)
         if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
 

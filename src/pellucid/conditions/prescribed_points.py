@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.contract import Body
 from pellucid.conditions import driven_points
-from pellucid.conditions.contract import AssembledBody, Assembly
 from pellucid.energy import IMPACT, IMPACT_HEAT, MOTION, MOTION_WORK, Channel, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.body import Body
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:

@@ -7,11 +7,13 @@ from pellucid.conditions.smooth_step import smooth_step
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path
 from pellucid.model import parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.bodies.contract import Body
-    from pellucid.conditions.contract import Assembly
+    from pellucid.parts.assembly import Assembly
+    from pellucid.parts.body import Body
 
 
 class Pressure(Condition):
@@ -25,8 +27,8 @@ class Pressure(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or has no normal."""
-        yield from parts.unknown_body((*path, "body"), self.body)
-        body = parts.body(self.body)
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        body = parts.named(BodyModel, self.body)
         if body is not None and not body.is_surface:
             text = f"body {self.body} is no membrane: it has no normal to push along"
             yield Finding((*path, "body"), text, "name a body of kind membrane-points or membrane-elements")

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pellucid.conditions import driven_points
-from pellucid.conditions.contract import AssembledBody, Assembly
 from pellucid.energy import IMPACT, IMPACT_HEAT, Channel, StepWork
+from pellucid.parts.assembly import AssembledBody, Assembly
 
 
 class RigidBody:

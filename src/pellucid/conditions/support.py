@@ -8,7 +8,8 @@ from pydantic import field_validator, model_validator
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Box
 from pellucid.model import Model, Vector, parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 Axis = Literal["x", "y", "z"]

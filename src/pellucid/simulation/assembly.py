@@ -4,16 +4,16 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pellucid.bodies.contract import Body, Placement
 from pellucid.conditions.active import channels_of_loads
+from pellucid.conditions.contact import Contact
 from pellucid.contact.impulses import SLIP, STICK
-from pellucid.contact.model import Contact
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts import BodyModel
+from pellucid.parts.body import Body, Placement
+from pellucid.parts.body_model import BodyModel
 
 if TYPE_CHECKING:
     from pellucid.case import Case

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from pellucid.bodies.contract import GridBody, NodalBody
 from pellucid.conditions.active import ActiveConditions, channels_of_loads
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import CONTACT_WORK, EnergyBudget, history_order, total_work
@@ -20,6 +19,7 @@ from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import set_threads
+from pellucid.parts.body import GridBody, NodalBody
 from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scenes import advance, box, simulation
 
-from pellucid.conditions.contract import AssembledBody, Assembly, load_channels
 from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import Load, PointsView
 from pellucid.errors import RunStopped
+from pellucid.parts.assembly import AssembledBody, Assembly, load_channels
 
 
 class Body:

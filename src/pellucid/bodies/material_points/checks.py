@@ -9,7 +9,9 @@ from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.shapes import Box, Inside
 from pellucid.geometry.surface_checks import faults
 from pellucid.grid.model import GridCase
-from pellucid.parts import BodyModel, Condition, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
     from pellucid.bodies.material_points.model import MaterialPointsCase
@@ -66,7 +68,7 @@ def outside_problems(body: "MaterialPointsCase", path: Path, parts: Parts) -> It
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
         here = (*path, "outside", item)
-        other = parts.body(name)
+        other = parts.named(BodyModel, name)
         if name == body.name:
             yield Finding(here, "a body cannot lie outside itself", "leave this name out")
         elif name in body.outside[:item]:

@@ -19,10 +19,12 @@ from pellucid.geometry.shapes import Geometry, Shape
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.model import Vector, parameter
-from pellucid.parts import BodyModel, Parts, StepLimit
+from pellucid.parts.body_model import BodyModel, StepLimit
+from pellucid.parts.condition import is_driven
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.bodies.contract import Body, Placement
+    from pellucid.parts.body import Body, Placement
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -162,7 +164,7 @@ class MaterialPointsCase(BodyModel):
             yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at)
             yield from cut_problems(self, path, grid, parts)
         yield from outside_problems(self, path, parts)
-        if not (self.rigid or parts.is_driven(self.name)):
+        if not (self.rigid or is_driven(self.name, parts)):
             yield from (Finding((*path, "material", key), text, remedy) for key, text, remedy in self.material.problems())
 
     @field_validator("points_per_cell")

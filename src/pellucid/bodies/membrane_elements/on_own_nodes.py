@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.contract import NodalBody, NodalSupport
 from pellucid.bodies.membrane_elements import nodes as kernels
 from pellucid.bodies.membrane_elements.nodes import (
     CHUNK,
@@ -27,6 +26,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.body import NodalBody, NodalSupport
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:

@@ -11,11 +11,13 @@ from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WOR
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.bodies.contract import Body
-    from pellucid.conditions.contract import Assembly
+    from pellucid.parts.assembly import Assembly
+    from pellucid.parts.body import Body
 
 OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
 
@@ -75,7 +77,7 @@ class Load(Condition):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there."""
         yield from super().problems(path, parts)
-        yield from parts.unknown_body((*path, "body"), self.body)
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
 
 
 class ActiveLoad:

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
-from pellucid.bodies.contract import Body
 from pellucid.energy import FIRST_LOAD, Channel, StepWork, no_work
 from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.parts import BodyModel
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
 
 NO_AXES = (False, False, False)
 

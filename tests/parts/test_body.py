@@ -6,7 +6,6 @@ from elements import element_sheet
 from membranes import THICKNESS, sheet
 from scenes import advance, box, case, simulation
 
-from pellucid.bodies.contract import GridBody, NodalBody, Placement
 from pellucid.bodies.models import BODIES
 from pellucid.energy import FIRST_LOAD, INTERNAL
 from pellucid.errors import RunStopped
@@ -14,6 +13,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports, external_action
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import GridBody, NodalBody, Placement
 
 # soft, for steps as long as the block's
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}
