@@ -1,8 +1,8 @@
 """Where a body of material points does not fit the grid, planes of symmetry, or other bodies."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.membrane_model import CLOSE_IT, NEEDS_SPACE
 from pellucid.findings import Finding, Path, hint, listed
@@ -13,13 +13,10 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
-if TYPE_CHECKING:
-    from pellucid.bodies.material_points.model import MaterialPointsCase
-
 SHORT = 1e-9  # of a cell, for rounding
 
 
-def grid_problems(body: "MaterialPointsCase", path: Path, grid: GridCase) -> Iterator[Finding]:
+def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
     """Points and shapes that cannot be had on the grid."""
     try:
         points_along_axes(body.points_per_cell, grid.thin())
@@ -45,7 +42,7 @@ def grid_problems(body: "MaterialPointsCase", path: Path, grid: GridCase) -> Ite
         yield Finding((*path, "cut_at"), text, "leave out `points` of the shape, or `cut_at`")
 
 
-def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
+def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
     """Planes of symmetry without a support, or that the body does not reach."""
     if not parts.are_sound(Condition):
         return
@@ -63,7 +60,7 @@ def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: 
             yield Finding((*path, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
 
 
-def outside_problems(body: "MaterialPointsCase", path: Path, parts: Parts) -> Iterator[Finding]:
+def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
     """The names under `outside`."""
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
