@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import Vector, parameter
@@ -76,8 +77,8 @@ reduction("sum")(np.sum)
 
 COLUMNS = (
     *("time", "step", "dt", "kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy", "dissipated_energy"),
-    *("gravity_work", "support_work", "motion_work", "contact_work", "absorbed_energy", "impact_heat", "artificial_heat"),
-    *("transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
+    *(channel.name for channel in FIXED_COLUMNS),
+    *("artificial_heat", "transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
 )
 """Columns of the history that probes cannot be called."""
 
@@ -125,8 +126,10 @@ class Probe(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body, field, component or condition that is not there."""
-        loads = (condition.load_channel() for condition in parts.of(Condition))
-        if self.name in (*COLUMNS, *loads):
+        conditions = parts.of(Condition)
+        loads = (condition.load_channel() for condition in conditions)
+        others = (channel.name for condition in conditions for channel in condition.channels())
+        if self.name in (*COLUMNS, *loads, *others):
             yield Finding((*path, "name"), f"the history has a column {self.name} of its own", "choose another name")
         if self.body is None:
             yield from self._reaction_problems(path, parts)

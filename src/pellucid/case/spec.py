@@ -16,6 +16,7 @@ from pellucid.conditions.contact import Contact
 from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
+from pellucid.conditions.rigid import Rigid
 from pellucid.conditions.support import Support
 from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
@@ -152,9 +153,10 @@ class Case(Model):
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """What acts on the bodies, by class."""
+        """What acts on the bodies, by class; the rigidity of bodies that say so comes first."""
+        rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
-        return {base: several for base, several in parts.items() if issubclass(base, Condition)}
+        return {Rigid: rigid} | {base: several for base, several in parts.items() if issubclass(base, Condition)}
 
     def history_interval(self) -> float:
         """Time between rows of the history [s]."""

@@ -1,21 +1,23 @@
 """Prescribed motions of bodies or parts of them, as the user describes them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import model_validator
 
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.support import Axis
+from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Shape
 from pellucid.model import Model, parameter
+from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.parts.assembly import ActiveCondition, Assembly
+    from pellucid.parts.assembly import Assembly
 
 
 class Displacements(Model):
@@ -30,8 +32,6 @@ class Motion(Condition):
     """Points of a body that follow a prescribed displacement, whatever forces act on them."""
 
     unique_name: ClassVar[bool] = True
-    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "driven"
-
     name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str = parameter("", "name of the body")
     part: Shape | None = parameter("", "only the points inside this shape at the start; without it the whole body", None)
@@ -57,12 +57,12 @@ class Motion(Condition):
         if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
 
-    def acts_on(self) -> str:
-        """Its body."""
-        return self.body
+    def channels(self) -> Sequence[Channel]:
+        """Its work, and what points lose that take its velocity at once."""
+        return MOTION_WORK, IMPACT_HEAT
 
     @classmethod
-    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence["ActiveCondition"]:
+    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """The motions of each body together."""
         from pellucid.conditions.prescribed_points import PrescribedPoints
 

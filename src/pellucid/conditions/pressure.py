@@ -1,25 +1,22 @@
 """Pressure that follows a membrane."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING
 
 from pellucid.conditions.smooth_step import smooth_step
-from pellucid.energy import Channel
 from pellucid.findings import Finding, Path
 from pellucid.model import parameter
+from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
-    from pellucid.parts.body import Body
 
 
 class Pressure(Condition):
     """A pressure difference on a membrane, along its normal wherever that points."""
-
-    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "loads"
 
     body: str = parameter("", "name of a membrane")
     value: float = parameter("Pa", "pressure behind the membrane minus that before it: it pushes along the normal")
@@ -33,10 +30,6 @@ class Pressure(Condition):
             text = f"body {self.body} is no membrane: it has no normal to push along"
             yield Finding((*path, "body"), text, "name a body of kind membrane-points or membrane-elements")
 
-    def acts_on(self) -> str:
-        """Its membrane."""
-        return self.body
-
     def load_channel(self) -> str:
         """Shared with other loads."""
         return "load_work"
@@ -44,24 +37,20 @@ class Pressure(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Pressure"], assembly: "Assembly") -> Sequence["ActivePressure"]:
         """One for each."""
-        return [ActivePressure(assembly.bodies[pressure.body].body, pressure, assembly) for pressure in conditions]
+        return [ActivePressure(pressure, assembly) for pressure in conditions]
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
         return self.value * (smooth_step(time / self.rise) if self.rise > 0.0 else 1.0)
 
 
-class ActivePressure:
+class ActivePressure(ActiveCondition):
     """A pressure on a membrane that is built."""
 
-    channels: Sequence[Channel] = ()
-
-    def __init__(self, body: "Body", pressure: Pressure, assembly: "Assembly") -> None:
-        self._body, self._pressure, self._column = body, pressure, assembly.column(pressure.load_channel())
+    def __init__(self, pressure: Pressure, assembly: "Assembly") -> None:
+        self._body, self._pressure = assembly.bodies[pressure.body].body, pressure
+        self._column = assembly.load_column(pressure.body, pressure.load_channel())
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         self._body.add_pressure(self._pressure.at(time), self._column)
-
-    def work(self) -> None:
-        """None: nodes and bodies count the work of external forces."""

@@ -37,6 +37,8 @@ class Supports(NamedTuple):
 class ExternalAction(NamedTuple):
     """External actions on nodes, beside gravity and supports; arrays of actions that are absent have no rows.
 
+    Conditions ask for them: see `pellucid.grid.actions`.
+
     Prescribed motions constrain the nodes that driven points reach: wholly where these give a node a share FIRM of its mass,
     below that in proportion to the share. A constraint that was complete as soon as the function of a driven point reaches a
     node would give an impulse at every cell that a body crosses; one in proportion throughout would yield to a lasting force.
@@ -47,12 +49,6 @@ class ExternalAction(NamedTuple):
     driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
     driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
     impulse: np.ndarray  # (n, 3) impulse of prescribed motions on unit driven mass over the step [m/s]
-
-
-def external_action(n_nodes: int, n_loads: int, loaded: bool, absorbs: bool, driven: bool) -> ExternalAction:
-    """External actions, all zero; those that a velocity field does not have are without rows."""
-    loads, absorption = np.zeros((n_loads, n_nodes if loaded else 0, 3)), np.zeros((n_nodes if absorbs else 0, 3))
-    return ExternalAction(loads, absorption, *(np.zeros((n_nodes if driven else 0, 3)) for _ in range(3)))
 
 
 class AdvancedNodes(NamedTuple):

@@ -1,10 +1,10 @@
-"""Conditions in a run: the assembly on which they act, and the interface of an active condition."""
+"""The bodies of a case as conditions find them when a run is assembled."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from pellucid.energy import FIRST_LOAD, Channel, StepWork, no_work
-from pellucid.grid.momentum import ExternalAction
+from pellucid.energy import Channel, WorkLayout
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
@@ -13,48 +13,33 @@ NO_AXES = (False, False, False)
 
 
 class AssembledBody(NamedTuple):
-    """A body that is built, its model, and its velocity field; a case without a grid has none."""
+    """A body that is built, its model, and the actions on the nodes of its velocity field; a case without a grid has none."""
 
     body: Body
     model: BodyModel
-    velocity_field: VelocityField | None
+    actions: NodalActions | None
+
+    @property
+    def velocity_field(self) -> VelocityField | None:
+        """The nodes of the grid that it shares with others, or where it meets them."""
+        return self.actions.field if self.actions else None
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick."""
-        return self.velocity_field.grid.thin if self.velocity_field else NO_AXES
+        return self.actions.field.grid.thin if self.actions else NO_AXES
 
 
 class Assembly(NamedTuple):
-    """The bodies of a case by name, and the external actions on the nodes of their velocity fields."""
+    """What conditions ask of a run when they are activated."""
 
-    bodies: Mapping[str, AssembledBody]
-    external: Mapping[VelocityField, ExternalAction]
-    loads: Sequence[Channel]  # the channels of external forces
-    n_supports: int
+    bodies: Mapping[str, AssembledBody]  # by name
+    actions: Sequence[NodalActions]  # of every velocity field
+    layout: WorkLayout  # the columns of their channels
 
-    def column(self, channel: str) -> int:
-        """The column of a channel of external forces in the rows of works."""
-        return next(load.column for load in self.loads if load.name == channel)
-
-    def no_work(self) -> StepWork:
-        """No work, in the layout of the balance of this run."""
-        return no_work(FIRST_LOAD + len(self.loads), self.n_supports)
-
-
-class ActiveCondition(Protocol):
-    """A condition, or several of one class, that acts in a run."""
-
-    channels: Sequence[Channel]
-    """The channels of its work but for those of external forces."""
-
-    def begin(self, time: float, dt: float) -> None:
-        """Set forces or prescribed velocities for the step dt [s] that begins at `time` [s]."""
-
-    def work(self) -> StepWork | None:
-        """Its work and impulses over the step; None where nodes or bodies count them."""
-
-
-def load_channels(names: Sequence[str]) -> tuple[Channel, ...]:
-    """The channels of external forces by these names, each with a column of its own in the rows of works."""
-    return tuple(Channel(name, 1.0, FIRST_LOAD + number) for number, name in enumerate(dict.fromkeys(names)))
+    def load_column(self, body: str, channel: str) -> int:
+        """Ask for external forces on a body: the column of their channel, for its `add_external_force` and `add_pressure`."""
+        actions = self.bodies[body].actions
+        if actions:
+            actions.take_loads()
+        return self.layout.column(Channel(channel))

@@ -1,31 +1,34 @@
 """The interface of the model of a condition."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Self
 
+from pellucid.energy import Channel
+from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.part import Part, Parts
 
 if TYPE_CHECKING:
-    from pellucid.parts.assembly import ActiveCondition, Assembly
+    from pellucid.parts.assembly import Assembly
 
 
 class Condition(Part):
     """An external action on bodies or nodes, or between bodies. A new one is a subclass, and a key of the case."""
 
-    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = ""
-    """Nodal arrays that it needs in the velocity field of its body, see `pellucid.grid.momentum.ExternalAction`."""
-
-    def acts_on(self) -> str | None:
-        """The name of the body on which it acts, if it is one body."""
-        return None
-
     def load_channel(self) -> str | None:
-        """The column of the history that shows the work of its external forces, if it has such forces."""
+        """The name of the channel of its external forces, if it has such: a column of the history, ending in `_work`."""
         return None
+
+    def channels(self) -> Sequence[Channel]:
+        """The channels of its other work and losses."""
+        return ()
 
     @classmethod
-    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence["ActiveCondition"]:
-        """What acts for all conditions of this class in a run; nothing where they only mark nodes or pairs at the start."""
+    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
+        """What acts for all conditions of this class in a run; nothing where they only mark nodes or pairs at the start.
+
+        It is called once for each class that a case can have, in the order of its keys, also where there are no conditions.
+        It asks for the actions on nodes that it needs through the bodies of the assembly.
+        """
         return ()
 
     def reaction(self) -> str | None:

@@ -8,8 +8,9 @@ from scenes import advance, box, simulation
 
 from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import Load, PointsView
+from pellucid.energy import Channel, WorkLayout
 from pellucid.errors import RunStopped
-from pellucid.parts.assembly import AssembledBody, Assembly, load_channels
+from pellucid.parts.assembly import AssembledBody, Assembly
 
 
 class Body:
@@ -39,8 +40,8 @@ def test_what_a_load_sees_of_the_points():
 
 def begin(bodies, loads, time):
     """Let loads act on bodies over the step that begins at a time."""
-    channels = load_channels([load.channel for load in loads])
-    assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, {}, channels, 0)
+    layout = WorkLayout(Channel(load.channel) for load in loads)
+    assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, (), layout)
     for kind in dict.fromkeys(type(load) for load in loads):
         for part in kind.activate([load for load in loads if type(load) is kind], assembly):
             part.begin(time, 0.1)

@@ -3,14 +3,15 @@
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK, Channel
+from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
+from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
     from pellucid.parts.body import Body
 
-OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK)]
+OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
 
 
 class PointsView:
@@ -41,7 +42,6 @@ class PointsView:
 class Load(Condition):
     """Forces on a body. A new kind is a subclass with a `kind` of its own."""
 
-    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "loads"
     channel: ClassVar[str] = "load_work"
     """The column of `history.csv` that shows its work, with a name that ends in `_work`; loads of one channel are summed."""
 
@@ -61,10 +61,6 @@ class Load(Condition):
     def forces(self, points: PointsView, time: float) -> np.ndarray:
         """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]."""
 
-    def acts_on(self) -> str:
-        """Its body."""
-        return self.body
-
     def load_channel(self) -> str:
         """Its channel."""
         return self.channel
@@ -72,7 +68,7 @@ class Load(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Load"], assembly: "Assembly") -> Sequence["ActiveLoad"]:
         """One for each."""
-        return [ActiveLoad(assembly.bodies[load.body].body, load, assembly) for load in conditions]
+        return [ActiveLoad(load, assembly) for load in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there."""
@@ -80,22 +76,18 @@ class Load(Condition):
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
 
 
-class ActiveLoad:
+class ActiveLoad(ActiveCondition):
     """A load on a body that is built."""
 
-    channels: Sequence[Channel] = ()
-
-    def __init__(self, body: "Body", load: Load, assembly: "Assembly") -> None:
-        self._body, self._load, self._column = body, load, assembly.column(load.channel)
+    def __init__(self, load: Load, assembly: "Assembly") -> None:
+        self._body, self._load = assembly.bodies[load.body].body, load
+        self._column = assembly.load_column(load.body, load.channel)
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         forces = self._load.forces(PointsView(self._body), time)
         forces = _checked(self._load, forces, self._body.n_points)
         self._body.add_external_force(forces, self._column)
-
-    def work(self) -> None:
-        """None: nodes and bodies count the work of external forces."""
 
 
 def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:
