@@ -56,7 +56,7 @@ class PrescribedPoints(ActiveCondition):
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
         body.add_motions(self.names, driven, self._axes)
-        body.constraint = self
+        body.constrain(self)
 
     @staticmethod
     def _marked(body: Body, motions: Sequence[FollowedMotion], thin: Sequence[bool]) -> np.ndarray:

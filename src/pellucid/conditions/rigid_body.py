@@ -16,7 +16,7 @@ class RigidBody(ActiveCondition):
 
     def __init__(self, member: AssembledBody, assembly: Assembly) -> None:
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
-        member.body.constraint = self
+        member.body.constrain(self)
         self._dt = self._loss = 0.0
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
