@@ -5,6 +5,8 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from pellucid.units import check_si
+
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
 
 
@@ -49,5 +51,9 @@ def _to_si(value: Any, unit: str) -> Any:
 
 
 def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
-    """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le)."""
+    """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le).
+
+    Raises UnitError for a unit that is unknown or not of SI.
+    """
+    check_si(unit)
     return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)

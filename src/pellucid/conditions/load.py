@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
+from pellucid.conditions.checked import checked_forces
 from pellucid.conditions.signals import smooth_step
 from pellucid.energy import CONTACT_WORK, GRAVITY_WORK, MOTION_WORK, SUPPORT_WORK, Channel
-from pellucid.errors import RunStopped
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import Vector, parameter
 from pellucid.parts import Condition, Parts
 from pellucid.registry import Family, OneOf, register
+from pellucid.users_code import read_only
 
 if TYPE_CHECKING:
     from pellucid.bodies.contract import Body
@@ -23,19 +25,19 @@ OTHER_CHANNELS = [channel.name for channel in (GRAVITY_WORK, SUPPORT_WORK, MOTIO
 
 
 class PointsView:
-    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them.
+    """The points or nodes of a body at the start of a step. The arrays are the body's own and cannot be written to.
 
     position [m] and velocity [m/s], shape (n, 3); mass [kg], shape (n,).
     """
 
     def __init__(self, body: "Body") -> None:
         self._body = body
-        self.position, self.velocity, self.mass = (body.arrays[name] for name in ("position", "velocity", "mass"))
+        self.position, self.velocity, self.mass = (read_only(body.arrays[name]) for name in ("position", "velocity", "mass"))
 
     @cached_property
     def volume(self) -> np.ndarray:
         """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
-        return self._body.volumes()
+        return read_only(self._body.volumes())
 
 
 class Load(Condition):
@@ -72,6 +74,11 @@ class Load(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Load"], assembly: "Assembly") -> Sequence["ActiveLoad"]:
         """One for each."""
+        for number, load in enumerate(conditions):
+            try:  # before anything is written, so that a load that fails at once costs no earlier results
+                checked_forces(load, PointsView(assembly.bodies[load.body].body), 0.0)
+            except RunStopped as error:
+                raise CaseError(Problem(str(error), f"load.{number}")) from error
         return [ActiveLoad(assembly.bodies[load.body].body, load, assembly) for load in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -108,26 +115,7 @@ class ActiveLoad:
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        forces = self._load.forces(PointsView(self._body), time)
-        forces = _checked(self._load, forces, self._body.n_points)
-        self._body.add_external_force(forces, self._column)
+        self._body.add_external_force(checked_forces(self._load, PointsView(self._body), time), self._column)
 
     def work(self) -> None:
         """None: nodes and bodies count the work of external forces."""
-
-
-def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:
-    """The forces of a load, if they are what they must be. Raises RunStopped."""
-    forces = np.asarray(forces, dtype=float)
-    if forces.shape != (n, 3):
-        raise RunStopped(
-            f'the load of kind "{load.kind}" on body {load.body} gives forces of shape {forces.shape} for {n} points; '
-            f"`forces` must return an array of shape ({n}, 3)"
-        )
-    if not np.isfinite(forces).all():
-        point = int(np.flatnonzero(~np.isfinite(forces).all(axis=1))[0])
-        raise RunStopped(
-            f'the load of kind "{load.kind}" on body {load.body} gives the force {forces[point]} N; mend its `forces`',
-            body=load.body,
-        )
-    return np.ascontiguousarray(forces)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import model_validator
 
+from pellucid.conditions.checked import checked_displacement, displacement_fault
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
@@ -51,9 +52,17 @@ class Motion(Condition):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or cannot follow a prescribed motion."""
         yield from parts.unknown_body((*path, "body"), self.body)
+        yield from self._signal_problems((*path, "displacement"))
         body = parts.body(self.body)
         if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
+
+    def _signal_problems(self, path: Path) -> Iterator[Finding]:
+        """Signals that fail at the start."""
+        for axis in "xyz":
+            signal = getattr(self.displacement, axis)
+            if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
+                yield Finding((*path, axis), why)
 
     def acts_on(self) -> str:
         """Its body."""
@@ -81,7 +90,7 @@ class Motion(Condition):
         for number, axis in enumerate("xyz"):
             signal = getattr(self.displacement, axis)
             if signal is not None:
-                result[number] = signal.function()
+                result[number] = checked_displacement(signal, f"motion {self.name} along {axis}")
         return result
 
     def axes(self) -> set[int]:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Self
 import numpy as np
 from pydantic import PrivateAttr, field_validator
 
-from pellucid.bodies.initial import INITIAL_MEANING, Initial, SineWave, add_initial_state, initial_problems, initial_velocity
+from pellucid.bodies.initial import (
+    INITIAL_MEANING,
+    Initial,
+    SineWave,
+    add_initial_state,
+    added_velocities,
+    initial_problems,
+    initial_velocity,
+)
 from pellucid.bodies.material_points.checks import cut_problems, grid_problems, outside_problems
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems
@@ -125,17 +133,17 @@ class MaterialPointsCase(BodyModel):
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
-        velocity = initial_velocity(self.velocity, (), position)
+        velocity = initial_velocity(self.velocity, self.name, (), position)
         velocity += np.cross(self.angular_velocity, position - self.shape.geometry().centre())
-        wave = () if self.velocity_wave is None else (self.velocity_wave,)
-        for field in (*wave, *self.initial):
-            if field.quantity == "velocity":
-                velocity += field.at(position)
+        if self.velocity_wave is not None:
+            velocity += self.velocity_wave.at(position)
+        for added in added_velocities(self.name, self.initial, position):
+            velocity += added
         return velocity
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Add the initial fields of the material's state to the arrays of the points, in place."""
-        add_initial_state(self.initial, arrays)
+        add_initial_state(self.name, self.initial, arrays)
 
     def why_no_motion(self) -> Reason | None:
         """A rigid body moves by itself."""
