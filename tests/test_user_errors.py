@@ -40,6 +40,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
+        ('kind: Literal["push"]', "kind: str", ['Push names no kind: give it `kind: Literal["my-kind"] = "my-kind"`']),
+        (
+            '"force on unit mass", 1.0',
+            '"force on unit mass", 1.0, min=0',
+            ["line {line}: TypeError: a parameter has no limit `min`; there are gt, ge"],
+        ),
+        ('reduction("middle")', 'reduction("")', ['the reduction "" must begin with a letter']),
         ("def forces", "def force", ["TypeError: Push does not define `forces`, which a kind of load must have"]),
         ("def at", "def where", ["Shear does not define `at`, which a kind of initial field must have"]),
         ("def function", "def functions", ["Glide does not define `function`, which a kind of signal must have"]),
@@ -75,6 +82,18 @@ def test_a_signal_is_tried_at_the_start(before: str, after: str, words: list[str
         assert word in message
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("yield self.strength / 0", "cannot be checked: ZeroDivisionError: float division by zero, at "),
+        ('yield "too strong"', "`problems` of Push yields 'too strong'; it must yield `pellucid.findings.Finding`"),
+    ],
+)
+def test_checks_between_parts_that_fail_themselves(line: str, words: str, folder: Path) -> None:
+    write(folder, "    def forces", f"    def problems(self, path, parts):\n        {line}\n\n    def forces")
+    assert f'{PLACES[FORCES]} = {{ kind = "push", body = "block" }} {words}' in told(2, "validate", "case.toml")
+
+
 def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
     check = "\n    def model_post_init(self, context):\n        self.strength / 0.0\n"
     line = write(folder, "\n    def forces", f"{check}\n    def forces") + 2
@@ -96,6 +115,12 @@ def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
         (AT, "        position -= 1\n        return position", ["read-only", "work on a copy"]),
         (FORCES, "        return points.mass[:, 0]", ["fails in `forces` at t = 0 s: IndexError", "mine.py:{line}"]),
         (FORCES, "        points.velocity[:] = 0", ["read-only", "mine.py:{line}", "work on a copy"]),
+        (
+            FORCES,
+            "        return [[1j, 0, 0]] * 16",
+            ["`forces` returns an array of complex128; it must return an array of shape"],
+        ),
+        (FORCES, "        raise SystemExit(4)", ["fails in `forces` at t = 0 s: SystemExit: 4, at ", "mine.py:{line} (`raise"]),
         (FORCES, "        pass", ["`forces` returns None; it must return an array of shape (16, 3)"]),
         (MIDDLE, "    return values[:3]", ["returns an array of shape (3,)", "one number", "mine.py:"]),
         (SPEED, '    return field("velo")', ["body block has no field `velo`; it has id, position", "mine.py:{line}"]),

@@ -50,10 +50,16 @@ def _to_si(value: Any, unit: str) -> Any:
     return value
 
 
+LIMITS = ("gt", "ge", "lt", "le", "min_length", "max_length", "pattern", "alias")
+"""What `parameter` passes on to pydantic."""
+
+
 def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
     """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le).
 
-    Raises UnitError for a unit that is unknown or not of SI.
+    Raises UnitError for a unit that is unknown or not of SI, TypeError for an unknown limit.
     """
     check_si(unit)
+    if unknown := sorted(limits.keys() - set(LIMITS)):
+        raise TypeError(f"a parameter has no limit `{unknown[0]}`; there are {', '.join(LIMITS)}")
     return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)

@@ -5,7 +5,7 @@ looked up when a case is read, so that what is registered later counts too.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast, get_origin
 
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
@@ -61,7 +61,12 @@ class Family(Registry[type[ModelType]]):
     def add(self, model: type[ModelType]) -> None:
         """Register a model. Raises TypeError where it names no kind or lacks a method, ValueError where its kind is taken."""
         field = model.model_fields.get("kind")
-        if field is None or not isinstance(field.default, str) or not field.default:
+        if (
+            field is None
+            or get_origin(field.annotation) is not Literal
+            or not isinstance(field.default, str)
+            or not field.default
+        ):
             raise TypeError(f'{model.__name__} names no kind: give it `kind: Literal["my-kind"] = "my-kind"`')
         if lacking := sorted(model.__abstractmethods__):
             methods = listed([f"`{name}`" for name in lacking])

@@ -22,8 +22,8 @@ class WrongArray(ValueError):
 
 
 @contextmanager
-def failing_as(make: Callable[[str], Exception]) -> Iterator[None]:
-    """Raise what `make` makes of the description of an exception that users' code raises in the block.
+def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterator[None]:
+    """Raise what `make` makes of the description of an exception that users' code raises in the block, which calls a function.
 
     Errors of pellucid itself pass as they are.
     """
@@ -31,16 +31,18 @@ def failing_as(make: Callable[[str], Exception]) -> Iterator[None]:
         yield
     except PellucidError:
         raise
-    except Exception as error:
-        raise make(failure(error)) from error
+    except (Exception, SystemExit) as error:
+        raise make(failure(error, function)) from error
 
 
-def failure(error: BaseException) -> str:
-    """What an exception says and where it arose, with a remedy where the cause is known."""
-    words = str(error).partition("\n")[0]
+def failure(error: BaseException, function: Any = None) -> str:
+    """What an exception says and where it arose, or else where the function is, with a remedy where the cause is known."""
+    words = " ".join(str(error).partition("\n\n")[0].split())
     text = f"{type(error).__name__}: {words}" if words else type(error).__name__
     if place := place_of(error):
         text += f", at {place}"
+    elif function is not None:
+        text += f", see {home_of(function)}"
     if isinstance(error, ValueError) and "read-only" in words:
         text += "; the arrays are the body's own and cannot be written to: work on a copy, such as `position.copy()`"
     return text
@@ -59,22 +61,21 @@ def place_of(error: BaseException) -> str:
 
 def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
     """What a user's function returned, as an array of numbers of a shape. Raises WrongArray."""
-    given = ""
+    array, given = np.zeros(0), ""
     try:
-        array = np.asarray(found, dtype=float)
-    except (TypeError, ValueError):
-        array, given = (
-            np.zeros(0),
-            "a list of unequal rows" if isinstance(found, (list, tuple)) else f"a {type(found).__name__}",
-        )
+        array = np.asarray(found)
+    except ValueError:
+        given = "a list of unequal rows"
     if found is None:
         given = "None"
+    elif not given and array.dtype.kind not in "biuf":
+        given = f"an array of {array.dtype.name}" if array.shape else f"a {type(found).__name__}"
     elif not given and array.shape != shape:
         given = f"an array of shape {array.shape}" if array.shape else "one number"
     if given:
         wanted = f"an array of shape {shape}" if shape else "one number"
         raise WrongArray(f"returns {given}; it must return {wanted}, see {home_of(function)}")
-    return array
+    return array.astype(float, copy=False)
 
 
 def read_only(array: np.ndarray) -> np.ndarray:

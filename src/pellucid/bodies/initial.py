@@ -71,7 +71,7 @@ def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping
 def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], key: str) -> np.ndarray:
     """What a field adds, if it is what it must be. Raises CaseError at its key."""
     what = f'the initial field of kind "{field.kind}"'
-    with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key))):
+    with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key)), field.at):
         found = field.at(read_only(position))
     try:
         added = as_array(found, shape, field.at)

@@ -1,5 +1,6 @@
 """Probes: columns of `history.csv`, and the ways to make one number of a field that they can name."""
 
+import re
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -34,6 +35,7 @@ class Quantity(NamedTuple):
 
 REDUCTIONS: Registry[Reduction] = Registry("reduction")
 QUANTITIES: Registry[Quantity] = Registry("quantity")
+NAME = r"[A-Za-z][A-Za-z0-9_-]*"
 PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
 
 ReductionFunction = Callable[[np.ndarray], Any]
@@ -44,6 +46,7 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
     """Decorator: let probes name a function that makes one number of the values of all points, shape (n,)."""
     if not isinstance(name, str):
         raise TypeError(f'write `@reduction("name")` above {getattr(name, "__name__", name)}')
+    _check_name("reduction", name)
     if name in PLACED:
         raise ValueError(f'the reduction "{name}" is taken by pellucid itself: choose another name')
 
@@ -52,6 +55,11 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
         return function
 
     return add
+
+
+def _check_name(what: str, name: str) -> None:
+    if not re.fullmatch(NAME, name):
+        raise ValueError(f'the {what} "{name}" must begin with a letter and hold only letters, digits, - and _')
 
 
 def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callable[[QuantityFunction], QuantityFunction]:
@@ -65,6 +73,7 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
             f'the quantity "{name}" has {components} components; it can have 1, 3 (a vector) or 6 (a symmetric tensor)'
         )
     check_si(unit)
+    _check_name("quantity", name)
     if name in FIELDS:
         raise ValueError(f'the quantity "{name}" is taken by the field of this name: choose another name')
 
@@ -170,7 +179,7 @@ class Probe(Part):
         if own is None:
             return fetch(self.quantity)
         n, what = len(fetch("id")), f'the quantity "{self.quantity}" of body {self.body}'
-        with failing_as(lambda why: RunStopped(f"{what} fails: {why}")):
+        with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), own.function):
             found = own.function(fetch)
         try:
             return as_array(found, (n,) if own.field.components == 1 else (n, own.field.components), own.function)
@@ -180,7 +189,7 @@ class Probe(Part):
     def reduced(self, values: np.ndarray) -> float:
         """The number that the registered reduction makes of the values of all points, shape (n,). Raises RunStopped."""
         function, what = REDUCTIONS.entries[self.reduce].function, f'the reduction "{self.reduce}" of the probe {self.name}'
-        with failing_as(lambda why: RunStopped(f"{what} fails: {why}")):
+        with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), function):
             found = function(values)
         try:
             return float(as_array(found, (), function))

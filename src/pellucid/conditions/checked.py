@@ -19,7 +19,7 @@ def checked_forces(load: "Load", points: "PointsView", time: float) -> np.ndarra
     def stopped(why: str) -> RunStopped:
         return RunStopped(f'the load of kind "{load.kind}" on body {load.body} {why}', body=load.body)
 
-    with failing_as(lambda why: stopped(f"fails in `forces` at t = {time:g} s: {why}")):
+    with failing_as(lambda why: stopped(f"fails in `forces` at t = {time:g} s: {why}"), load.forces):
         found = load.forces(points, time)
     try:
         forces = as_array(found, (len(points.mass), 3), load.forces)
@@ -36,11 +36,11 @@ def checked_forces(load: "Load", points: "PointsView", time: float) -> np.ndarra
 def checked_displacement(signal: "SignalModel", where: str) -> "Displacement":
     """The function of a signal; a value that is no finite number stops the run with RunStopped. where: its key."""
     what = _named(signal, where)
-    with failing_as(lambda why: RunStopped(f"{what} fails in `function`: {why}")):
+    with failing_as(lambda why: RunStopped(f"{what} fails in `function`: {why}"), signal.function):
         function = signal.function()
 
     def displacement(time: float) -> float:
-        with failing_as(lambda why: RunStopped(f"{what} fails at t = {time:g} s: {why}")):
+        with failing_as(lambda why: RunStopped(f"{what} fails at t = {time:g} s: {why}"), function):
             value = float(function(time))
         if not isfinite(value):
             raise RunStopped(f"{what} gives {value} m at t = {time:g} s; mend its `function`, see {home_of(signal.function)}")
@@ -53,7 +53,7 @@ def displacement_fault(signal: "SignalModel", where: str) -> str:
     """What is wrong with a signal at the start, or nothing: it fails, or its displacement or top speed is no finite number."""
     try:
         checked_displacement(signal, where)(0.0)
-        with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}")):
+        with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}"), signal.top_speed):
             speed = float(signal.top_speed())
     except RunStopped as error:
         return str(error)

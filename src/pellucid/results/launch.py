@@ -81,12 +81,12 @@ def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterat
 
     check_memory(case)
     progress.begin("setting up")
-    with compilation_told(progress, kernel_key(case)), _laws_blamed(case):
+    with compilation_told(progress, kernel_key(case)), laws_blamed(case):
         yield Simulation(case, threads)
 
 
 @contextmanager
-def _laws_blamed(case: "Case") -> Iterator[None]:
+def laws_blamed(case: "Case") -> Iterator[None]:
     """Raises CaseError naming the law where numba cannot compile it."""
     from numba.core.errors import NumbaError
 
