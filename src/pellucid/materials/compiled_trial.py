@@ -16,13 +16,12 @@ NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Us
 def why_not_compiled(material: Any) -> str:
     """The function of a material's law that cannot be compiled, where and why; empty where each can."""
     from numba import njit
-    from numba.core.errors import NumbaError
 
     for operation, call in _calls(material).items():
         function = implementations(operation)[type(call.arguments[0])]
         try:
             njit(function)(*call.arguments)
-        except NumbaError as error:
+        except Exception as error:  # numba's have no base in common
             place = _place(str(error)) or f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
             law = type(call.arguments[0]).__name__
             return f"`{operation.__name__}` of the law {law} cannot be compiled: {_reason(str(error))}, at {place}"
@@ -37,7 +36,7 @@ def _calls(material: Any) -> dict[Any, Call]:
 
 def _place(message: str) -> str:
     """The innermost line of users' code that a message of numba names."""
-    found = re.findall(r'File "([^"]+)", line (\d+)', message)
+    found = re.findall(r'File "([^"]+)", line (\d+)', message) + re.findall(r"(?:from|at) (\S+) \((\d+)\)", message)
     users = [(os.path.abspath(file), int(line)) for file, line in found if is_users(os.path.abspath(file))]
     return line_at(*users[0]) if users else ""
 
@@ -46,4 +45,4 @@ def _reason(message: str) -> str:
     """What a message of numba says first."""
     lines = [line.strip() for line in message.splitlines()]
     telling = [line for line in lines if line and not line.startswith(NOISE)]
-    return telling[0].rstrip(".:") if telling else "numba does not say why"
+    return telling[0].partition(". Raised from")[0].rstrip(".:") if telling else "numba does not say why"

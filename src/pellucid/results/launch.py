@@ -88,11 +88,11 @@ def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterat
 @contextmanager
 def laws_blamed(case: "Case") -> Iterator[None]:
     """Raises CaseError naming the law where numba cannot compile it."""
-    from numba.core.errors import NumbaError
+    from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     try:
         yield
-    except NumbaError as error:
+    except (NumbaError, UnsupportedBytecodeError) as error:
         from pellucid.materials.compiled_trial import why_not_compiled
 
         found = [(f"body.{body.name}.material", why_not_compiled(body.material)) for body in case.body]
