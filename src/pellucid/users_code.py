@@ -1,6 +1,7 @@
 """Exceptions of users' code: told with the file, the line and what failed, in place of a bare traceback."""
 
 import linecache
+import os
 import sys
 import sysconfig
 import traceback
@@ -13,8 +14,8 @@ import numpy as np
 
 from pellucid.errors import PellucidError
 
-OWN = str(Path(__file__).parent)
-LIBRARIES = tuple({sysconfig.get_paths()[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")})
+OWN = str(Path(__file__).parent) + os.sep
+LIBRARIES = tuple({sysconfig.get_paths()[name] + os.sep for name in ("stdlib", "platstdlib", "purelib", "platlib")})
 
 
 class WrongArray(ValueError):
