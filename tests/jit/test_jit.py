@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pellucid import jit
-from pellucid.jit import generic, kernel, point_function, pointwise, set_threads
+from pellucid.jit import MissingFunction, generic, kernel, point_function, pointwise, set_threads
 
 TESTS = Path(__file__).parent.parent
 
@@ -65,7 +65,7 @@ def test_the_type_of_the_first_argument_chooses(shape, expected):
 
 
 def test_a_type_without_implementation_is_an_error():
-    with pytest.raises(KeyError):
+    with pytest.raises(MissingFunction, match=r"Hexagon has no `area`: register one with `@point_function\(area, Hexagon\)`"):
         area(Hexagon(1.0), 1.0)
     with pytest.raises(numba.TypingError, match="area"):
         total(Hexagon(1.0), 1)

@@ -48,7 +48,7 @@ class MembraneCase(BodyModel):
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
-        return initial_velocity(self.velocity, self.initial, position)
+        return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Initial fields that it cannot have."""

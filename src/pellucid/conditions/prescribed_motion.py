@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import model_validator
 
 from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
@@ -53,9 +54,17 @@ class Motion(Condition):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or cannot follow a prescribed motion."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        yield from self._signal_problems((*path, "displacement"))
         body = parts.named(BodyModel, self.body)
         if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
+
+    def _signal_problems(self, path: Path) -> Iterator[Finding]:
+        """Signals that fail at the start."""
+        for axis in "xyz":
+            signal = getattr(self.displacement, axis)
+            if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
+                yield Finding((*path, axis), why)
 
     def channels(self) -> Sequence[Channel]:
         """Its work, and what points lose that take its velocity at once."""
@@ -83,7 +92,7 @@ class Motion(Condition):
         for number, axis in enumerate("xyz"):
             signal = getattr(self.displacement, axis)
             if signal is not None:
-                result[number] = signal.function()
+                result[number] = checked_displacement(signal, f"motion {self.name} along {axis}")
         return result
 
     def axes(self) -> set[int]:

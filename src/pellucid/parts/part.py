@@ -10,6 +10,7 @@ from typing import ClassVar, NamedTuple, TypeVar
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.grid.model import GridCase
 from pellucid.model import Model
+from pellucid.users_code import failure, place_of
 
 
 class Part(Model):
@@ -107,12 +108,25 @@ class Parts:
     def findings(self) -> list[Finding]:
         """Everything that does not fit together."""
         repeated = (found for key, section in self.sections.items() for found in _repeated_names(key, section))
-        return [*repeated, *(found for path, part in self.placed(Part) for found in part.problems(path, self))]
+        return [*repeated, *(found for path, part in self.placed(Part) for found in _problems_of(part, path, self))]
 
 
 def name_of(part: Model | str | None) -> str | None:
     """The name of a part that has one; of what is wrong in itself, its name is all that there is."""
     return part if part is None or isinstance(part, str) else getattr(part, "name", None)
+
+
+def _problems_of(part: Part, path: Path, parts: Parts) -> Iterator[Finding]:
+    """What a part finds; that of a user's kind may fail."""
+    try:
+        found = list(part.problems(path, parts))
+    except Exception as error:
+        if not place_of(error):
+            raise
+        found = [Finding(path, f"cannot be checked: {failure(error)}")]
+    for item in found:
+        wrong = f"`problems` of {type(part).__name__} yields {item!r}; it must yield `pellucid.findings.Finding`"
+        yield item if isinstance(item, Finding) else Finding(path, wrong)
 
 
 def _repeated_names(key: str, section: Section) -> Iterator[Finding]:

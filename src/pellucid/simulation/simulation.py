@@ -180,10 +180,10 @@ class Simulation:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
         shown = 0.0
         with signals_caught() as caught:
-            recorder.begin(self)
-            if progress:
-                progress.begin("running", self.case.time.end if until is None else until)
             try:
+                recorder.begin(self)
+                if progress:
+                    progress.begin("running", self.case.time.end if until is None else until)
                 while not self.clock.finished(until):
                     self.step()
                     recorder.after_step(self)

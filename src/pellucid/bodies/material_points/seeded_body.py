@@ -9,7 +9,7 @@ from pydantic import PrivateAttr, field_validator
 
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
-from pellucid.bodies.initial.state import add_initial_state, initial_velocity
+from pellucid.bodies.initial.state import add_initial_state, added_velocities, initial_velocity
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.geometry.box_surface import Face
 from pellucid.geometry.shapes import Geometry, Shape
@@ -99,17 +99,17 @@ class SeededBody(BodyModel):
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
-        velocity = initial_velocity(self.velocity, (), position)
+        velocity = initial_velocity(self.velocity, self.name, (), position)
         velocity += np.cross(self.angular_velocity, position - self.shape.geometry().centre())
-        wave = () if self.velocity_wave is None else (self.velocity_wave,)
-        for field in (*wave, *self.initial):
-            if field.quantity == "velocity":
-                velocity += field.at(position)
+        if self.velocity_wave is not None:
+            velocity += self.velocity_wave.at(position)
+        for added in added_velocities(self.name, self.initial, position):
+            velocity += added
         return velocity
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Add the initial fields of the material's state to the arrays of the points, in place."""
-        add_initial_state(self.initial, arrays)
+        add_initial_state(self.name, self.initial, arrays)
 
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of plane pressure and shear waves in its material at the start [m/s]."""

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from pellucid.energy import FIXED_COLUMNS
-from pellucid.errors import RunStopped
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.users_code import WrongArray, as_array, failing_as, home_of, read_only
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
@@ -24,19 +25,19 @@ OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
 
 
 class PointsView:
-    """The points or nodes of a body at the start of a step. The arrays are the body's own: do not write to them.
+    """The points or nodes of a body at the start of a step. The arrays are the body's own and cannot be written to.
 
     position [m] and velocity [m/s], shape (n, 3); mass [kg], shape (n,).
     """
 
     def __init__(self, body: "Body") -> None:
         self._body = body
-        self.position, self.velocity, self.mass = (body.arrays[name] for name in ("position", "velocity", "mass"))
+        self.position, self.velocity, self.mass = (read_only(body.arrays[name]) for name in ("position", "velocity", "mass"))
 
     @cached_property
     def volume(self) -> np.ndarray:
         """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
-        return self._body.volumes()
+        return read_only(self._body.volumes())
 
 
 class Load(Condition):
@@ -68,6 +69,11 @@ class Load(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Load"], assembly: "Assembly") -> Sequence["ActiveLoad"]:
         """One for each."""
+        for number, load in enumerate(conditions):
+            try:  # before anything is written, so that a load that fails at once costs no earlier results
+                checked_forces(load, PointsView(assembly.bodies[load.body].body), 0.0)
+            except RunStopped as error:
+                raise CaseError(Problem(str(error), f"load.{number}")) from error
         return [ActiveLoad(load, assembly) for load in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -85,23 +91,24 @@ class ActiveLoad(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        forces = self._load.forces(PointsView(self._body), time)
-        forces = _checked(self._load, forces, self._body.n_points)
-        self._body.add_external_force(forces, self._column)
+        self._body.add_external_force(checked_forces(self._load, PointsView(self._body), time), self._column)
 
 
-def _checked(load: Load, forces: np.ndarray, n: int) -> np.ndarray:
-    """The forces of a load, if they are what they must be. Raises RunStopped."""
-    forces = np.asarray(forces, dtype=float)
-    if forces.shape != (n, 3):
-        raise RunStopped(
-            f'the load of kind "{load.kind}" on body {load.body} gives forces of shape {forces.shape} for {n} points; '
-            f"`forces` must return an array of shape ({n}, 3)"
-        )
+def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
+    """The forces of a load [N], shape (n, 3), if they are what they must be. Raises RunStopped."""
+
+    def stopped(why: str) -> RunStopped:
+        return RunStopped(f'the load of kind "{load.kind}" on body {load.body} {why}', body=load.body)
+
+    with failing_as(lambda why: stopped(f"fails in `forces` at t = {time:g} s: {why}"), load.forces):
+        found = load.forces(points, time)
+    try:
+        forces = as_array(found, (len(points.mass), 3), load.forces)
+    except WrongArray as error:
+        raise stopped(f"gives no forces: `forces` {error}") from None
     if not np.isfinite(forces).all():
         point = int(np.flatnonzero(~np.isfinite(forces).all(axis=1))[0])
-        raise RunStopped(
-            f'the load of kind "{load.kind}" on body {load.body} gives the force {forces[point]} N; mend its `forces`',
-            body=load.body,
-        )
+        place = ", ".join(f"{value:.6g}" for value in points.position[point])
+        text = f"gives the force {forces[point]} N at t = {time:g} s on the point at ({place}) m"
+        raise stopped(f"{text}; mend its `forces`, see {home_of(load.forces)}")
     return np.ascontiguousarray(forces)
