@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from membranes import sheet
-from scenes import case
+from small_cases import case
 
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.energy import FIRST_LOAD

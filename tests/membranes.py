@@ -1,7 +1,7 @@
 """Sheets of membrane for tests: on a grid of their own, driven by a velocity gradient."""
 
 import numpy as np
-from scenes import case
+from small_cases import case
 
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import GAS, SLIP, SOLID, advance, box, simulation
+from small_cases import GAS, SLIP, SOLID, advance, box, simulation
 
 from pellucid.energy import (
     ABSORBED,

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from registries import forgotten_afterwards
-from scenes import RATE_SOLID, SOLID, advance, box, simulation
 from scipy.sparse import coo_array, csc_array, identity
 from scipy.sparse.linalg import splu
+from small_cases import RATE_SOLID, SOLID, advance, box, simulation
 
 from pellucid.approximants import grid_functions
 from pellucid.case import Case

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import box, case
+from small_cases import box, case
 
 from pellucid.approximants import grid_functions
 from pellucid.contact.impulses import CHUNK, SLIP, STICK

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import SLIP, box, case
+from small_cases import SLIP, box, case
 
 from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import SLIP, box, case
+from small_cases import SLIP, box, case
 
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.energy import FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, no_work

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import numba
 import pytest
-from scenes import SOLID, box, case
+from small_cases import SOLID, box, case
 
 from pellucid.errors import CaseError
 from pellucid.jit import implementations, point_function

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from elements import element_sheet
 from membranes import THICKNESS, sheet
-from scenes import advance, box, case, simulation
+from small_cases import advance, box, case, simulation
 
 from pellucid.bodies.models import BODIES
 from pellucid.energy import FIRST_LOAD, INTERNAL

@@ -1,7 +1,7 @@
 """The view of a case's parts: what is right in itself, the names of what is not, and what is there at all."""
 
 import pytest
-from scenes import box, case
+from small_cases import box, case
 
 from pellucid.case import Case
 from pellucid.case.sections import parts_in, parts_of

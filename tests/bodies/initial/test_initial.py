@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from registries import forgotten_afterwards
-from scenes import RATE_SOLID, SOLID, box, case
+from small_cases import RATE_SOLID, SOLID, box, case
 
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.initial.sine_wave import SineWave

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from membranes import sheet
-from scenes import GAS, advance, box, simulation
+from small_cases import GAS, advance, box, simulation
 
 from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements

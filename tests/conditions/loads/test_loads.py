@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
-from scenes import advance, box, simulation
+from small_cases import advance, box, simulation
 
 from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import Load, PointsView, checked_forces
