@@ -4,14 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 from membranes import sheet
-from scenes import case
+from small_cases import case
 
-from pellucid.bodies.contract import NodalSupport
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.body import NodalSupport
 
 DENSITY = 1000.0
 

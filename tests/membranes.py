@@ -1,12 +1,12 @@
 """Sheets of membrane for tests: on a grid of their own, driven by a velocity gradient."""
 
 import numpy as np
-from scenes import case
+from small_cases import case
 
-from pellucid.bodies.contract import Placement
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import Placement
 
 E, NU, THICKNESS = 1e6, 0.3, 0.01
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import GAS, SLIP, SOLID, advance, box, simulation
+from small_cases import GAS, SLIP, SOLID, advance, box, simulation
 
 from pellucid.energy import (
     ABSORBED,
@@ -13,7 +13,9 @@ from pellucid.energy import (
     CONTACT,
     CONTACT_WORK,
     FIRST_LOAD,
+    FIXED_COLUMNS,
     GRAVITY,
+    GRAVITY_WORK,
     IMPACT,
     IMPACT_HEAT,
     INTERNAL,
@@ -23,14 +25,15 @@ from pellucid.energy import (
     Channel,
     EnergyBudget,
     Totals,
-    history_order,
+    WorkLayout,
     no_work,
     row_length,
     step_work,
     total_work,
 )
 
-PRESSURE, THRUST = Channel("load_work", 1.0, FIRST_LOAD), Channel("thrust_work", 1.0, FIRST_LOAD + 1)
+PRESSURE, THRUST = Channel("load_work"), Channel("thrust_work")
+BRAKE = Channel("brake_heat", -1.0)
 COLUMNS = FIRST_LOAD + 2
 
 
@@ -70,7 +73,7 @@ def test_what_comes_from_outside_is_no_error():
 def test_every_condition_has_its_channel():
     """2 J of a pressure, 3 J of a motion of which 0.4 + 0.1 J are lost in impact, 0.5 J absorbed, 0.3 J lost in contact: 3.7 J
     of motion are left."""
-    channels = (PRESSURE, ABSORBED_ENERGY, MOTION_WORK, IMPACT_HEAT, CONTACT_WORK)
+    channels = WorkLayout((PRESSURE,), (ABSORBED_ENERGY, MOTION_WORK, IMPACT_HEAT, CONTACT_WORK)).channels
     budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), channels)
     columns = {FIRST_LOAD: 2.0, ABSORBED: 0.5, MOTION: 1.0, IMPACT: 0.4}
     nodes = work(columns, reactions=[(0, 0, 0.5), (0, 0, 0)], impulse=(0.1, 0.2, 0))
@@ -78,7 +81,7 @@ def test_every_condition_has_its_channel():
     # within the bodies: one takes from another, so that no momentum comes in
     touching, named = work({CONTACT: -0.3}, reactions=np.zeros((2, 3))), {"rub": np.array([0, 0, 0.7])}
     for _ in range(2):
-        budget.record([body(1.0 + 3.7, 0.0, (0.1, 1.2, 0.5))], total_work([nodes, driven, touching]), named, 0.1)
+        budget.record([body(1.0 + 3.7, 0.0, (0.1, 1.2, 0.5))], total_work([nodes, driven, touching], COLUMNS), named, 0.1)
     energies = budget.energies([body(4.7, 0.0, (0, 0, 0))])
     expected = {"load_work": 4.0, "absorbed_energy": 1.0, "motion_work": 6.0, "impact_heat": 1.0, "contact_work": -0.6}
     assert {name: energies[name] for name in expected} == pytest.approx(expected)
@@ -94,7 +97,7 @@ def test_every_condition_has_its_channel():
 
 
 def test_loads_of_two_channels_are_kept_apart_and_both_explain_the_energy():
-    budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), (PRESSURE, THRUST))
+    budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), WorkLayout((PRESSURE, THRUST)).channels)
     for kinetic in (3.5, 6.0):
         budget.record([body(kinetic, 0.0, (0, 0, 0))], work({FIRST_LOAD: 4.0, FIRST_LOAD + 1: -1.5}), {}, 0.1)
     energies = budget.energies([body(6.0, 0.0, (0, 0, 0))])
@@ -109,23 +112,45 @@ def test_loads_of_two_channels_are_kept_apart_and_both_explain_the_energy():
 
 
 def test_a_channel_that_a_run_does_not_have_explains_nothing():
-    budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), (PRESSURE,))
+    budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), WorkLayout((PRESSURE,)).channels)
     budget.record([body(2.0, 0.0, (0, 0, 0))], work({FIRST_LOAD + 1: 1.0}), {}, 0.1)
     assert budget.energy_error() == pytest.approx(1.0 / 2.0)
     assert "thrust_work" not in budget.energies([body(2.0, 0.0, (0, 0, 0))])
 
 
-def test_loads_come_first_in_a_history():
-    channels = sorted((CONTACT_WORK, THRUST, IMPACT_HEAT, PRESSURE, ABSORBED_ENERGY, MOTION_WORK), key=history_order)
-    names = ["load_work", "thrust_work", "motion_work", "contact_work", "absorbed_energy", "impact_heat"]
-    assert [channel.name for channel in channels] == names
+def test_conditions_come_first_in_a_history_loads_before_others():
+    others = (IMPACT_HEAT, BRAKE, ABSORBED_ENERGY, MOTION_WORK, PRESSURE, CONTACT_WORK)
+    layout = WorkLayout((PRESSURE, THRUST, PRESSURE), others, n_supports=3)
+    names = ["gravity_work", "support_work", "load_work", "thrust_work", "brake_heat"]
+    names += ["motion_work", "contact_work", "absorbed_energy", "impact_heat"]
+    assert [channel.name for channel in layout.channels] == names
+    own = [layout.column(channel) for channel in (PRESSURE, THRUST, BRAKE)]
+    assert own == [FIRST_LOAD, FIRST_LOAD + 1, FIRST_LOAD + 2]
+    assert (layout.n_loads, layout.n_columns) == (2, FIRST_LOAD + 3)
+    assert layout.no_work().works.shape == (FIRST_LOAD + 3,)
+    assert layout.no_work().reactions.shape == (4, 3)
+
+
+@pytest.mark.parametrize(
+    ("loads", "others"), [((), (Channel("impact_heat"),)), ((PRESSURE,), (Channel("load_work", -1.0),)), ((GRAVITY_WORK,), ())]
+)
+def test_a_name_belongs_to_one_channel(loads, others):
+    with pytest.raises(ValueError, match=f"two channels of the energy balance have the name {[*loads, *others][-1].name}"):
+        WorkLayout(loads, others)
 
 
 def test_every_column_has_one_owner():
-    own = (INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT)
+    own = (INTERNAL, *FIXED_COLUMNS.values())
     assert sorted((*own, FIRST_LOAD)) == list(range(FIRST_LOAD + 1))
-    channels = (MOTION_WORK, CONTACT_WORK, ABSORBED_ENERGY, IMPACT_HEAT)
-    assert [channel.column for channel in channels] == [MOTION, CONTACT, ABSORBED, IMPACT]
+    assert (FIXED_COLUMNS[MOTION_WORK], FIXED_COLUMNS[CONTACT_WORK]) == (MOTION, CONTACT)
+    assert (FIXED_COLUMNS[ABSORBED_ENERGY], FIXED_COLUMNS[IMPACT_HEAT]) == (ABSORBED, IMPACT)
+
+
+def test_rows_without_the_last_columns_did_nothing_in_them():
+    short, long = (np.arange(1.0, n) for n in (4, 6))
+    parts = [no_work(len(works), 0)._replace(works=works) for works in (short, long, short)]
+    assert total_work(parts, 6).works.tolist() == [3.0, 6.0, 9.0, 4.0, 5.0, 0.0]
+    assert short.tolist() == [1.0, 2.0, 3.0]
 
 
 def test_what_a_kernel_sums_is_read_as_it_is_laid_out():
@@ -144,7 +169,7 @@ def test_what_several_parts_did_is_added():
         work({INTERNAL: 1.0, FIRST_LOAD: 2.0}, 3.0, [(1, 0, 0), (0, 1, 0)], (0, 0, 1), one=(1, 2, 3), both=(1, 1, 1)),
         work({INTERNAL: -3.0, IMPACT: 0.5}, 4.0, [(0, 0, 2), (0, 0, 0)], (0, 5, 0), both=(0, 0, 4)),
     ]
-    total = total_work(parts)
+    total = total_work(parts, COLUMNS)
     assert total.works[[INTERNAL, FIRST_LOAD, IMPACT]].tolist() == [-2.0, 2.0, 0.5]
     assert total.gravity_mass == 7.0
     assert total.reactions.tolist() == [[1, 0, 2], [0, 1, 0]]
@@ -183,7 +208,7 @@ def test_nothing_moved_is_no_error():
 
 
 def test_the_balance_survives_json():
-    channels = (PRESSURE, MOTION_WORK)
+    channels = WorkLayout((PRESSURE,), (MOTION_WORK,)).channels
     one = EnergyBudget([body(1.0, 0.5, (2.0, 0, 0))], (0.0, 0.0, -10.0), channels)
     done = work(FALLING | {FIRST_LOAD: 0.1, MOTION: 0.3}, 2.0, [(1 / 3, 0, 0)], tip=(1 / 7, 0, 0))
     one.record([body(0.9, 0.7, (2.3, 0, -2.0))], done, {"rub": np.array([0, 0, 1 / 3])}, 0.1)
@@ -197,7 +222,7 @@ def test_the_balance_survives_json():
 
 def test_a_kept_balance_is_left_alone_by_what_follows():
     """Two runs go on from it in one process: neither counts for the other."""
-    channels, still = (PRESSURE, MOTION_WORK), [body(1.0, 0.5, (2.0, 0, 0))]
+    channels, still = WorkLayout((PRESSURE,), (MOTION_WORK,)).channels, [body(1.0, 0.5, (2.0, 0, 0))]
     done = work({FIRST_LOAD: 0.1, MOTION: 0.3}, reactions=[(1.0, 0, 0)], tip=(0.5, 0, 0))
     one, other, late = (EnergyBudget(still, (0.0, 0.0, 0.0), channels) for _ in range(3))
     one.record(still, done, {}, 0.1)

@@ -107,7 +107,11 @@ def test_mistakes_in_what_a_file_registers_are_found_like_any_other(folder: Path
     [
         ("np.full_like", "np.full_like(", ["line 11: SyntaxError", "mend "]),
         ("import numpy as np", "import nunpy as np", ["line 2: ModuleNotFoundError: No module named 'nunpy'"]),
-        ('"uniform"] = "uniform"', '"sine-wave"] = "sine-wave"', ['"sine-wave" is taken by pellucid.bodies.initial.SineWave']),
+        (
+            '"uniform"] = "uniform"',
+            '"sine-wave"] = "sine-wave"',
+            ['"sine-wave" is taken by pellucid.bodies.initial.sine_wave.SineWave'],
+        ),
         ("(InitialField)", "", ["line 5: TypeError", "no kind of anything"]),
     ],
 )

@@ -8,11 +8,12 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from registries import forgotten_afterwards
 
-from pellucid.bodies.initial import INITIAL_FIELDS, InitialField
+from pellucid.bodies.initial import INITIAL_FIELDS
+from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.models import BODIES
 from pellucid.case import json_schema
 from pellucid.case.schema import schema_of
-from pellucid.conditions.load import LOADS
+from pellucid.conditions.loads import LOADS
 from pellucid.conditions.signals import SIGNALS
 from pellucid.materials import MATERIALS, MEMBRANE_MATERIALS, Material
 from pellucid.materials.eos import EQUATIONS_OF_STATE

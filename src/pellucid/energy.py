@@ -1,44 +1,80 @@
 """The balance of mass, momentum and energy: one table of works from the kernels to `history.csv`, and one place that sums it.
 
 Every kernel that does work on behalf of a cause adds it to the column of that cause in a row of works [J]. A row begins with
-the columns below; the columns behind them belong to the loads of the run, one for each channel that loads name.
+the columns of the nodes' own kernels; those behind them belong to the conditions of the run, see `WorkLayout`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, FIRST_LOAD = range(8)
-"""Columns of a row of works; INTERNAL is the work of internal forces, which exchanges kinetic and stored energy."""
+"""Columns of a row of works that kernels of nodes and bodies fill; INTERNAL is the work of internal forces, which exchanges
+kinetic and stored energy. From FIRST_LOAD on come those of the channels of external forces."""
 
 
 class Channel(NamedTuple):
-    """External work or loss: its name in `history.csv`; 1, or -1 where it counts energy that leaves; its column."""
+    """External work or loss: its name in `history.csv`, which ends in `_work`, `_heat` or `_energy`, and its sign."""
 
     name: str
-    sign: float
-    column: int
+    sign: float = 1.0
+    """-1 where it counts energy that leaves."""
 
 
-GRAVITY_WORK, SUPPORT_WORK = Channel("gravity_work", 1.0, GRAVITY), Channel("support_work", 1.0, SUPPORT)
-MOTION_WORK, CONTACT_WORK = Channel("motion_work", 1.0, MOTION), Channel("contact_work", 1.0, CONTACT)
-ABSORBED_ENERGY, IMPACT_HEAT = Channel("absorbed_energy", -1.0, ABSORBED), Channel("impact_heat", -1.0, IMPACT)
+GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
+    Channel, ("gravity_work", "support_work", "motion_work", "contact_work")
+)
+ABSORBED_ENERGY, IMPACT_HEAT = Channel("absorbed_energy", -1.0), Channel("impact_heat", -1.0)
+FIXED_COLUMNS: Mapping[Channel, int] = {
+    GRAVITY_WORK: GRAVITY,
+    SUPPORT_WORK: SUPPORT,
+    MOTION_WORK: MOTION,
+    CONTACT_WORK: CONTACT,
+    ABSORBED_ENERGY: ABSORBED,
+    IMPACT_HEAT: IMPACT,
+}
+"""Of the channels that kernels of nodes and bodies fill."""
+ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}
+"""The channels that every history shows."""
 
 
-def history_order(channel: Channel) -> tuple[bool, int]:
-    """The order of the channels in `history.csv` behind those of gravity and supports: loads come first."""
-    return channel.column < FIRST_LOAD, channel.column
+class WorkLayout:
+    """Which column of a row of works each channel of a run has, and how many supports have impulses.
+
+    loads: the channels of external forces, each with an array at the nodes and the columns from FIRST_LOAD on; others: those of
+    work that conditions or kernels count. channels: those of both that the history shows, in its order, with their columns.
+    Raises ValueError where two channels have one name.
+    """
+
+    def __init__(self, loads: Iterable[Channel] = (), others: Iterable[Channel] = (), n_supports: int = 0) -> None:
+        loads, others = dict.fromkeys(loads), dict.fromkeys(others)
+        own = [*loads, *(channel for channel in others if channel not in FIXED_COLUMNS and channel not in loads)]
+        names = [channel.name for channel in (*FIXED_COLUMNS, *own)]
+        if repeated := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"two channels of the energy balance have the name {repeated[0]}")
+        self.n_loads, self.n_columns, self.n_supports = len(loads), FIRST_LOAD + len(own), n_supports
+        columns = {channel: FIRST_LOAD + number for number, channel in enumerate(own)}
+        fixed = {channel: column for channel, column in FIXED_COLUMNS.items() if channel in others}
+        self.channels: Mapping[Channel, int] = {**ALWAYS, **columns, **fixed}
+
+    def column(self, channel: Channel) -> int:
+        """The column of a channel of this run."""
+        return self.channels[channel]
+
+    def no_work(self) -> "StepWork":
+        """No work, in a row with all columns."""
+        return no_work(self.n_columns, self.n_supports)
 
 
 class StepWork(NamedTuple):
     """Work and impulses of a step."""
 
-    works: np.ndarray  # (columns,) [J]
+    works: np.ndarray  # (columns,) [J]; a row may leave out its last columns, in which nothing was done
     gravity_mass: float  # of the nodes on which gravity acts [kg]
     reactions: np.ndarray  # (supports + 1, 3) impulses of the supports, in the last row those across thin axes [N s]
-    impulse: np.ndarray  # (3,) of loads and absorbing faces [N s]
+    impulse: np.ndarray  # (3,) of all other external actions [N s]
     motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
 
 
@@ -58,12 +94,15 @@ def step_work(sums: np.ndarray, columns: int) -> StepWork:
     return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})
 
 
-def total_work(parts: Sequence[StepWork]) -> StepWork:
-    """The sum over several parts, added in their order."""
-    works, gravity_mass, reactions, impulse, _ = parts[0]
+def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
+    """The sum over several parts, added in their order, in a row with so many columns."""
+    gravity_mass, reactions, impulse = parts[0].gravity_mass, parts[0].reactions, parts[0].impulse
+    works = np.zeros(columns)
+    works[: len(parts[0].works)] = parts[0].works
     motions: dict[str, np.ndarray] = {}
     for part in parts[1:]:
-        works, gravity_mass = works + part.works, gravity_mass + part.gravity_mass
+        works[: len(part.works)] += part.works
+        gravity_mass = gravity_mass + part.gravity_mass
         reactions, impulse = reactions + part.reactions, impulse + part.impulse
     for part in parts:
         for name, given in part.motions.items():
@@ -106,7 +145,7 @@ class Balanced(Protocol):
 
 
 class EnergyBudget:
-    """Energies and momentum after each step, against external work and losses, the `channels` of the run.
+    """Energies and momentum after each step, against external work and losses, the `channels` of the run with their columns.
 
     The error of the energy has two causes that are kept apart: `transfer`, kinetic energy lost or won when velocities go
     between points and grid (walls included), and `time_integration`, the work of internal forces on the grid that the
@@ -114,10 +153,10 @@ class EnergyBudget:
     """
 
     def __init__(
-        self, bodies: Sequence[Balanced], gravity: tuple[float, float, float], channels: Sequence[Channel] = ()
+        self, bodies: Sequence[Balanced], gravity: tuple[float, float, float], channels: Mapping[Channel, int] = ALWAYS
     ) -> None:
         self.gravity = np.array(gravity)
-        self.channels = (GRAVITY_WORK, SUPPORT_WORK, *channels)
+        self.channels = channels
         self.kinetic, self.stored = self._energies(bodies)
         self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
         self.initial_momentum = self._momentum(bodies)
@@ -133,8 +172,8 @@ class EnergyBudget:
         """Add a step: the bodies at its end, its work, and the impulses of named contacts, (3,) each [N s]."""
         kinetic, stored = self._energies(bodies)
         internal, external = float(done.works[INTERNAL]), 0.0
-        for channel in self.channels:
-            amount = float(done.works[channel.column])
+        for channel, column in self.channels.items():
+            amount = float(done.works[column])
             self.sums[channel.name] += amount
             external += channel.sign * amount
         self.transfer += kinetic - self.kinetic - (internal + external)

@@ -4,10 +4,10 @@ A class decorated with `register` is a kind of what its base class says: a mater
 field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes.
 """
 
-from pellucid.bodies.initial import InitialField
+from pellucid.bodies.initial.contract import InitialField
 from pellucid.case.probe import quantity, reduction
-from pellucid.conditions.load import Load, PointsView
-from pellucid.conditions.signals import SignalModel
+from pellucid.conditions.loads.contract import Load, PointsView
+from pellucid.conditions.signals.contract import SignalModel
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial

@@ -47,7 +47,8 @@ def load_file(path: str) -> None:
         if before is not None:
             sys.modules[module.__name__] = before
         place = _line(error, path)
-        raise ExtensionError(f"{place}{type(error).__name__}: {error}", f"mend {path}, or leave it out") from error
+        words = " ".join(str(error).partition("\n\n")[0].split())
+        raise ExtensionError(f"{place}{type(error).__name__}: {words}", f"mend {path}, or leave it out") from error
     _loaded[path] = digest
 
 

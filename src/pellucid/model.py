@@ -5,6 +5,8 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from pellucid.units import check_si
+
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
 
 
@@ -48,6 +50,16 @@ def _to_si(value: Any, unit: str) -> Any:
     return value
 
 
+LIMITS = ("gt", "ge", "lt", "le", "min_length", "max_length", "pattern", "alias")
+"""What `parameter` passes on to pydantic."""
+
+
 def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
-    """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le)."""
+    """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le).
+
+    Raises UnitError for a unit that is unknown or not of SI, TypeError for an unknown limit.
+    """
+    check_si(unit)
+    if unknown := sorted(limits.keys() - set(LIMITS)):
+        raise TypeError(f"a parameter has no limit `{unknown[0]}`; there are {', '.join(LIMITS)}")
     return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)

@@ -5,12 +5,13 @@ looked up when a case is read, so that what is registered later counts too.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast, get_origin
 
-from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from pellucid.findings import listed
+from pellucid.users_code import failure
 
 ModelType = TypeVar("ModelType", bound=BaseModel)
 EntryType = TypeVar("EntryType")
@@ -58,10 +59,18 @@ class Family(Registry[type[ModelType]]):
         self.base, self.default = base, default
 
     def add(self, model: type[ModelType]) -> None:
-        """Register a model. Raises TypeError where it names no kind, ValueError where its kind is taken."""
+        """Register a model. Raises TypeError where it names no kind or lacks a method, ValueError where its kind is taken."""
         field = model.model_fields.get("kind")
-        if field is None or not isinstance(field.default, str) or not field.default:
+        if (
+            field is None
+            or get_origin(field.annotation) is not Literal
+            or not isinstance(field.default, str)
+            or not field.default
+        ):
             raise TypeError(f'{model.__name__} names no kind: give it `kind: Literal["my-kind"] = "my-kind"`')
+        if lacking := sorted(model.__abstractmethods__):
+            methods = listed([f"`{name}`" for name in lacking])
+            raise TypeError(f"{model.__name__} does not define {methods}, which a kind of {self.what} must have")
         self.take(field.default, model, model)
 
     def validated(self, value: Any) -> ModelType:
@@ -79,7 +88,12 @@ class Family(Registry[type[ModelType]]):
         if model is None:
             tags = ", ".join(f"'{name}'" for name in self._entries)
             raise PydanticKnownError("union_tag_invalid", {"discriminator": "kind", "tag": str(kind), "expected_tags": tags})
-        return model.model_validate(value)
+        try:
+            return model.model_validate(value)
+        except ValidationError:
+            raise
+        except Exception as error:  # of a user's kind: pydantic lets all but ValueError and AssertionError pass
+            raise ValueError(f'the {self.what} of kind "{kind}" fails when it is read: {failure(error)}') from error
 
 
 class OneOf:

@@ -1,6 +1,7 @@
 """Units at the boundary: "3 kPa" becomes 3000.0; inside there are only SI numbers. Imports pint only when called."""
 
 import difflib
+import re
 from functools import cache
 from tokenize import TokenError
 from typing import Any
@@ -9,6 +10,10 @@ COMMON = (
     "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm "
     "Hz kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
 )
+
+_SI = r"(?:m|kg|s|A|K|mol|rad|N|Pa|J|W|Hz|V|C)(?:\^-?[1-9])?"
+_COHERENT = re.compile(rf"(?:1|{_SI})(?:[*/]{_SI})*")
+"""Products of SI units: what pint need not be asked about."""
 
 
 class UnitError(ValueError):
@@ -60,6 +65,29 @@ def to_si(text: str, unit: str) -> float:
         raise UnitError(
             f'"{text}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
         ) from None
+
+
+def check_si(unit: str) -> None:
+    """Raises UnitError for what is no coherent SI unit, such as "kPa" or "Pas"; "" and "1" stand for pure numbers."""
+    if not isinstance(unit, str):
+        raise UnitError(f'the unit must be a text, such as "kg/m^3", and not {unit!r}')
+    if not unit or _COHERENT.fullmatch(unit):
+        return
+    import pint
+
+    try:
+        known = _registry().Unit(unit)
+        factor = _registry().Quantity(1.0, known).to_base_units()
+    except pint.UndefinedUnitError as error:
+        names: Any = error.unit_names
+        name = names if isinstance(names, str) else str(names[0])
+        raise UnitError(f'unknown unit "{name}"{_suggestion(name)}') from None
+    except (ArithmeticError, AssertionError, AttributeError, SyntaxError, TokenError, TypeError, ValueError, pint.PintError):
+        raise UnitError(f'cannot read "{unit}" as a unit, such as "kg/m^3"') from None
+    if abs(factor.magnitude - 1.0) > 1e-12:
+        raise UnitError(
+            f'"{unit}" is no SI unit without a prefix, such as "kg/m^3"; declare one, and a case may still say "1 {unit}"'
+        )
 
 
 def _is_number(text: str) -> bool:

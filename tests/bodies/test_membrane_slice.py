@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
+from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.grid.model import GridCase
@@ -93,10 +93,10 @@ def meeting(kind, thickness):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("scene", [loaded, meeting])
-def test_everything_that_adds_up_grows_with_the_thickness_and_nothing_else(scene, kind):
+@pytest.mark.parametrize("sim", [loaded, meeting])
+def test_everything_that_adds_up_grows_with_the_thickness_and_nothing_else(sim, kind):
     """By a power of two, so that the bits of what does not grow are the same."""
-    thin, thick = (advance(scene(kind, t), 40) for t in (0.25, 2.0))
+    thin, thick = (advance(sim(kind, t), 40) for t in (0.25, 2.0))
     assert thick.time == thin.time
     for one, other in zip(thin.bodies, thick.bodies, strict=True):
         for name in {*one.field_names, "stress", "density"}:

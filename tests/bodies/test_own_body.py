@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from registries import forgotten_afterwards
-from scenes import RATE_SOLID, SOLID, advance, box, simulation
 from scipy.sparse import coo_array, csc_array, identity
 from scipy.sparse.linalg import splu
+from small_cases import RATE_SOLID, SOLID, advance, box, simulation
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.contract import Body, NodalBody, NodalSupport, Placement
 from pellucid.case import Case
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
@@ -26,7 +25,9 @@ from pellucid.geometry.shapes import Box
 from pellucid.grid.model import GridCase
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts import BodyModel, Parts
+from pellucid.parts.body import Body, NodalBody, NodalSupport, Placement
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
 from pellucid.registry import register
 from pellucid.results import run_case
 from pellucid.simulation.simulation import Simulation

@@ -1,7 +1,7 @@
 """The files that a case reads beside its own."""
 
 import pytest
-from scenes import RATE_SOLID, box, case
+from small_cases import RATE_SOLID, box, case
 
 from pellucid.case import Case
 from pellucid.case.inputs import digests

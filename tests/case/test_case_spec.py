@@ -2,8 +2,8 @@ import json
 
 import pytest
 from pydantic import ValidationError
-from scenes import box
-from scenes import case as small_case
+from small_cases import box
+from small_cases import case as small_case
 
 from pellucid import catalogue
 from pellucid.case import Case, dumps, json_schema, load, loads

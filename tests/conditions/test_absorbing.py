@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import RATE_SOLID, box, case
+from small_cases import RATE_SOLID, box, case
 
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import RATE_SOLID, SLIP, advance, box, case, simulation
+from small_cases import RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.conditions.support import Support
@@ -114,19 +114,19 @@ def test_points_in_a_grip_have_its_velocity(where, transfer):
 @pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
 def test_a_symmetry_plane_is_a_mirror(scheme):
     """Half a bar that pulsates beside a symmetry plane moves as the half of the whole bar, bit for bit but for rounding."""
-    scenes = []
+    sims = []
     for lower, counts in ((-3, (6, 1, 1)), (0, (3, 1, 1))):
         wave = {"amplitude": (0.2, 0, 0), "wave_vector": (0.8, 0, 0), "phase": 0.0}
         bar = box((max(lower, -2), 0, 0), (2, 0, 0), RATE_SOLID, (2, 1, 1), velocity_wave=wave)
         plane = [{"where": "x-lower", "fix": "normal"}] if lower == 0 else []
-        scenes.append(advance(simulation(bar, counts=counts, lower=(lower, 0, 0), support=plane, scheme=scheme, end=10.0), 60))
-    whole, half = (sim.bodies[0].frame() for sim in scenes)
+        sims.append(advance(simulation(bar, counts=counts, lower=(lower, 0, 0), support=plane, scheme=scheme, end=10.0), 60))
+    whole, half = (sim.bodies[0].frame() for sim in sims)
     right = whole["position"][:, 0] > 0.0
     for field in ("position", "velocity", "stress"):
         scale = np.abs(whole[field]).max()
         # a few dozen roundings a step, for sixty steps
         assert np.abs(whole[field][right] - half[field]).max() < 1e-12 * scale, field
-    assert scenes[1].budget.kinetic == pytest.approx(0.5 * scenes[0].budget.kinetic, rel=1e-12)
+    assert sims[1].budget.kinetic == pytest.approx(0.5 * sims[0].budget.kinetic, rel=1e-12)
 
 
 def test_slip_walls_let_tangential_motion_pass():

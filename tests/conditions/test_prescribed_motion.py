@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import GAS, RATE_SOLID, SLIP, advance, box, case
+from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case
 
 from pellucid.case import Case
 from pellucid.errors import CaseError

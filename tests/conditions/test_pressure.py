@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import advance
+from small_cases import advance
 
 from pellucid.case import Case
 from pellucid.geometry.cushion_surface import CushionSurface

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from membranes import sheet
-from scenes import SOLID, advance, box, simulation
+from small_cases import SOLID, advance, box, simulation
 
 
 def sheet_and_block(**more):

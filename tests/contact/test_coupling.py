@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import box, case
+from small_cases import box, case
 
 from pellucid.approximants import grid_functions
 from pellucid.contact.coupling import GridCoupling

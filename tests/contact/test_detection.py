@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from membranes import sheet
-from scenes import box, place, simulation
+from small_cases import box, place, simulation
 
 CENTRE = np.array([4.0, 4.0, 4.0])
 

@@ -4,13 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import box, case
+from small_cases import box, case
 
 from pellucid.approximants import grid_functions
 from pellucid.contact.impulses import CHUNK, SLIP, STICK
 from pellucid.contact.pairs import ContactPair, ContactPairs
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import Supports, external_action
+from pellucid.grid.momentum import Supports
 from pellucid.grid.velocity_field import VelocityField
 
 N = CHUNK + 50  # so that works are sums of two chunks
@@ -23,7 +24,7 @@ def two_fields(kind, friction=0.0, held=()):
     grids = (Grid(whole.grid), Grid(whole.grid))
     fields = tuple(VelocityField(name, grid, moves_points=True) for name, grid in zip("ab", grids, strict=True))
     for field in fields:
-        free = external_action(field.grid.n_nodes, 0, False, False, False)
+        free = NodalActions(field, 0).external()
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
     bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0)]] * 2

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from scenes import SLIP, box, case
+from small_cases import SLIP, box, case
 
 from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import CHUNK, NodalMomentum, external_action
+from pellucid.grid.momentum import CHUNK, ExternalAction, NodalMomentum
+from pellucid.grid.velocity_field import VelocityField
 
 DT, SMALL = 0.25, 1e-3
 GRAVITY = (0.5, 0.0, -2.0)
@@ -31,7 +33,7 @@ def nodes_at_random(counts, support=()):
 
 def momentum_of(nodes, walls, gravity, external=None):
     """Of these nodes, on which nothing else acts where `external` is left out."""
-    free = external_action(len(nodes.mass), 0, loaded=False, absorbs=False, driven=False)
+    free = ExternalAction(np.zeros((0, 0, 3)), *(np.zeros((0, 3)) for _ in range(4)))
     return NodalMomentum(nodes, walls, gravity, SMALL, flip=1.0, external=external or free)
 
 
@@ -119,7 +121,10 @@ def test_loads_push_absorbing_faces_brake_and_each_has_its_column():
     nodes.mass[nodes.mass < 0.1] = 0.0  # without light nodes, whose works are those of other velocities
     full = nodes.mass > 0.0
     nodes.momentum[~full] = nodes.force[~full] = 0.0
-    external = external_action(grid.n_nodes, 2, loaded=True, absorbs=True, driven=False)
+    actions = NodalActions(VelocityField("common", grid, moves_points=True), 2)
+    actions.take_loads()
+    actions.absorption()
+    external = actions.external()
     external.loads[:, full] = generator.normal(size=(2, full.sum(), 3))
     external.absorption[full] = generator.uniform(0.0, 3.0, (full.sum(), 3))
     work = momentum_of(nodes, walls, GRAVITY, external).advance(DT)

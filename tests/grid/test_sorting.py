@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import box, case, place, simulation
+from small_cases import box, case, place, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.approximants.axis import axis_weights

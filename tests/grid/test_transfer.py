@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from algebra import matrix, tensor
-from scenes import SOLID, box, place, simulation
+from small_cases import SOLID, box, place, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS
 

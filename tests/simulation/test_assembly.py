@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from membranes import sheet
-from scenes import SOLID, advance, box, case, simulation
+from small_cases import SOLID, advance, box, case, simulation
 
 import pellucid
 from pellucid.errors import CaseError
@@ -195,7 +195,7 @@ def test_contact_begins_within_a_quarter_of_a_cell(first, half, tilt, functions,
 
 
 def bodies_of(whole):
-    return [body for body, _ in build_bodies(whole, Flip())[1].values()]
+    return [body for body, _ in build_bodies(whole, Flip(), n_loads=0)[1].values()]
 
 
 def test_bodies_that_overlap_at_the_start_are_refused():

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import GAS, SOLID, advance, box, case, simulation
+from small_cases import GAS, SOLID, advance, box, case, simulation
 
 from pellucid.case import TimeCase
 from pellucid.case.spec import STEP_MARGIN

@@ -12,7 +12,7 @@ import pytest
 PROGRAM = """
 import hashlib, json, sys
 import numpy as np
-from scenes import GAS, SLIP, SOLID, advance, box, case
+from small_cases import GAS, SLIP, SOLID, advance, box, case
 from pellucid.simulation.simulation import Simulation
 
 wave = {"amplitude": (0.3, 0.4, 0), "wave_vector": (0.3, 0.2, 0)}

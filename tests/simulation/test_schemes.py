@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import SLIP, SOLID, box, simulation
+from small_cases import SLIP, SOLID, box, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.simulation.schemes import SCHEMES

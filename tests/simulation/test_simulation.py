@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from elements import element_sheet
-from scenes import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
+from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.references.riemann import GasState, solve

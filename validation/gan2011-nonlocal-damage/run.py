@@ -84,17 +84,17 @@ def strip(path: Path, cell: float, radius: float | None, functions: str) -> Case
 
 def pull(case: Case) -> tuple[list[tuple[float, float]], dict[str, np.ndarray], float]:
     """Rows of the ends' distance [m] and the failed area [m²]; the initial places and failed points; the energy error."""
-    scene = Simulation(case, threads=1)
-    body = scene.bodies[0]
+    simulation = Simulation(case, threads=1)
+    body = simulation.bodies[0]
     move = case.motion[1].functions()[0]
     rows = []
     for row in range(1, ROWS + 1):
-        while scene.time < DURATION * row / ROWS:
-            scene.step()
+        while simulation.time < DURATION * row / ROWS:
+            simulation.step()
         failed = body.field("failed") @ body.field("mass") / (DENSITY * THICKNESS)
-        rows.append((2.0 * move(scene.time), float(failed)))
+        rows.append((2.0 * move(simulation.time), float(failed)))
     frame = {name: body.field(name)[np.argsort(body.field("id"))] for name in ("start", "failed")}
-    return rows, frame, scene.budget.energy_error()
+    return rows, frame, simulation.budget.energy_error()
 
 
 def torn_area(rows: list[tuple[float, float]]) -> float:

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.bodies.initial import INITIAL_MEANING, Initial, initial_problems, initial_velocity
+from pellucid.bodies.initial import INITIAL_MEANING, Initial
+from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.inside import Inside
@@ -13,7 +14,8 @@ from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials import MembraneMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts import BodyModel, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
 
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
@@ -46,7 +48,7 @@ class MembraneCase(BodyModel):
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
-        return initial_velocity(self.velocity, self.initial, position)
+        return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Initial fields that it cannot have."""

@@ -5,7 +5,7 @@ from typing import Annotated
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_points.model import MembranePointsCase
-from pellucid.parts import BodyModel
+from pellucid.parts.body_model import BodyModel
 from pellucid.registry import Family, OneOf
 
 BODIES = Family("body", BodyModel, default="material-points")

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.findings import Finding, Path
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector
-from pellucid.parts import StepLimit
+from pellucid.parts.body_model import StepLimit
 
 SLACK = 1e-9  # of the extent of the grid, for rounding
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")

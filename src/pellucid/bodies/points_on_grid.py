@@ -6,7 +6,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.bodies.contract import GridBody
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import transfer as kernels
@@ -16,6 +15,7 @@ from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.body import GridBody
 from pellucid.reductions import ordered_sum
 
 HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show

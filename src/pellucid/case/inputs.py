@@ -1,17 +1,41 @@
-"""The files that a case reads beside its own: tables of motions, surfaces, extensions."""
+"""The files that a case depends on beside its own: tables of motions, surfaces, extensions, what registers its kinds."""
 
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
+from pellucid.case.probe import OWN_REDUCTIONS, QUANTITIES, REDUCTIONS
 from pellucid.case.spec import Case
+from pellucid.users_code import file_of, is_own
 
 
 def digests(case: Case) -> dict[str, str]:
     """SHA-256 of every input file, by its path: a run goes on only with the files that it began with."""
     paths = sorted({*case.extensions, *_paths(case.to_data())})
     return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in paths}
+
+
+def users_kinds(case: Case) -> dict[str, str]:
+    """The file that registered each kind, reduction and quantity that a case names and pellucid does not bring."""
+    found = {}
+    for probe in case.probe:
+        if probe.reduce not in OWN_REDUCTIONS:
+            found[probe.reduce] = file_of(REDUCTIONS.entries[probe.reduce].function)
+        if probe.quantity in QUANTITIES.entries:
+            found[probe.quantity] = file_of(QUANTITIES.entries[probe.quantity].function)
+    found |= {str(part.kind): file_of(type(part)) for part in _tables(case) if hasattr(part, "kind")}
+    return {name: file for name, file in found.items() if not is_own(file)}
+
+
+def _tables(value: Any) -> Iterator[Any]:
+    if isinstance(value, BaseModel):
+        yield value
+        value = [getattr(value, name) for name in type(value).model_fields]
+    for item in value if isinstance(value, (list, tuple)) else ():
+        yield from _tables(item)
 
 
 def _paths(data: Any) -> Iterator[str]:

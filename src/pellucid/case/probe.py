@@ -1,17 +1,23 @@
 """Probes: columns of `history.csv`, and the ways to make one number of a field that they can name."""
 
+import re
 from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import Vector, parameter
-from pellucid.parts import Condition, Part, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Part, Parts
 from pellucid.registry import OneNameOf, Registry
 from pellucid.state import COMPONENT_NAMES, FIELDS, Field
+from pellucid.units import check_si
+from pellucid.users_code import WrongArray, as_array, failing_as
 
 Fetch = Callable[[str], np.ndarray]
 """A field of a body by its name, in the order in which its points are stored."""
@@ -32,6 +38,7 @@ class Quantity(NamedTuple):
 
 REDUCTIONS: Registry[Reduction] = Registry("reduction")
 QUANTITIES: Registry[Quantity] = Registry("quantity")
+NAME = r"[A-Za-z][A-Za-z0-9_-]*"
 PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
 
 ReductionFunction = Callable[[np.ndarray], Any]
@@ -40,6 +47,9 @@ QuantityFunction = Callable[[Fetch], np.ndarray]
 
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
     """Decorator: let probes name a function that makes one number of the values of all points, shape (n,)."""
+    if not isinstance(name, str):
+        raise TypeError(f'write `@reduction("name")` above {getattr(name, "__name__", name)}')
+    _check_name("reduction", name)
     if name in PLACED:
         raise ValueError(f'the reduction "{name}" is taken by pellucid itself: choose another name')
 
@@ -50,12 +60,23 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
     return add
 
 
+def _check_name(what: str, name: str) -> None:
+    if not re.fullmatch(NAME, name):
+        raise ValueError(f'the {what} "{name}" must begin with a letter and hold only letters, digits, - and _')
+
+
 def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callable[[QuantityFunction], QuantityFunction]:
     """Decorator: let probes name a field that a function works out from those of a body.
 
     The function takes `field`, which gives fields by name, and returns an array of shape (n,), or (n, components) where there
-    are 3 or 6 of them. unit: in SI units, such as "m/s".
+    are 3 or 6 of them. unit: in SI units, such as "m/s". Raises ValueError for another number of components or another unit.
     """
+    if components not in (1, 3, 6):
+        raise ValueError(
+            f'the quantity "{name}" has {components} components; it can have 1, 3 (a vector) or 6 (a symmetric tensor)'
+        )
+    check_si(unit)
+    _check_name("quantity", name)
     if name in FIELDS:
         raise ValueError(f'the quantity "{name}" is taken by the field of this name: choose another name')
 
@@ -70,12 +91,13 @@ reduction("mean")(np.mean)
 reduction("max")(np.max)
 reduction("min")(np.min)
 reduction("sum")(np.sum)
+OWN_REDUCTIONS = (*REDUCTIONS.entries, *PLACED)
 
 
 COLUMNS = (
     *("time", "step", "dt", "kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy", "dissipated_energy"),
-    *("gravity_work", "support_work", "motion_work", "contact_work", "absorbed_energy", "impact_heat", "artificial_heat"),
-    *("transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
+    *(channel.name for channel in FIXED_COLUMNS),
+    *("artificial_heat", "transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
 )
 """Columns of the history that probes cannot be called."""
 
@@ -123,17 +145,19 @@ class Probe(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body, field, component or condition that is not there."""
-        loads = (condition.load_channel() for condition in parts.of(Condition))
-        if self.name in (*COLUMNS, *loads):
+        conditions = parts.of(Condition)
+        loads = (condition.load_channel() for condition in conditions)
+        others = (channel.name for condition in conditions for channel in condition.channels())
+        if self.name in (*COLUMNS, *loads, *others):
             yield Finding((*path, "name"), f"the history has a column {self.name} of its own", "choose another name")
         if self.body is None:
             yield from self._reaction_problems(path, parts)
             choices = COMPONENT_NAMES[3]
-        elif unknown := list(parts.unknown_body((*path, "body"), self.body)):
+        elif unknown := list(parts.unknown(BodyModel, (*path, "body"), self.body)):
             yield from unknown
             return
         else:
-            body = parts.body(self.body)
+            body = parts.named(BodyModel, self.body)
             fields = [*(FIELDS if body is None else body.probed), *QUANTITIES.entries]
             if self.quantity not in fields:
                 text = f"body {self.body} has no such field; it has {listed(fields)}"
@@ -159,9 +183,20 @@ class Probe(Part):
         own = QUANTITIES.entries.get(self.quantity)
         if own is None:
             return fetch(self.quantity)
-        values, n = np.asarray(own.function(fetch), dtype=float), len(fetch("id"))
-        wanted = (n,) if own.field.components == 1 else (n, own.field.components)
-        if values.shape != wanted:
-            text = f'the quantity "{self.quantity}" of body {self.body} has the shape {values.shape} and not {wanted}'
-            raise RunStopped(f"{text}: a row for each of {n} points")
-        return values
+        n, what = len(fetch("id")), f'the quantity "{self.quantity}" of body {self.body}'
+        with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), own.function):
+            found = own.function(fetch)
+        try:
+            return as_array(found, (n,) if own.field.components == 1 else (n, own.field.components), own.function)
+        except WrongArray as error:
+            raise RunStopped(f"{what} {error}") from None
+
+    def reduced(self, values: np.ndarray) -> float:
+        """The number that the registered reduction makes of the values of all points, shape (n,). Raises RunStopped."""
+        function, what = REDUCTIONS.entries[self.reduce].function, f'the reduction "{self.reduce}" of the probe {self.name}'
+        with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), function):
+            found = function(values)
+        try:
+            return float(as_array(found, (), function))
+        except WrongArray as error:
+            raise RunStopped(f"{what} {error}") from None

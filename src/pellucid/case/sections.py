@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pellucid.model import Model
-from pellucid.parts import Parts, Section
+from pellucid.parts.part import Parts, Section
 
 
 class Place(NamedTuple):

@@ -12,16 +12,19 @@ from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
 from pellucid.conditions.absorbing import Absorbing
-from pellucid.conditions.load import AnyLoad
+from pellucid.conditions.contact import Contact
+from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
+from pellucid.conditions.rigid import Rigid
 from pellucid.conditions.support import Support
-from pellucid.contact.model import Contact
 from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
 from pellucid.model import InputFile, Model, Vector, parameter
-from pellucid.parts import BodyModel, Condition, Part, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition, is_driven
+from pellucid.parts.part import Part, Parts
 
 ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05
@@ -44,7 +47,7 @@ class TimeCase(Part):
         if self.step is None or parts.grid is None:
             return
         for body in parts.of(BodyModel):
-            limit = body.step_limit(parts.grid.cell, parts.is_driven(body.name))
+            limit = body.step_limit(parts.grid.cell, is_driven(body.name, parts))
             if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
                 text = f"above {limit.step:.3g} s, the largest stable step at the start: {limit.reason}"
                 remedy = "make time.step smaller, or leave it out and let time.courant choose"
@@ -150,9 +153,10 @@ class Case(Model):
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """What acts on the bodies, by class."""
+        """What acts on the bodies, by class; the rigidity of bodies that say so comes first."""
+        rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
-        return {base: several for base, several in parts.items() if issubclass(base, Condition)}
+        return {Rigid: rigid} | {base: several for base, several in parts.items() if issubclass(base, Condition)}
 
     def history_interval(self) -> float:
         """Time between rows of the history [s]."""

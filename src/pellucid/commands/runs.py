@@ -87,7 +87,7 @@ def report(
     from pellucid.results.storage.run_folder import RunFolder
 
     for folder in (dir_, *([beside] if beside else ())):
-        RunFolder(folder).read_case()  # says where there is no run
+        RunFolder(folder).read_stored()  # says where there is no run
     with watching() as progress:
         write_report(dir_, Run(beside) if beside else None, progress)
     typer.echo(f"the report is {dir_ / 'report.html'}")

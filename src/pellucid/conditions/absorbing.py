@@ -4,7 +4,7 @@ Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import field_validator
@@ -15,18 +15,19 @@ from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
 from pellucid.model import parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.contract import AssembledBody, Assembly
+    from pellucid.parts.assembly import Assembly
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
 
 
 class Absorbing(Condition):
     """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave."""
-
-    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "absorption"
 
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: str = parameter("", "body whose waves leave: the speeds are those of its material at the start")
@@ -36,20 +37,27 @@ class Absorbing(Condition):
     def _one_or_several(cls, where: Any) -> Any:
         return (where,) if isinstance(where, str) else where
 
-    def acts_on(self) -> str:
-        """The body whose waves leave."""
-        return self.body
+    def channels(self) -> Sequence[Channel]:
+        """What leaves through the faces, which the momentum equation of the nodes counts."""
+        return (ABSORBED_ENERGY,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Absorbing"], assembly: "Assembly") -> Sequence["ActiveAbsorption"]:
-        """One for each."""
-        return [ActiveAbsorption(assembly.bodies[absorbing.body], absorbing, assembly) for absorbing in conditions]
+    def activate(cls, conditions: Sequence["Absorbing"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+        """Rates at the nodes, which their momentum equation reads: nothing else acts in a step."""
+        for absorbing in conditions:
+            member = assembly.bodies[absorbing.body]
+            if member.actions is None or member.body.on_grid is None:
+                raise ValueError(f"body {absorbing.body} has no points on the grid whose waves a face could absorb")
+            faces = [(face, *member.model.wave_speeds()) for face in absorbing.where]
+            functions = member.body.on_grid.functions
+            member.actions.absorption()[:] += absorption_rates(member.actions.field.grid, functions, faces)
+        return ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that sends no waves to a face, and faces that are constrained or absorb twice."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-        yield from parts.unknown_body((*path, "body"), self.body)
-        body = parts.body(self.body)
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        body = parts.named(BodyModel, self.body)
         if body is not None and not body.has_volume_waves():
             text = f"body {self.body} is a membrane; its waves run along it, not to a face"
             yield Finding((*path, "body"), text, "name a body of material-points")
@@ -61,26 +69,6 @@ class Absorbing(Condition):
             if any(condition.constrains_face(face) for condition in parts.of(Condition)):
                 text = f"a support constrains the face {face}: constrained nodes absorb nothing"
                 yield Finding((*path, "where"), text, "take the face out of one of the two")
-
-
-class ActiveAbsorption:
-    """The absorbing faces of a body that is built: rates at its nodes, which the momentum equation of the nodes reads."""
-
-    channels: Sequence[Channel] = (ABSORBED_ENERGY,)
-
-    def __init__(self, member: "AssembledBody", absorbing: Absorbing, assembly: "Assembly") -> None:
-        if member.velocity_field is None or member.body.on_grid is None:
-            raise ValueError(f"body {absorbing.body} has no points on the grid whose waves a face could absorb")
-        faces = [(face, *member.model.wave_speeds()) for face in absorbing.where]
-        assembly.external[member.velocity_field].absorption[:] += absorption_rates(
-            member.velocity_field.grid, member.body.on_grid.functions, faces
-        )
-
-    def begin(self, time: float, dt: float) -> None:
-        """The rates stay as they are."""
-
-    def work(self) -> None:
-        """None: the momentum equation of the nodes counts it."""
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:

@@ -1,17 +1,16 @@
-"""All conditions of a case, and its rigid bodies, as they act in a run."""
+"""All conditions of a case as they act in a run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
-from pellucid.bodies.contract import Body
-from pellucid.conditions.constrained_nodes import constrain_nodes, nodal_support
-from pellucid.conditions.contract import ActiveCondition, AssembledBody, Assembly, load_channels
-from pellucid.conditions.rigid import RigidBody
-from pellucid.conditions.support import Support
-from pellucid.energy import Channel, StepWork
-from pellucid.grid.momentum import ExternalAction, Supports, external_action
+from pellucid.energy import Channel, StepWork, WorkLayout
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.parts import BodyModel, Condition
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
 
 
 class BodiesAndConditions(Protocol):
@@ -20,21 +19,22 @@ class BodiesAndConditions(Protocol):
     @property
     def body(self) -> Sequence[BodyModel]: ...
     @property
-    def support(self) -> Sequence[Support]: ...
+    def support(self) -> Sequence[Condition]: ...
     def conditions(self) -> Mapping[type[Condition], Sequence[Condition]]: ...
 
 
-def channels_of_loads(case: BodiesAndConditions) -> tuple[Channel, ...]:
-    """The channels of the external forces of a case."""
-    names = (condition.load_channel() for several in case.conditions().values() for condition in several)
-    return load_channels([name for name in names if name is not None])
+def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = ()) -> WorkLayout:
+    """The columns of works that the conditions of a case need, and those of other channels."""
+    every = [condition for several in case.conditions().values() for condition in several]
+    loads = [Channel(name) for condition in every if (name := condition.load_channel()) is not None]
+    stated = [channel for condition in every for channel in condition.channels()]
+    return WorkLayout(loads, [*stated, *others], len(case.support))
 
 
 class ActiveConditions:
-    """The conditions of a case and its rigid bodies, for bodies that are built.
+    """The conditions of a case, for bodies that are built.
 
-    bodies: by name, each with the velocity field that it is in; fields: all of these. external, supports: what acts on the
-    nodes of each velocity field and what constrains them.
+    bodies: by name, each with the velocity field that it is in; fields: all of these. actions: what acts on the nodes of each.
     """
 
     def __init__(
@@ -42,43 +42,33 @@ class ActiveConditions:
         case: BodiesAndConditions,
         bodies: Mapping[str, tuple[Body, VelocityField | None]],
         fields: Sequence[VelocityField],
+        layout: WorkLayout,
     ) -> None:
-        loads = channels_of_loads(case)
-        members = {model.name: AssembledBody(bodies[model.name][0], model, bodies[model.name][1]) for model in case.body}
-        self.supports: list[Supports] = [constrain_nodes(field.grid, case.support) for field in fields]
-        for member in members.values():
-            grid = member.velocity_field.grid if member.velocity_field else None
-            member.body.add_supports([nodal_support(grid, support) for support in case.support])
-        self.external = [self._external(field, case, members, len(loads)) for field in fields]
-        assembly = Assembly(members, dict(zip(fields, self.external, strict=True)), loads, len(case.support))
-        self._active: list[ActiveCondition] = [
-            RigidBody(member, assembly) for member in members.values() if member.model.is_rigid
-        ]
+        self.actions = [NodalActions(field, layout.n_loads) for field in fields]
+        of = dict(zip(fields, self.actions, strict=True))
+        members: dict[str, AssembledBody] = {}
+        for model in case.body:
+            body, field = bodies[model.name]
+            members[model.name] = AssembledBody(body, model, None if field is None else of[field])
+        assembly = Assembly(members, self.actions, layout)
+        self._active: list[ActiveCondition] = []
         for kind, conditions in case.conditions().items():
             self._active += kind.activate(conditions, assembly)
         for member in members.values():
             if member.body.constraint is not None:
                 member.body.renew_totals()  # what bounds the step of a body may have changed
-        self._fields = fields
-        self.channels = tuple(dict.fromkeys([*loads, *(channel for part in self._active for channel in part.channels)]))
-
-    @staticmethod
-    def _external(
-        field: VelocityField, case: BodiesAndConditions, members: Mapping[str, AssembledBody], n_loads: int
-    ) -> ExternalAction:
-        """External actions on the nodes of a velocity field, all zero, with rows for the conditions of its bodies."""
-        every = [condition for several in case.conditions().values() for condition in several]
-        named = ((condition.nodal, condition.acts_on()) for condition in every)
-        here = {nodal for nodal, name in named if name is not None and members[name].velocity_field is field}
-        loaded = field.moves_points and "loads" in here
-        return external_action(field.grid.n_nodes, n_loads, loaded, "absorption" in here, "driven" in here)
 
     def begin(self, time: float, dt: float) -> None:
         """Set the actions of the step that begins at `time` [s]."""
-        for field in self._fields:
-            field.clear_external()
+        for actions in self.actions:
+            actions.field.clear_external()
         for part in self._active:
             part.begin(time, dt)
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Give the nodes the impulses of the step dt [s], after their momentum was advanced and before contact."""
+        for part in self._active:
+            part.act_on_nodes(dt)
 
     def works(self) -> list[StepWork]:
         """Work and impulses of the conditions over the step, but for those that nodes and bodies count."""

@@ -1,6 +1,7 @@
 """Driven points: material points with prescribed velocity and position, and how they constrain the nodes.
 
-The kernels take a body as in `pellucid.grid.transfer`, and the bundle of a `DrivenPoints`.
+The kernels take a body as in `pellucid.grid.transfer`, the bundle of a `DrivenPoints`, and that of
+the `DrivenNodes` of `pellucid.grid.actions`.
 """
 
 from typing import NamedTuple
@@ -29,11 +30,11 @@ class DrivenPoints(NamedTuple):
 
 
 @kernel(inner=True)
-def _constrain_nodes_slab(s, mapped, drive, external):
+def _constrain_nodes_slab(s, mapped, drive, nodes):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
     driven, velocity, axes = drive.driven, drive.velocity, drive.axes
-    mass, momentum = external.driven_mass, external.driven_momentum
+    mass, momentum = nodes.mass, nodes.momentum
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         if driven[p] == 0:
@@ -54,17 +55,17 @@ def _constrain_nodes_slab(s, mapped, drive, external):
 
 
 @kernel()
-def constrain_nodes(n, mapped, drive, external):
+def constrain_nodes(n, mapped, drive, nodes):
     """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    parallel_by_colour(_constrain_nodes_slab, n, mapped, drive, external)
+    parallel_by_colour(_constrain_nodes_slab, n, mapped, drive, nodes)
 
 
 @kernel(inner=True)
-def _prescribe_velocities_slab(s, mapped, drive, external):
+def _prescribe_velocities_slab(s, mapped, drive, nodes):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
     driven, velocity, axes, impulse, energy = drive.driven, drive.velocity, drive.axes, drive.impulse, drive.energy
-    v, nodal_impulse = points.velocity, external.impulse
+    v, nodal_impulse = points.velocity, nodes.impulse
     work = loss = 0.0
     impulse[s] = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -88,9 +89,9 @@ def _prescribe_velocities_slab(s, mapped, drive, external):
 
 
 @kernel()
-def prescribe_velocities(n, mapped, drive, external):
+def prescribe_velocities(n, mapped, drive, nodes):
     """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included."""
-    parallel_for(_prescribe_velocities_slab, n, mapped, drive, external)
+    parallel_for(_prescribe_velocities_slab, n, mapped, drive, nodes)
 
 
 @pointwise

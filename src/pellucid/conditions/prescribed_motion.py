@@ -1,19 +1,24 @@
 """Prescribed motions of bodies or parts of them, as the user describes them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import model_validator
 
 from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.conditions.support import Axis
+from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Shape
 from pellucid.model import Model, parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.contract import ActiveCondition, Assembly
+    from pellucid.parts.assembly import Assembly
 
 
 class Displacements(Model):
@@ -28,8 +33,6 @@ class Motion(Condition):
     """Points of a body that follow a prescribed displacement, whatever forces act on them."""
 
     unique_name: ClassVar[bool] = True
-    nodal: ClassVar[Literal["loads", "absorption", "driven", ""]] = "driven"
-
     name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str = parameter("", "name of the body")
     part: Shape | None = parameter("", "only the points inside this shape at the start; without it the whole body", None)
@@ -50,17 +53,25 @@ class Motion(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or cannot follow a prescribed motion."""
-        yield from parts.unknown_body((*path, "body"), self.body)
-        body = parts.body(self.body)
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        yield from self._signal_problems((*path, "displacement"))
+        body = parts.named(BodyModel, self.body)
         if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
 
-    def acts_on(self) -> str:
-        """Its body."""
-        return self.body
+    def _signal_problems(self, path: Path) -> Iterator[Finding]:
+        """Signals that fail at the start."""
+        for axis in "xyz":
+            signal = getattr(self.displacement, axis)
+            if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
+                yield Finding((*path, axis), why)
+
+    def channels(self) -> Sequence[Channel]:
+        """Its work, and what points lose that take its velocity at once."""
+        return MOTION_WORK, IMPACT_HEAT
 
     @classmethod
-    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence["ActiveCondition"]:
+    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """The motions of each body together."""
         from pellucid.conditions.prescribed_points import PrescribedPoints
 
@@ -81,7 +92,7 @@ class Motion(Condition):
         for number, axis in enumerate("xyz"):
             signal = getattr(self.displacement, axis)
             if signal is not None:
-                result[number] = signal.function()
+                result[number] = checked_displacement(signal, f"motion {self.name} along {axis}")
         return result
 
     def axes(self) -> set[int]:

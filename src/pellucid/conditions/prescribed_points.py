@@ -1,40 +1,49 @@
 """Prescribed motions in a run: constraints on the points of a body, and on the nodes that these reach."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from pellucid.bodies.contract import Body
 from pellucid.conditions import driven_points
-from pellucid.conditions.contract import AssembledBody, Assembly
-from pellucid.energy import IMPACT, IMPACT_HEAT, MOTION, MOTION_WORK, Channel, StepWork
+from pellucid.conditions.signals.contract import Displacement
+from pellucid.energy import IMPACT, MOTION, StepWork
 from pellucid.errors import CaseError, Problem
+from pellucid.geometry.shapes import Shape
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.body import Body
 from pellucid.reductions import ordered_sum
 
-if TYPE_CHECKING:
-    from pellucid.conditions.prescribed_motion import Motion
+
+class FollowedMotion(Protocol):
+    """A prescribed motion as the points of a body follow it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def part(self) -> Shape | None: ...
+    def functions(self) -> Mapping[int, Displacement]: ...
+    def top_speed(self) -> float: ...
 
 
-class PrescribedPoints:
+class PrescribedPoints(ActiveCondition):
     """The prescribed motions of one body.
 
     The arrays of the body have `driven`, the number of a point's motion plus one or 0, and `start`, its first position [m].
     On the grid, the nodes about driven points are constrained, so that other points and contact do not move them.
     """
 
-    channels: Sequence[Channel] = (MOTION_WORK, IMPACT_HEAT)
-
-    def __init__(self, member: AssembledBody, motions: Sequence["Motion"], assembly: Assembly) -> None:
-        body, thin, self._assembly = member.body, member.thin, assembly
+    def __init__(self, member: AssembledBody, motions: Sequence[FollowedMotion], assembly: Assembly) -> None:
+        body, thin, self._layout = member.body, member.thin, assembly.layout
         self.body, self._points = body, body.on_grid
         self.names = [motion.name for motion in motions]
         self._functions = [motion.functions() for motion in motions]
         self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
-        self._external = Bundle(assembly.external[member.velocity_field]) if member.velocity_field else None
+        self._nodes = Bundle(member.actions.driven()) if member.actions else None
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)
         self._impulse = np.zeros((MOST_SLABS, len(motions), 3))
@@ -47,10 +56,10 @@ class PrescribedPoints:
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
         body.add_motions(self.names, driven, self._axes)
-        body.constraint = self
+        body.constrain(self)
 
     @staticmethod
-    def _marked(body: Body, motions: Sequence["Motion"], thin: Sequence[bool]) -> np.ndarray:
+    def _marked(body: Body, motions: Sequence[FollowedMotion], thin: Sequence[bool]) -> np.ndarray:
         driven = np.zeros(body.n_points, np.int64)
         x, y, z = (not flat for flat in thin)
         for number, motion in enumerate(motions, start=1):
@@ -83,12 +92,12 @@ class PrescribedPoints:
                 self._velocity[number, axis] = (self._displacement[number, axis] - function(time)) / dt
         self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
-            driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._external)
+            driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)
 
     def prescribe_velocities(self) -> None:
         """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""
         if self._points is not None:
-            driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bound(), self._external)
+            driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)
 
     def prescribe_positions(self) -> None:
         """Prescribed positions."""
@@ -97,7 +106,7 @@ class PrescribedPoints:
 
     def work(self) -> StepWork:
         """Work and impulses of the motions; a body with its own nodes counts its own."""
-        done = self._assembly.no_work()
+        done = self._layout.no_work()
         if self._points is None:
             return done
         n = self._points.n_slabs

@@ -1,14 +1,20 @@
 """Supports: nodes whose velocity is prescribed."""
 
-from collections.abc import Iterator
-from typing import Literal
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 from pydantic import field_validator, model_validator
 
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes import Box
 from pellucid.model import Model, Vector, parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
 
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 Axis = Literal["x", "y", "z"]
@@ -56,6 +62,18 @@ class Support(Condition):
                 text = f"the box contains no node: {axis} from {box}, the grid's from {nodes}"
                 yield Finding((*path, "where", "box"), text, "let the box overlap the grid")
 
+    @classmethod
+    def activate(cls, conditions: Sequence["Support"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+        """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
+        from pellucid.conditions.constrained_nodes import constrain_nodes, nodal_support
+
+        for actions in assembly.actions:
+            actions.supports = constrain_nodes(actions.field.grid, conditions)
+        for member in assembly.bodies.values():
+            grid = member.velocity_field.grid if member.velocity_field else None
+            member.body.add_supports([nodal_support(grid, support) for support in conditions])
+        return ()
+
     def reaction(self) -> str | None:
         """Its own name."""
         return self.name
@@ -67,6 +85,10 @@ class Support(Condition):
     def face_velocity(self, face: str) -> Vector | None:
         """Its velocity [m/s], if it constrains this face of the grid along its normal."""
         return self.velocity if self.constrains_face(face) and self.axes()["xyz".index(face[0])] else None
+
+    def box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Lower and upper corner [m] of the box in which it constrains nodes, if it is one."""
+        return self.where.box.bounds() if isinstance(self.where, BoxRegion) else None
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are constrained."""

@@ -37,6 +37,8 @@ class Supports(NamedTuple):
 class ExternalAction(NamedTuple):
     """External actions on nodes, beside gravity and supports; arrays of actions that are absent have no rows.
 
+    Conditions ask for them: see `pellucid.grid.actions`.
+
     Prescribed motions constrain the nodes that driven points reach: wholly where these give a node a share FIRM of its mass,
     below that in proportion to the share. A constraint that was complete as soon as the function of a driven point reaches a
     node would give an impulse at every cell that a body crosses; one in proportion throughout would yield to a lasting force.
@@ -49,12 +51,6 @@ class ExternalAction(NamedTuple):
     impulse: np.ndarray  # (n, 3) impulse of prescribed motions on unit driven mass over the step [m/s]
 
 
-def external_action(n_nodes: int, n_loads: int, loaded: bool, absorbs: bool, driven: bool) -> ExternalAction:
-    """External actions, all zero; those that a velocity field does not have are without rows."""
-    loads, absorption = np.zeros((n_loads, n_nodes if loaded else 0, 3)), np.zeros((n_nodes if absorbs else 0, 3))
-    return ExternalAction(loads, absorption, *(np.zeros((n_nodes if driven else 0, 3)) for _ in range(3)))
-
-
 class AdvancedNodes(NamedTuple):
     """The nodes of a velocity field and what acts on them, as kernels take them."""
 
@@ -62,6 +58,7 @@ class AdvancedNodes(NamedTuple):
     supports: Supports
     gravity: tuple[float, float, float]  # [m/s²]
     external: ExternalAction
+    load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
 
 
@@ -71,9 +68,10 @@ def _advance_chunk(chunk, field, dt, small, flip):
     external, work = field.external, field.work
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
-    loads, absorbing, driven = external.loads, len(external.absorption) > 0, len(external.driven_mass) > 0
+    loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
+    total_load = field.load
     internal = fall = pushed = total = absorbed = moved = lost = 0.0
-    columns, n_loads = FIRST_LOAD + len(loads), len(loads) if loads.shape[1] > 0 else 0
+    columns = FIRST_LOAD + len(external.loads)
     first = columns + 1  # of the impulses
     other = first + 3 * len(walls)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
@@ -90,9 +88,7 @@ def _advance_chunk(chunk, field, dt, small, flip):
             # beside their mirror image; points in a clamp take the velocity of the clamp
             v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
             f = force[I, d]
-            load = 0.0
-            for k in range(n_loads):
-                load += loads[k, I, d]
+            load = total_load[I, d] if loaded else 0.0
             light = v + dt * gravity[d]
             new = light + dt * (f + load) / m
             taken = given = goal = 0.0
@@ -126,8 +122,6 @@ def _advance_chunk(chunk, field, dt, small, flip):
             mean = 0.5 * (v + strain_velocity[I, d])
             internal += dt * f * mean
             fall += dt * m * gravity[d] * mean
-            for k in range(n_loads):
-                work[chunk, FIRST_LOAD + k] += dt * loads[k, I, d] * mean
             absorbed -= taken * mean
             moved += given * goal
             lost += given * (goal - mean)
@@ -142,9 +136,40 @@ def _advance_chunk(chunk, field, dt, small, flip):
     work[chunk, columns] = total
 
 
+@kernel(inner=True)
+def _sum_loads_chunk(chunk, field):
+    loads = field.external.loads
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
+        for d in range(3):
+            load = 0.0
+            for k in range(len(loads)):
+                load += loads[k, I, d]
+            field.load[I, d] = load
+
+
+@kernel(inner=True)
+def _count_load_works_chunk(chunk, field, dt):
+    """Works of external forces along the mean velocities of the advanced nodes."""
+    nodes, walls, mirror, loads = field.nodes, field.supports.velocity, field.supports.mirror, field.external.loads
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
+        m = nodes.mass[I]
+        if m < NOTHING:
+            continue
+        for d in range(3):
+            s = nodes.constrained[I, d]
+            v = walls[s - 1, d] if s > 0 and mirror[s - 1] else nodes.momentum[I, d] / m
+            mean = 0.5 * (v + nodes.strain_velocity[I, d])
+            for k in range(len(loads)):
+                field.work[chunk, FIRST_LOAD + k] += dt * loads[k, I, d] * mean
+
+
 @kernel()
 def _advance(chunks, field, dt, small, flip):
+    if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
+        parallel_for(_sum_loads_chunk, chunks, field)
     parallel_for(_advance_chunk, chunks, field, dt, small, flip)
+    if len(field.load) > 0:
+        parallel_for(_count_load_works_chunk, chunks, field, dt)
 
 
 @kernel(inner=True)
@@ -192,7 +217,8 @@ class NodalMomentum:
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
         self._columns = FIRST_LOAD + len(external.loads)
         self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, self._sums))
+        load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, load, self._sums))
 
     def advance(self, dt: float) -> StepWork:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""

@@ -5,6 +5,7 @@ import numpy as np
 from pellucid.energy import StepWork
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import ExternalAction, NodalMomentum, Supports
+from pellucid.grid.nodal_impulses import add_impulses
 
 
 class VelocityField:
@@ -28,8 +29,8 @@ class VelocityField:
     ) -> None:
         """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
-        pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
-        self._momentum = NodalMomentum(self.grid.nodes, supports, pull, small_mass, flip, external)
+        self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
+        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external)
 
     def clear(self) -> None:
         """Set mass, momentum and forces to zero."""
@@ -55,10 +56,22 @@ class VelocityField:
         self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact
         return None
 
+    def add_impulses(self, impulse: np.ndarray, dt: float, done: StepWork) -> float:
+        """Give the nodes impulses after they were advanced; see `pellucid.grid.nodal_impulses`, also for what is returned.
+
+        Raises ValueError where a body has its own nodes: it moves by its own equation of motion.
+        """
+        if not self.moves_points:
+            raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
+        return add_impulses(self.grid.nodes, self.external, self._pull, impulse, dt, done)
+
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""
         self._momentum.project()
 
     def load_row(self, row: int) -> np.ndarray:
         """External forces of one channel on the nodes [N], shape (nodes, 3)."""
-        return np.asarray(self.external.loads[row])
+        load = np.asarray(self.external.loads[row])
+        if not len(load):
+            raise ValueError(f"no condition asked for external forces in the velocity field {self.name}")
+        return load

@@ -12,6 +12,15 @@ kernels: dict[tuple[str, str], Any] = {}
 _active = False
 
 
+class MissingFunction(TypeError):
+    """A pointwise operation that is not registered for a type."""
+
+    def __init__(self, operation: Callable[..., Any], kind: type) -> None:
+        self.operation, self.kind = operation, kind
+        name = operation.__name__
+        super().__init__(f"{kind.__name__} has no `{name}`: register one with `@point_function({name}, {kind.__name__})`")
+
+
 class Generic(NamedTuple):
     """A pointwise operation: its signature, and its implementation for each type of the first argument."""
 
@@ -26,7 +35,11 @@ def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
     table = operation.implementations
 
     def dispatch(first: Any, *rest: Any) -> Any:
-        return table[type(first)](first, *rest)
+        try:
+            implementation = table[type(first)]
+        except KeyError:
+            raise MissingFunction(dispatch, type(first)) from None
+        return implementation(first, *rest)
 
     dispatch.__name__ = signature.__name__
     dispatch.__doc__ = signature.__doc__
@@ -37,9 +50,20 @@ def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register the decorated function as `operation` for a parameter type, for compiled kernels and plain Python."""
+    """Register the decorated function as `operation` for a parameter type, for compiled kernels and plain Python.
+
+    Raises TypeError for what is no operation or no NamedTuple, and for a function with other arguments than the operation.
+    """
+    if not is_operation(operation):
+        raise TypeError(f"{getattr(operation, '__name__', operation)} is no operation that a law can register a function for")
+    if not (isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")):
+        raise TypeError(f"{getattr(kind, '__name__', kind)} is no NamedTuple: kernels take parameters as one")
 
     def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
+        wanted, found = _generics[operation].signature, inspect.signature(implementation)
+        if list(found.parameters) != list(wanted.parameters):  # numba asks for the same names
+            name = implementation.__name__
+            raise TypeError(f"{name}{found} must have the arguments of `{operation.__name__}`, {name}{wanted}")
         _generics[operation].implementations[kind] = implementation
         return implementation
 

@@ -1,11 +1,14 @@
 """The interface of a material to a body of material points, whatever its law."""
 
 from abc import abstractmethod
-from collections.abc import Iterator
-from typing import ClassVar, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import ClassVar, Literal, Self
+
+from pydantic import model_validator
 
 from pellucid.materials.law import AT_REST, Law, diffusivity, signal_speed
 from pellucid.materials.point_state import PointState
+from pellucid.materials.trial import RATE_FORM, Operation, try_material
 from pellucid.model import Model, parameter
 from pellucid.state import FIELDS
 
@@ -46,6 +49,15 @@ class PointMaterial(BodyMaterial):
     def problems(self) -> Iterator[tuple[str, str, str]]:
         """What makes it unfit to run though each key is possible: key, text, remedy."""
         yield from ()
+
+    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
+        """What must be registered for its law, and for the laws that this is made of."""
+        return {law: RATE_FORM}
+
+    @model_validator(mode="after")
+    def _law_is_whole(self) -> Self:
+        try_material(self)
+        return self
 
     @property
     def energy_field(self) -> str:

@@ -1,6 +1,8 @@
 """Parameters of isotropic elastic membranes of any law: elasticity, damage, wrinkling."""
 
 from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Self
 
 from pydantic import model_validator
 
@@ -9,7 +11,8 @@ from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.law import Law
 from pellucid.materials.membrane import initial_shape, plane_wave_speed
-from pellucid.materials.wrinkling import TensionField
+from pellucid.materials.trial import MEMBRANE, Operation, try_membrane
+from pellucid.materials.wrinkling import TensionField, unwrinkled
 from pellucid.model import parameter
 
 
@@ -34,6 +37,15 @@ class ElasticMembraneMaterial(ElasticMaterial, BodyMaterial):
     def law(self) -> Law:
         """The law as kernels take it."""
         return TensionField(self.elastic_law()) if self.wrinkling else self.elastic_law()
+
+    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
+        """What must be registered for its elastic law."""
+        return {law: (*MEMBRANE, unwrinkled) if self.wrinkling else tuple(MEMBRANE)}
+
+    @model_validator(mode="after")
+    def _law_is_whole(self) -> Self:
+        try_membrane(self)
+        return self
 
     def damage_law(self) -> Elastodamage | Undamaged:
         """The law of damage as kernels take it."""

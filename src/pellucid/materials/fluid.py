@@ -1,6 +1,6 @@
 """Compressible viscous fluid, σ = 2μD + λ tr(D) I - (P+q) I. Source: Gan et al. 2011, eqs. 23–33."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any, ClassVar, Literal, NamedTuple
 
@@ -16,8 +16,9 @@ from pellucid.materials.artificial_viscosity import (
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
-from pellucid.materials.eos.equation import pressure_line, sound_speed
+from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
 from pellucid.materials.law import (
+    Law,
     artificial_heating,
     diffusivity,
     point_pressure,
@@ -27,6 +28,7 @@ from pellucid.materials.law import (
     update,
 )
 from pellucid.materials.point_state import point_state
+from pellucid.materials.trial import Operation
 from pellucid.model import parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
 
@@ -103,6 +105,10 @@ class FluidMaterial(PointMaterial):
         A, B = pressure_line(self.law().eos, self.density)
         P = self.pressure
         return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
+
+    def operations(self, law: Any) -> Mapping[Law, Sequence[Operation]]:
+        """Those of the equation of state too."""
+        return {**super().operations(law), law.eos: (pressure_line, lowest_pressure, sound_speed)}
 
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of plane pressure and shear waves at the start [m/s]; a fluid has no shear waves."""

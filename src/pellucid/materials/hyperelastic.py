@@ -5,11 +5,13 @@ The parameters of a law hold the initial density `rho0` [kg/m³]. Its file regis
 registers `update`, `signal_speed` and `stored_energy` itself.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pellucid.jit import point_function
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.law import (
+    Law,
     LawType,
     cauchy_stress,
     energy,
@@ -22,6 +24,7 @@ from pellucid.materials.law import (
     wave_speed,
 )
 from pellucid.materials.point_state import point_state
+from pellucid.materials.trial import Operation
 from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, deformed, determinant, piola_transform
 
 
@@ -39,6 +42,10 @@ class HyperelasticMaterial(PointMaterial):
     def initial_state(self) -> FiniteStrainState:
         """No stress, no deformation."""
         return FiniteStrainState(NO_STRESS, IDENTITY)
+
+    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
+        """Beside the rate form, that from which it is derived."""
+        return {law: (*super().operations(law)[law], energy, cauchy_stress, wave_speed)}
 
 
 def finite_strain(law: type[LawType]) -> type[LawType]:

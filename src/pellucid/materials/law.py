@@ -8,7 +8,8 @@ common, so that a law only registers what it has of its own. A hyperelastic law 
 `wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic` derives its rate form.
 """
 
-from typing import Protocol, TypeVar
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
 
 from pellucid.jit import generic, point_function
 from pellucid.materials.point_state import PointState
@@ -102,10 +103,8 @@ def rate_type(law: type[LawType]) -> type[LawType]:
     Volume grows by 1 + dt tr L, the pressure is minus the mean stress, and there is neither viscosity nor artificial
     viscosity. What the law registers of its own stands instead.
     """
-    point_function(volume_growth, law)(_linear_growth)
-    point_function(diffusivity, law)(_no_diffusivity)
-    point_function(artificial_heating, law)(_no_heating)
-    point_function(point_pressure, law)(_minus_mean_stress)
+    for operation, shared in DEFAULTS.items():
+        point_function(operation, law)(shared)
     return law
 
 
@@ -123,3 +122,12 @@ def _no_heating(law, state, density, L, length):
 
 def _minus_mean_stress(law, state, density):
     return -(state.stress[0] + state.stress[1] + state.stress[2]) / 3.0
+
+
+DEFAULTS: dict[Callable[..., Any], Callable[..., Any]] = {
+    volume_growth: _linear_growth,
+    diffusivity: _no_diffusivity,
+    artificial_heating: _no_heating,
+    point_pressure: _minus_mean_stress,
+}
+"""What `rate_type` registers."""

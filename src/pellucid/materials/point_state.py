@@ -13,6 +13,7 @@ import numpy as np
 from pellucid.jit import generic, point_function
 from pellucid.state import FIELDS, Field
 from pellucid.tensors import Symmetric
+from pellucid.units import check_si
 
 SHARED = ("stress", "internal_energy", "strain_energy", "deformation_gradient")  # members of `FIELDS` that states may have
 
@@ -87,6 +88,7 @@ def _components(state: type, name: str, kind: object) -> int:
 def _declare_field(state: type, name: str, size: int, unit_and_meaning: tuple[str, str] | None) -> None:
     if unit_and_meaning is not None:
         field = Field(size, *unit_and_meaning)
+        check_si(field.unit)
         if FIELDS.setdefault(name, field) != field:
             raise TypeError(f"{state.__name__}.{name}: there is a field of this name, {FIELDS[name].meaning}; choose another")
     elif name not in SHARED:

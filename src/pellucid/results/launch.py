@@ -7,10 +7,12 @@ from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 from pellucid.compiling import compilation_told
-from pellucid.errors import UsageError
+from pellucid.errors import CaseError, Problem, UsageError
 from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
+from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
+from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.run_folder import RunFolder
@@ -34,6 +36,7 @@ def run_case(
     """
     progress = progress or WarningsOnly()
     with _simulation(case, threads, progress) as simulation:  # before the folder is touched: a bad case erases nothing
+        check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
         folder.start(case)
         return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
@@ -52,7 +55,10 @@ def resume_case(
     """
     progress = progress or WarningsOnly()
     folder = RunFolder(out)
-    case = folder.read_case()
+    try:
+        case = folder.read_case()
+    except CaseError as error:
+        raise UsageError(_why_not_resumed(folder, error)) from error
     with _simulation(case, threads, progress) as simulation:
         found = checkpoint.read_latest(folder.checkpoint, progress.message)
         if found is None:
@@ -75,8 +81,47 @@ def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterat
 
     check_memory(case)
     progress.begin("setting up")
-    with compilation_told(progress, kernel_key(case)):
+    with compilation_told(progress, kernel_key(case)), laws_blamed(case):
         yield Simulation(case, threads)
+
+
+@contextmanager
+def laws_blamed(case: "Case") -> Iterator[None]:
+    """Raises CaseError naming the law where numba cannot compile it."""
+    from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+    try:
+        yield
+    except (NumbaError, UnsupportedBytecodeError) as error:
+        from pellucid.materials.compiled_trial import why_not_compiled
+
+        found = [(f"body.{body.name}.material", why_not_compiled(body.material)) for body in case.body]
+        remedy = (
+            "kernels take scalars, tuples and NamedTuples, see docs/extending.md; NUMBA_DISABLE_JIT=1 runs it as plain Python"
+        )
+        problems = [Problem(why, key, remedy=remedy) for key, why in found if why]
+        if not problems:
+            raise
+        raise CaseError(problems) from error
+
+
+def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
+    """Which file a run misses whose case cannot be read, and what to do."""
+    stored = folder.read_stored()
+    found = checkpoint.read_latest(folder.checkpoint, lambda text: None)
+    homes = found[1]["recorder"].get("kinds", {}) if found else {}
+    lines = [f"the run in {folder.path} cannot go on, because its case can no longer be read"]
+    lines += [f"{path} is missing: put it back" for path in stored.extensions if not Path(path).is_file()]
+    for name, home in homes.items():
+        if home not in stored.extensions and not any(name in registry.entries for registry in Registry.every):
+            text = f'"{name}" was registered by {home}, which the case does not name under `extensions`'
+            lines.append(f'{text}: import it in a script that calls `pellucid.results.resume_case("{folder.path}")`')
+    if len(lines) == 1:
+        lines += str(error).splitlines()
+    lines.append(
+        f'its results can be read all the same, with `pellucid report {folder.path}` or `pellucid.Run("{folder.path}")`'
+    )
+    return "\n    ".join(lines)
 
 
 def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:

@@ -4,16 +4,15 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pellucid.bodies.contract import Body, Placement
-from pellucid.conditions.active import channels_of_loads
+from pellucid.conditions.contact import Contact
 from pellucid.contact.impulses import SLIP, STICK
-from pellucid.contact.model import Contact
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts import BodyModel
+from pellucid.parts.body import Body, Placement
+from pellucid.parts.body_model import BodyModel
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -22,12 +21,12 @@ Built = dict[str, tuple[Body, VelocityField | None]]
 """Bodies by name, each with the velocity field that it is in; there is none without a grid."""
 
 
-def build_bodies(case: "Case", transfer: VelocityTransfer) -> tuple[list[VelocityField], Built]:
-    """The velocity fields of a case and its bodies."""
+def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
+    """The velocity fields of a case and its bodies, on which so many channels of external forces act."""
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
         members.setdefault(model.field, []).append(model)
-    n_loads, fields, built = len(channels_of_loads(case)), list[VelocityField](), Built()
+    fields, built = list[VelocityField](), Built()
     if case.grid_or_none is None:
         placement = Placement(None, None, transfer, case.gravity, n_loads)
         return [], {model.name: (model.with_others(case.body).build(placement), None) for model in case.body}

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from pellucid.bodies.contract import Body
 from pellucid.case.spec import STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.parts.body import Body
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase

@@ -9,12 +9,12 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from pellucid.bodies.contract import Body
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.crossing import crossing
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.grid.model import GridCase
-from pellucid.parts import BodyModel
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
 
 DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from pellucid.bodies.contract import GridBody, NodalBody
-from pellucid.conditions.active import ActiveConditions, channels_of_loads
+from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, EnergyBudget, history_order, total_work
+from pellucid.energy import CONTACT_WORK, EnergyBudget, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import set_threads
+from pellucid.parts.body import GridBody, NodalBody
 from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of
 from pellucid.simulation.clock import Clock
@@ -85,27 +85,26 @@ class Simulation:
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
         self.case = case
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        self.velocity_fields, built = build_bodies(case, transfer)
+        several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
+        layout = layout_of(case, (CONTACT_WORK,) if several else ())
+        self._columns = layout.n_columns
+        self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or self._worthwhile_threads())
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
-        self.conditions = ActiveConditions(case, built, self.velocity_fields)
+        self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
-        for field, supports, external in zip(
-            self.velocity_fields, self.conditions.supports, self.conditions.external, strict=True
-        ):
-            field.set_actions(supports, external, case.gravity, small_mass, transfer.flip)
+        for actions in self.conditions.actions:
+            actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
         pairs = pairs_of(self.velocity_fields, built, case.contact)
-        self.contact_pairs = ContactPairs(pairs, len(case.support), len(channels_of_loads(case)))
+        self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf)
-        contact = (CONTACT_WORK,) if self.has_contact else ()
-        channels = sorted((*self.conditions.channels, *contact), key=history_order)
-        self.budget = EnergyBudget(self.bodies, case.gravity, channels)
+        self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()
         self.timers: dict[str, float] = {}
@@ -137,8 +136,9 @@ class Simulation:
         self.contact_pairs.detect()
 
     def advance(self, dt: float) -> None:
-        """Advance the momentum of the nodes, then apply the contact impulses."""
+        """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
         works = [field.advance(dt) for field in self.velocity_fields]
+        self.conditions.act_on_nodes(dt)
         self._contact = self.contact_pairs.resolve(self.case.gravity, dt)
         self._works = [*(work for work in works if work is not None), self._contact.work]
 
@@ -157,7 +157,8 @@ class Simulation:
         """Add the step to the balance of energy and momentum."""
         if self.has_contact:
             self._contact = self.contact_pairs.with_work_on_points(self._contact)
-        done = total_work([*self._works, *self.conditions.works(), *(body.work() for body in self.nodal_bodies)])
+        works = [*self._works, *self.conditions.works(), *(body.work() for body in self.nodal_bodies)]
+        done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt)
 
     def step(self) -> None:
@@ -179,10 +180,10 @@ class Simulation:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
         shown = 0.0
         with signals_caught() as caught:
-            recorder.begin(self)
-            if progress:
-                progress.begin("running", self.case.time.end if until is None else until)
             try:
+                recorder.begin(self)
+                if progress:
+                    progress.begin("running", self.case.time.end if until is None else until)
                 while not self.clock.finished(until):
                     self.step()
                     recorder.after_step(self)

@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from scenes import GAS, RATE_SOLID, SOLID, advance, box, case, place, simulation
+from small_cases import GAS, RATE_SOLID, SOLID, advance, box, case, place, simulation
 from user_laws import KelvinVoigtMaterial
 
 from pellucid.approximants import GRID_FUNCTIONS

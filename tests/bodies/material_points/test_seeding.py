@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import box, case, simulation
+from small_cases import box, case, simulation
 
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError

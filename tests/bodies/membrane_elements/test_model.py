@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from elements import element_sheet
 from pydantic import ValidationError
-from scenes import box, case
+from small_cases import box, case
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase, _remoteness
 

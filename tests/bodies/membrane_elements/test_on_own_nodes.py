@@ -18,7 +18,7 @@ from elements import (
     wall,
 )
 from membranes import NU, THICKNESS, E, neo_hookean_stretch
-from scenes import advance
+from small_cases import advance
 
 from pellucid.case import Case
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from elements import body_of, bring, element_sheet, places
 from membranes import sheet
-from scenes import advance, box, simulation
+from small_cases import advance, box, simulation
 
 from pellucid.bodies.membrane_elements.overlong import LONGEST
 

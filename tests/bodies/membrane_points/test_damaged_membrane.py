@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from membranes import body_of, drive, sheet
-from scenes import advance, simulation
+from small_cases import advance, simulation
 
 from pellucid.energy import EnergyBudget
 from pellucid.errors import RunStopped

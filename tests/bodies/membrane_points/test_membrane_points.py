@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from membranes import NU, THICKNESS, E, body_of, drive, neo_hookean_stretch, sheet
-from scenes import advance, simulation
+from small_cases import advance, simulation
 
 LAWS = ("linear-membrane", "neo-hookean-membrane")
 every_law = pytest.mark.parametrize("law", LAWS)

@@ -1,11 +1,10 @@
 """A fluid or solid body of material points."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
+from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import CaseError, Problem
@@ -18,16 +17,13 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 
-if TYPE_CHECKING:
-    from pellucid.bodies.material_points.model import MaterialPointsCase
-
 
 class MaterialPoints(PointsOnGrid):
     """Points that fill a volume, each with the state of its law."""
 
     def __init__(
         self,
-        case: "MaterialPointsCase",
+        case: SeededBody,
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,
@@ -79,7 +75,7 @@ class MaterialPoints(PointsOnGrid):
         return super().field(name)
 
 
-def _seeded(case: "MaterialPointsCase", grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+def _seeded(case: SeededBody, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
     try:
         return seed(case.shape.geometry(), grid, per_cell, case.left_out)
     except ValueError as error:
@@ -87,7 +83,7 @@ def _seeded(case: "MaterialPointsCase", grid: GridCase, per_cell: tuple[int, int
         raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
 
 
-def _initial_arrays(case: "MaterialPointsCase", position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
+def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
     n = len(position)
     if n == 0:
         raise CaseError(

@@ -1,23 +1,22 @@
 """Where a body of material points does not fit the grid, planes of symmetry, or other bodies."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.membrane_model import CLOSE_IT, NEEDS_SPACE
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.shapes import Box, Inside
 from pellucid.geometry.surface_checks import faults
 from pellucid.grid.model import GridCase
-from pellucid.parts import BodyModel, Condition, Parts
-
-if TYPE_CHECKING:
-    from pellucid.bodies.material_points.model import MaterialPointsCase
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 SHORT = 1e-9  # of a cell, for rounding
 
 
-def grid_problems(body: "MaterialPointsCase", path: Path, grid: GridCase) -> Iterator[Finding]:
+def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
     """Points and shapes that cannot be had on the grid."""
     try:
         points_along_axes(body.points_per_cell, grid.thin())
@@ -43,7 +42,7 @@ def grid_problems(body: "MaterialPointsCase", path: Path, grid: GridCase) -> Ite
         yield Finding((*path, "cut_at"), text, "leave out `points` of the shape, or `cut_at`")
 
 
-def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
+def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
     """Planes of symmetry without a support, or that the body does not reach."""
     if not parts.are_sound(Condition):
         return
@@ -61,12 +60,12 @@ def cut_problems(body: "MaterialPointsCase", path: Path, grid: GridCase, parts: 
             yield Finding((*path, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
 
 
-def outside_problems(body: "MaterialPointsCase", path: Path, parts: Parts) -> Iterator[Finding]:
+def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
     """The names under `outside`."""
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
         here = (*path, "outside", item)
-        other = parts.body(name)
+        other = parts.named(BodyModel, name)
         if name == body.name:
             yield Finding(here, "a body cannot lie outside itself", "leave this name out")
         elif name in body.outside[:item]:

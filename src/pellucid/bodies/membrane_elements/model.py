@@ -16,10 +16,11 @@ from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
 from pellucid.grid.model import GridCase
 from pellucid.model import parameter
-from pellucid.parts import BodyModel, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.bodies.contract import Body, Placement
+    from pellucid.parts.body import Body, Placement
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"

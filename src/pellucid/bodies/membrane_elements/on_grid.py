@@ -1,12 +1,10 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.overlong import overlong
-from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
+from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
@@ -16,9 +14,6 @@ from pellucid.grid.points import NO_STRESS, PointArrays, Slabs
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-
-if TYPE_CHECKING:
-    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
 class ElementsOnGrid(PointsOnGrid):
@@ -33,7 +28,7 @@ class ElementsOnGrid(PointsOnGrid):
 
     def __init__(
         self,
-        case: "MembraneElementsCase",
+        case: MembraneOfElements,
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,

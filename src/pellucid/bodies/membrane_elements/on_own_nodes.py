@@ -1,12 +1,10 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.contract import NodalBody, NodalSupport
 from pellucid.bodies.membrane_elements import nodes as kernels
 from pellucid.bodies.membrane_elements.nodes import (
     CHUNK,
@@ -18,7 +16,7 @@ from pellucid.bodies.membrane_elements.nodes import (
     NodeForces,
 )
 from pellucid.bodies.membrane_elements.overlong import overlong
-from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
+from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
@@ -27,10 +25,8 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.body import NodalBody, NodalSupport
 from pellucid.reductions import ordered_sum
-
-if TYPE_CHECKING:
-    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
 class MembraneElements(NodalBody):
@@ -46,7 +42,7 @@ class MembraneElements(NodalBody):
 
     def __init__(
         self,
-        case: "MembraneElementsCase",
+        case: MembraneOfElements,
         grid_case: GridCase | None,
         velocity_field: VelocityField | None,
         gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),

@@ -3,11 +3,12 @@
 Source: Lian, Liu & Zhang 2014, section 4.
 """
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
+from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
@@ -22,16 +23,30 @@ from pellucid.bodies.membrane_elements.strain import (
 from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.energy import Totals
 from pellucid.geometry.cells import Cells
+from pellucid.geometry.mesh import Mesh
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
+from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.membrane import initial_shape
 from pellucid.reductions import ordered_sum
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
 """The fields that results show."""
 
-if TYPE_CHECKING:
-    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
+
+class MembraneOfElements(Protocol):
+    """What a membrane of elements is built from, as its model describes it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def material(self) -> ElasticMembraneMaterial: ...
+    @property
+    def thickness(self) -> float: ...
+    @property
+    def hourglass(self) -> HourglassCase: ...
+    def mesh(self) -> Mesh: ...
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
 class ElementSurface:
@@ -41,7 +56,7 @@ class ElementSurface:
     in which the body stores them.
     """
 
-    def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
+    def __init__(self, case: MembraneOfElements, grid_case: GridCase | None) -> None:
         self.law = case.material.law()
         self.thickness = case.thickness
         self.areal_density = case.material.density * case.thickness

@@ -1,10 +1,11 @@
 """Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
+from pellucid.bodies.membrane_model import MembraneCase
 from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
@@ -22,9 +23,6 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
 
-if TYPE_CHECKING:
-    from pellucid.bodies.membrane_points.model import MembranePointsCase
-
 
 class MembranePoints(PointsOnGrid):
     """Points of a triangulated surface, with their tangent frames and the triangles between them."""
@@ -34,7 +32,7 @@ class MembranePoints(PointsOnGrid):
 
     def __init__(
         self,
-        case: "MembranePointsCase",
+        case: MembraneCase,
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,

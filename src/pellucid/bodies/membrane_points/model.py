@@ -13,10 +13,11 @@ from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.grid.model import GridCase
 from pellucid.materials.damage import DamageRecord
-from pellucid.parts import Parts, StepLimit
+from pellucid.parts.body_model import StepLimit
+from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.bodies.contract import Body, Placement
+    from pellucid.parts.body import Body, Placement
 
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
 ALIKE = 1e-6  # of a cell; points that differ by less are one

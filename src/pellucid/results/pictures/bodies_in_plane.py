@@ -27,7 +27,7 @@ MOST_HEIGHT = 6.5  # of the panels together [inch]
 
 def profiles(run: "Run", axis: int) -> "Figure":
     """Fields of every point at the end along an axis, 0 to 2."""
-    names = [body.name for body in run.case.body]
+    names = [body.name for body in run.stored.bodies]
     bodies = {name: _thinned(run.fields(name)) for name in names}
     wanted = [field for field in PROFILES if all(field in fields for fields in bodies.values())]
     figure = new_figure(height=5.6)
@@ -48,14 +48,14 @@ def profiles(run: "Run", axis: int) -> "Figure":
 
 def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     """All bodies at some instants, coloured by "speed" or "load"."""
-    names = [body.name for body in run.case.body]
+    names = [body.name for body in run.stored.bodies]
     times = run.times(names[0])
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
     states = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
     title, unit = meaning(states[0], quantity)
     values = [np.concatenate([values_of(fields, quantity) for fields in bodies]) for bodies in states]
     colours = limits(values)
-    flat = _Flat(run.case.thin, [fields["position"] for bodies in states for fields in bodies])
+    flat = _Flat(run.stored.thin, [fields["position"] for bodies in states for fields in bodies])
     down, width, height = flat.arrangement(len(chosen))
     figure = new_figure(height=height * down + 0.75, layout="compressed")
     panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()

@@ -36,7 +36,7 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
     from matplotlib.colors import Normalize
     from matplotlib.ticker import EngFormatter
 
-    bodies = [body.name for body in run.case.body]
+    bodies = [body.name for body in run.stored.bodies]
     chosen = evenly(run.times(bodies[0]), INSTANTS)
     states = [{name: run.fields(name, float(time)) for name in bodies} for time in chosen]
     low, high, extend = limits([values_of(fields, quantity) for state in states for fields in state.values()])

@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 def drawn_by_module(run: "Run", kind: str) -> dict[str, Any]:
     """The "figures" or "films" of the module of the gallery case; none, with a warning, where it cannot draw this run."""
-    make = getattr(catalogue.module(run.case.id), kind, None)
+    make = getattr(catalogue.module(run.stored.id), kind, None)
     try:
         return dict(make(run)) if make else {}
     except Exception as error:  # a run stopped early or changed by settings may be none that the module can draw
-        warnings.warn(f"the {kind} of {run.case.id} do not apply to this run: {error}", stacklevel=2)
+        warnings.warn(f"the {kind} of {run.stored.id} do not apply to this run: {error}", stacklevel=2)
         return {}
 
 
 def captions(run: "Run") -> dict[str, str]:
     """What the module says of its figures and films, by name."""
-    return dict(getattr(catalogue.module(run.case.id), "CAPTIONS", {}))
+    return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

@@ -27,7 +27,7 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
     with house_style():
         figures = drawn_by_module(run, "figures")
         figures |= bodies(run) | {"energies": energies(run), "momentum": momentum(run)}
-        if run.case.probe:
+        if run.stored.probes:
             figures["probes"] = probes(run, beside)
         with explained(run.out):
             folder.mkdir(exist_ok=True)
@@ -42,7 +42,7 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 def bodies(run: "Run") -> "dict[str, Figure]":
     """Bodies at some instants by speed and by pressure or stress; along a tube the profiles at the end."""
-    thin = run.case.thin
+    thin = run.stored.thin
     if sum(thin) == 2:
         return {"profiles_of_points": profiles(run, thin.index(False))}
     draw = panels_in_plane if any(thin) else panels_in_space
@@ -51,7 +51,7 @@ def bodies(run: "Run") -> "dict[str, Figure]":
 
 def energy_columns(run: "Run") -> list[str]:
     """The columns of the history that hold energies."""
-    return [name for name, unit in run.units.items() if unit == "J" and name not in {probe.name for probe in run.case.probe}]
+    return [name for name, unit in run.units.items() if unit == "J" and name not in run.stored.probes]
 
 
 def energies(run: "Run") -> "Figure":
@@ -71,7 +71,7 @@ def energies(run: "Run") -> "Figure":
     right.axhline(0.0, color="#889", linewidth=0.8)
     label(right, "time", "error of the balance", "s", "%")
     largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
-    warn = 100.0 * run.case.energy.warn
+    warn = 100.0 * run.stored.energy.warn
     if largest > 0.3 * warn:
         for limit in (-warn, warn):
             right.axhline(limit, color="#D55E00", linestyle="--", linewidth=1.0)
@@ -92,16 +92,16 @@ def momentum(run: "Run") -> "Figure":
 
 def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     """Every probe against time, with the one of the same name of another run where it has one."""
-    number = len(run.case.probe)
+    number = len(run.stored.probes)
     across = 2 if number == 4 else min(3, number)
     down = -(-number // across)
     figure = new_figure(height=2.8 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, probe in zip(panels, run.case.probe, strict=False):
-        axes.plot(run.history["time"], run.history[probe.name])
-        if beside and beside.units.get(probe.name) == run.units[probe.name]:
-            axes.plot(beside.history["time"], beside.history[probe.name], LINES[1])
-        label(axes, "time", probe.name, "s", run.units[probe.name])
+    for axes, probe in zip(panels, run.stored.probes, strict=False):
+        axes.plot(run.history["time"], run.history[probe])
+        if beside and beside.units.get(probe) == run.units[probe]:
+            axes.plot(beside.history["time"], beside.history[probe], LINES[1])
+        label(axes, "time", probe, "s", run.units[probe])
     for axes in panels[number:]:
         axes.remove()
     lines = max((list(axes.lines) for axes in panels[:number]), key=len)
@@ -112,6 +112,6 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
 
 def _told_apart(run: "Run", other: "Run") -> str:
     """What a run is called beside another: by the kinds of bodies that differ, else by its folder."""
-    kinds = {body.name: body.kind for body in other.case.body}
-    differing = [f"{body.name}: {body.kind}" for body in run.case.body if kinds.get(body.name) != body.kind]
+    kinds = {body.name: body.kind for body in other.stored.bodies}
+    differing = [f"{body.name}: {body.kind}" for body in run.stored.bodies if kinds.get(body.name) != body.kind]
     return ", ".join(differing) or run.out.name

@@ -19,6 +19,7 @@ from pellucid.results.pictures.films import FILM_DPI, write_films
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
+from pellucid.results.storage.stored_case import StoredBody
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
@@ -67,7 +68,7 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
     ]
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     body = "\n".join(filter(None, sections))
-    page = PAGE.format(title=escape(run.case.title), style=style, body=body)
+    page = PAGE.format(title=escape(run.stored.title), style=style, body=body)
     with explained(run.out):
         write_text(run.folder.report, page)
     return run.folder.report
@@ -98,14 +99,14 @@ def _header(run: Run, summary: dict[str, Any]) -> str:
         badge = f'<p class="badge pass">all {passed} checks passed</p>'
     else:
         badge = f'<p class="badge fail">{len(metrics) - passed} of {len(metrics)} checks failed</p>'
-    source = f'<p class="source">{escape(run.case.source)}</p>' if run.case.source else ""
-    description = filter(None, map(str.strip, run.case.description.split("\n\n")))
+    source = f'<p class="source">{escape(run.stored.source)}</p>' if run.stored.source else ""
+    description = filter(None, map(str.strip, run.stored.description.split("\n\n")))
     paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
-    early, end = "", number(run.case.time.end)
+    early, end = "", number(run.stored.time.end)
     if not run.finished:
         early = f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {end} s: nothing is judged yet.</p>'
-    name = f'<p class="id">{escape(run.case.id)}</p>' if run.case.id else ""
-    return f"<header>{name}<h1>{escape(run.case.title)}</h1>{source}{badge}{early}{paragraphs}</header>"
+    name = f'<p class="id">{escape(run.stored.id)}</p>' if run.stored.id else ""
+    return f"<header>{name}<h1>{escape(run.stored.title)}</h1>{source}{badge}{early}{paragraphs}</header>"
 
 
 def _facts(run: Run, summary: dict[str, Any]) -> str:
@@ -170,7 +171,7 @@ def _balance(run: Run) -> str:
         return [name.replace("_", " "), *(number(float(value), padded=True) for value in shown)]
 
     head = ("entry", "start [J]", "end [J]", "change [J]", "largest size [J]")
-    error, limits = run.history["energy_error"], run.case.energy
+    error, limits = run.history["energy_error"], run.stored.energy
     verdict = (
         f"<p>Relative error of the energy balance: <strong>{number(float(error[-1]), 3)}</strong> at the end, at most "
         f"{number(float(np.nanmax(np.abs(error))), 3)} on the way (warning above {number(limits.warn)}, stop above "
@@ -194,13 +195,13 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
 
 
 def _case(run: Run) -> str:
-    case = run.case
+    case = run.stored
     step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
     order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
     rows = [
-        *([_grid_row(case.grid)] if case.grid_or_none else []),
+        *([_grid_row(case.grid)] if case.grid else []),
         ["time", f"{order}, step {step}, to {number(case.time.end)} s"],
-        *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.body),
+        *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.bodies),
     ]
     text = escape(run.folder.case.read_text(encoding="utf-8"))
     folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
@@ -213,7 +214,6 @@ def _grid_row(grid: GridCase) -> list[str]:
     return ["grid", f"{cells} cells of {number(grid.cell)} m{thick}, {grid.functions} functions"]
 
 
-def _words(body: Any) -> str:
-    material = body.material
-    law = getattr(getattr(material, "eos", None), "kind", "")
-    return ", ".join(filter(None, (body.kind, material.kind, law, f"density {material.density:g} kg/m³"))).replace("-", " ")
+def _words(body: StoredBody) -> str:
+    words = (body.kind, body.material, body.equation_of_state, f"density {body.density:g} kg/m³")
+    return ", ".join(filter(None, words)).replace("-", " ")

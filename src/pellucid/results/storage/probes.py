@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.case.probe import REDUCTIONS, Fetch, Probe
+from pellucid.case.probe import Fetch, Probe
+from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.findings import listed
 from pellucid.state import COMPONENT_NAMES
+from pellucid.users_code import read_only
 
 
 class ProbeReader:
@@ -26,21 +29,23 @@ class ProbeReader:
 
     def start(self, bodies: Sequence[Any]) -> None:
         """Take up the initial state."""
-        named = {body.name: body for body in bodies}
+        fetch = {body.name: _fields_of(body) for body in bodies}
         for probe in self._probes:
+            if probe.body is None:
+                continue
+            field = fetch[probe.body]
             if probe.reduce == "point":
-                place = _nearest(named[probe.body].field, probe.at)
-                self._followed[probe.name] = int(named[probe.body].field("id")[place])
-            if probe.change and probe.body is not None:
-                self._initial[probe.name] = self._value(probe, named[probe.body].field)
+                self._followed[probe.name] = int(field("id")[_nearest(field, probe.at)])
+            if probe.change:
+                self._initial[probe.name] = self._value(probe, field)
             if probe.carried:
                 begun = float(scalar(np.array([probe.at]), probe.component)[0])
-                self._initial[probe.name] = self._value(probe, named[probe.body].field) - begun
+                self._initial[probe.name] = self._value(probe, field) - begun
 
     def read(self, bodies: Sequence[Any], impulses: Mapping[str, np.ndarray], time: float) -> list[float]:
         """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
         of supports and motions; a reaction is their mean force since the row before, zero in the first row."""
-        fetch = {body.name: cache(body.field) for body in bodies}
+        fetch = {body.name: _fields_of(body) for body in bodies}
         values = []
         for probe in self._probes:
             if probe.body is None:
@@ -74,6 +79,32 @@ class ProbeReader:
         return float(scalar(force[None, :], probe.component)[0])
 
 
+def check_probes(probes: Sequence[Probe], bodies: Sequence[Any]) -> None:
+    """Read every probe once at the start, before anything is written. Raises CaseError for those that cannot be read."""
+    problems = []
+    for probe in probes:
+        reader = ProbeReader([probe])
+        try:
+            reader.start(bodies)
+            reader.read(bodies, {}, 0.0)
+        except RunStopped as error:
+            problems.append(Problem(str(error), f"probe.{probe.name}"))
+    if problems:
+        raise CaseError(problems)
+
+
+def _fields_of(body: Any) -> Fetch:
+    """The fields of a body by name, each worked out once; they may be the body's own arrays and cannot be written to."""
+
+    def fetch(name: str) -> np.ndarray:
+        try:
+            return read_only(body.field(name))
+        except KeyError:
+            raise ValueError(f"body {body.name} has no field `{name}`; it has {listed(body.field_names)}") from None
+
+    return cache(fetch)
+
+
 def reduce(probe: Probe, field: Fetch) -> float:
     """The value of a probe on the fields that `field` gives by name.
 
@@ -85,7 +116,7 @@ def reduce(probe: Probe, field: Fetch) -> float:
         return float(values[_nearest(field, probe.at)])
     if probe.reduce == "count":
         return float(np.count_nonzero(values > probe.above))
-    return float(REDUCTIONS.entries[probe.reduce].function(values))
+    return probe.reduced(values)
 
 
 def scalar(values: np.ndarray, component: str | None = None) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.case.inputs import digests
+from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
@@ -34,6 +34,7 @@ class Recorder:
         self._rows = Schedule(case.history_interval(), **recorded["rows"])
         self._frames = Schedule(case.frame_interval(), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
+        self._kinds = users_kinds(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
         self._wall_before = float(recorded["wall_seconds"])
         self._started = self._checkpointed = clock.monotonic()
@@ -87,6 +88,7 @@ class Recorder:
             "frames": self._frames.to_data(),
             "probes": self._probes.to_data(),
             "inputs": self._inputs,
+            "kinds": self._kinds,
             "wall_seconds": self.wall_seconds(),
         }
         checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})

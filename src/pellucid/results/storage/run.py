@@ -18,6 +18,7 @@ from pellucid.results.storage.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.results.storage.stored_case import StoredCase
 
 
 class Run:
@@ -38,8 +39,13 @@ class Run:
 
     @cached_property
     def case(self) -> "Case":
-        """The resolved case."""
+        """The resolved case. Raises `CaseError` where a file is gone that it needs, or that registers a kind that it names."""
         return self.folder.read_case()
+
+    @cached_property
+    def stored(self) -> "StoredCase":
+        """What results need of the case, which can be read whatever kinds it names."""
+        return self.folder.read_stored()
 
     @cached_property
     def history(self) -> dict[str, np.ndarray]:
@@ -59,7 +65,7 @@ class Run:
     @property
     def finished(self) -> bool:
         """Whether the run reached the end of its case."""
-        return self.folder.ended and bool(self.summary["end_time"] >= self.case.time.end * (1.0 - 1e-12))
+        return self.folder.ended and bool(self.summary["end_time"] >= self.stored.time.end * (1.0 - 1e-12))
 
     @cached_property
     def metrics(self) -> dict[str, Metric]:
@@ -68,13 +74,13 @@ class Run:
         Empty for a case of the user's own and for a run that is not finished. Empty with a warning where the module cannot
         judge the run: settings may have made of the case what its reference does not cover.
         """
-        module = catalogue.module(self.case.id)
+        module = catalogue.module(self.stored.id)
         if module is None or not self.finished:
             return {}
         try:
             return dict(module.metrics(self))
         except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
-            warnings.warn(f"the metrics of {self.case.id} do not apply to this run: {error}", stacklevel=2)
+            warnings.warn(f"the metrics of {self.stored.id} do not apply to this run: {error}", stacklevel=2)
             return {}
 
     def times(self, body: str) -> np.ndarray:
@@ -101,7 +107,7 @@ class Run:
     def _nearest(self, body: str, time: float) -> int:
         """The number of the frame nearest to a time [s]."""
         times = self.times(body)
-        slack = 0.5 * self.case.frame_interval() * (1.0 + 1e-9)
+        slack = 0.5 * self.stored.frame_interval() * (1.0 + 1e-9)
         if not times[0] - slack <= time <= times[-1] + slack:
             raise UsageError(
                 f"there is no frame of {body} near t = {time:g} s: the first is at {times[0]:g} s, the last at {times[-1]:g} s"
@@ -109,7 +115,7 @@ class Run:
         return int(np.argmin(np.abs(times - time)))
 
     def _file(self, body: str) -> Path:
-        names = [known.name for known in self.case.body]
+        names = [known.name for known in self.stored.bodies]
         if body not in names:
             raise UsageError(f"the run in {self.out} has no body `{body}`; its bodies are {', '.join(names)}")
         return self.folder.fields(body)

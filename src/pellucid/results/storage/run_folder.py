@@ -12,6 +12,7 @@ from pellucid.results.storage.files import explained, is_draft, usable, write_te
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.results.storage.stored_case import StoredCase
 
 
 class RunFolder:
@@ -67,6 +68,16 @@ class RunFolder:
         if not self.case.is_file():
             raise UsageError(f"there is no run in {self.path}: it has no case.toml")
         return load(self.case)
+
+    def read_stored(self) -> "StoredCase":
+        """The case without the kinds that it names, which results do not need. Raises `UsageError` where there is no run."""
+        from pellucid.results.storage import stored_case
+
+        try:
+            return stored_case.read(self.case)
+        except (OSError, KeyError, TypeError, ValueError):
+            self.read_case()  # says what is wrong
+            raise
 
     def write_summary(self, facts: Mapping[str, Any], metrics: Mapping[str, Metric]) -> None:
         """Write `summary.json`: the facts of the run as they are, and its metrics."""

@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 from elements import element_sheet
 from membranes import THICKNESS, sheet
-from scenes import advance, box, case, simulation
+from small_cases import advance, box, case, simulation
 
-from pellucid.bodies.contract import GridBody, NodalBody, Placement
 from pellucid.bodies.models import BODIES
 from pellucid.energy import FIRST_LOAD, INTERNAL
 from pellucid.errors import RunStopped
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import Supports, external_action
+from pellucid.grid.momentum import Supports
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import GridBody, NodalBody, Placement
 
 # soft, for steps as long as the block's
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}
@@ -44,8 +45,9 @@ def by_itself(kind, alone, gravity=(0.0, 0.0, 0.0)):
     """A sample at rest without a simulation, with two channels of loads, and its velocity field."""
     whole = case(SAMPLES[kind], **GRID)
     field = VelocityField("common", Grid(whole.grid), moves_points=not alone)
-    external = external_action(field.grid.n_nodes, 2, loaded=not alone, absorbs=False, driven=False)
-    field.set_actions(Supports(np.zeros((1, 3)), np.ones(1, np.int64)), external, gravity, small_mass=0.0, flip=1.0)
+    actions = NodalActions(field, 2)
+    actions.take_loads()
+    field.set_actions(Supports(np.zeros((1, 3)), np.ones(1, np.int64)), actions.external(), gravity, small_mass=0.0, flip=1.0)
     return whole.body[0].with_others(whole.body).build(Placement(whole.grid, field, Flip(), gravity, n_loads=2)), field
 
 

@@ -7,7 +7,11 @@ import pytest
 from pydantic import ValidationError
 
 from pellucid.conditions.pressure import Pressure
-from pellucid.conditions.signals import Ramp, Sine, Steady, Table, smooth_step
+from pellucid.conditions.signals.ramp import Ramp
+from pellucid.conditions.signals.sine import Sine
+from pellucid.conditions.signals.steady import Steady
+from pellucid.conditions.signals.table import Table
+from pellucid.conditions.smooth_step import smooth_step
 
 
 def table(tmp_path, text):

@@ -7,7 +7,9 @@ from pydantic import model_validator
 
 from pellucid.findings import Finding, Path
 from pellucid.model import parameter
-from pellucid.parts import Condition, Parts
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
 
 
 class Contact(Condition):
@@ -34,7 +36,7 @@ class Contact(Condition):
         """Bodies that are not there or move together, and contacts that are there twice, by velocity fields or by name."""
         yield from parts.no_grid((*path, "between"), "contact is found on the nodes of a grid")
         for name in self.between:
-            yield from parts.unknown_body((*path, "between"), name)
+            yield from parts.unknown(BodyModel, (*path, "between"), name)
         fields = self._fields(parts)
         if fields is not None and len(fields) == 1:
             text = f"both bodies belong to the velocity field `{min(fields)}` and move together: they never touch"
@@ -47,7 +49,7 @@ class Contact(Condition):
 
     def _fields(self, parts: Parts) -> set[str] | None:
         """The velocity fields of its two bodies, where both are known."""
-        bodies = [parts.body(name) for name in self.between]
+        bodies = [parts.named(BodyModel, name) for name in self.between]
         return None if None in bodies else {body.field for body in bodies if body is not None}
 
     def _name_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

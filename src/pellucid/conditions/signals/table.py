@@ -1,92 +1,17 @@
-"""Prescribed displacements as functions of time."""
+"""A table of displacements in a file."""
 
 import csv
-from abc import abstractmethod
-from collections.abc import Callable
-from math import isfinite, pi, sin
+from math import isfinite
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import model_validator
 
-from pellucid.model import InputFile, Model, parameter
-from pellucid.registry import Family, OneOf, register
-
-Displacement = Callable[[float], float]
+from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.model import InputFile, parameter
 
 
-class SignalModel(Model):
-    """A displacement as a function of time. A new kind is a subclass with a `kind` of its own."""
-
-    kind: str
-
-    @abstractmethod
-    def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
-
-    @abstractmethod
-    def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
-
-
-SIGNALS = Family("signal", SignalModel)
-Signal = Annotated[SignalModel, OneOf(SIGNALS)]
-
-
-@register
-class Sine(SignalModel):
-    """u = a (sin(2π t/T + φ) - sin φ)."""
-
-    kind: Literal["sine"] = "sine"
-    amplitude: float = parameter("m", "amplitude a")
-    period: float = parameter("s", "period T", gt=0)
-    phase: float = parameter("rad", "phase φ", 0.0)
-
-    def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
-        return lambda t: self.amplitude * (sin(2.0 * pi * t / self.period + self.phase) - sin(self.phase))
-
-    def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
-        return abs(self.amplitude) * 2.0 * pi / self.period
-
-
-@register
-class Ramp(SignalModel):
-    """A smooth ramp, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
-
-    kind: Literal["ramp"] = "ramp"
-    distance: float = parameter("m", "displacement d at the end")
-    duration: float = parameter("s", "duration T", gt=0)
-    start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
-
-    def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
-        return lambda t: self.distance * smooth_step((t - self.start) / self.duration)
-
-    def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
-        return 1.875 * abs(self.distance) / self.duration
-
-
-@register
-class Steady(SignalModel):
-    """A constant velocity, u = v t."""
-
-    kind: Literal["steady"] = "steady"
-    velocity: float = parameter("m/s", "velocity v")
-
-    def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
-        return lambda t: self.velocity * t
-
-    def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
-        return abs(self.velocity)
-
-
-@register
 class Table(SignalModel):
     """A table of time [s] and displacement [m]: monotone cubics between the rows, constant before and behind.
 
@@ -143,12 +68,6 @@ class Table(SignalModel):
         """Largest velocity [m/s] between rows, at most 3 times the slope of a row to the next with monotone cubics."""
         rows = self.rows()
         return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
-
-
-def smooth_step(s: float) -> float:
-    """s³(10 - 15 s + 6 s²) between 0 at s <= 0 and 1 at s >= 1: first and second derivatives begin and end at zero."""
-    s = min(max(s, 0.0), 1.0)
-    return s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
 
 
 def _numbers(cells: list[str]) -> bool:

@@ -1,14 +1,16 @@
 """The view of a case's parts: what is right in itself, the names of what is not, and what is there at all."""
 
 import pytest
-from scenes import box, case
+from small_cases import box, case
 
 from pellucid.case import Case
 from pellucid.case.sections import parts_in, parts_of
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Support
 from pellucid.grid.model import GridCase
-from pellucid.parts import BodyModel, Condition, Part
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition, is_driven
+from pellucid.parts.part import Part
 
 MOTION = {"name": "hand", "body": "block", "hold": ["x", "y"]}
 DATA = case(
@@ -30,7 +32,7 @@ def test_all_parts_of_a_sound_case_are_there_with_their_paths():
         assert [path for path, _ in parts.placed(BodyModel)] == [("body", 0), ("body", 1)]
         assert [type(condition) for condition in parts.of(Condition)] == [Support, Motion]
         assert parts.grid == GridCase(**DATA["grid"])
-        assert parts.body("small").name == "small"
+        assert parts.named(BodyModel, "small").name == "small"
         assert parts.are_sound(Part)
         assert not parts.findings()
 
@@ -42,14 +44,14 @@ def test_of_what_is_wrong_in_itself_the_name_is_known():
     assert parts.are_named(BodyModel)
     assert not parts.are_sound(BodyModel)
     assert parts.are_sound(Condition)
-    assert not list(parts.unknown_body((), "block"))
-    assert next(parts.unknown_body((), "blok")).remedy == "did you mean `block`?"
+    assert not list(parts.unknown(BodyModel, (), "block"))
+    assert next(parts.unknown(BodyModel, (), "blok")).remedy == "did you mean `block`?"
 
 
 def test_a_name_that_cannot_be_read_may_be_any():
     parts = parts_in(Case, changed("body", 0, name=3))
     assert not parts.are_named(BodyModel)
-    assert not list(parts.unknown_body((), "blok"))
+    assert not list(parts.unknown(BodyModel, (), "blok"))
 
 
 @pytest.mark.parametrize(
@@ -66,8 +68,8 @@ def test_names_that_are_there_twice(key, words):
 def test_a_body_that_follows_a_motion_as_a_whole_is_driven(hold, more, driven):
     part = {"part": {"box": {"lower": [0, 0, 0], "upper": [2, 2, 2]}}} if more else {}
     parts = parts_in(Case, DATA | {"motion": [MOTION | {"hold": hold} | part]})
-    assert parts.is_driven("block") is driven
-    assert not parts.is_driven("small")
+    assert is_driven("block", parts) is driven
+    assert not is_driven("small", parts)
 
 
 def test_a_grid_that_is_wrong_is_not_lacking():

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from registries import forgotten_afterwards
-from scenes import RATE_SOLID, SOLID, box, case
+from small_cases import RATE_SOLID, SOLID, box, case
 
-from pellucid.bodies.initial import InitialField, SineWave
+from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.registry import register
 
 WAVE = {"amplitude": (0.0, 0.1, 0.0), "wave_vector": (2.0, 0.0, 0.0), "phase": 0.5}

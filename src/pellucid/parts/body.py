@@ -50,7 +50,7 @@ class Placement(NamedTuple):
 
 
 class PointConstraint(Protocol):
-    """A prescribed motion or the rigidity of a body's points, which replaces what grid-to-particle gave them."""
+    """What leads the points of a body as a whole, such as a prescribed motion: it changes what grid-to-particle gave them."""
 
     strains: bool
     """Whether the points are strained by the grid; not where the body is rigid."""
@@ -58,10 +58,10 @@ class PointConstraint(Protocol):
     """Largest prescribed velocity along an axis [m/s]."""
 
     def prescribe_velocities(self) -> None:
-        """After grid-to-particle: prescribed velocities."""
+        """After grid-to-particle, and before their sums are taken: the velocities of the points."""
 
     def prescribe_positions(self) -> None:
-        """After the points moved: prescribed positions."""
+        """After the points moved: their positions."""
 
 
 class Body(ABC):
@@ -128,6 +128,12 @@ class Body(ABC):
 
         numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
         """
+
+    def constrain(self, constraint: PointConstraint) -> None:
+        """Let a condition lead its points. Raises ValueError where another one does."""
+        if self.constraint is not None:
+            raise ValueError(f"the points of body {self.name} are led by a condition already")
+        self.constraint = constraint
 
     @abstractmethod
     def set_motion_velocities(self, velocity: np.ndarray) -> None:

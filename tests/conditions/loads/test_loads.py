@@ -4,11 +4,13 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
-from scenes import advance, box, simulation
+from small_cases import advance, box, simulation
 
-from pellucid.conditions.contract import AssembledBody, Assembly, load_channels
-from pellucid.conditions.load import BodyForce, Load, PointsView
-from pellucid.errors import RunStopped
+from pellucid.conditions.loads.body_force import BodyForce
+from pellucid.conditions.loads.contract import Load, PointsView, checked_forces
+from pellucid.energy import Channel, WorkLayout
+from pellucid.errors import CaseError, RunStopped
+from pellucid.parts.assembly import AssembledBody, Assembly
 
 
 class Body:
@@ -32,14 +34,18 @@ class Body:
 def test_what_a_load_sees_of_the_points():
     body = Body()
     points = PointsView(body)
-    assert points.position is body.arrays["position"]
-    assert points.volume is body.arrays["volume"]
+    for name in ("position", "velocity", "mass", "volume"):
+        seen = getattr(points, name)
+        assert np.shares_memory(seen, body.arrays[name])
+        with pytest.raises(ValueError, match="read-only"):
+            seen += 1.0
+        assert body.arrays[name].flags.writeable
 
 
 def begin(bodies, loads, time):
     """Let loads act on bodies over the step that begins at a time."""
-    channels = load_channels([load.channel for load in loads])
-    assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, {}, channels, 0)
+    layout = WorkLayout(Channel(load.channel) for load in loads)
+    assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, (), layout)
     for kind in dict.fromkeys(type(load) for load in loads):
         for part in kind.activate([load for load in loads if type(load) is kind], assembly):
             part.begin(time, 0.1)
@@ -77,8 +83,14 @@ def test_loads_push_their_own_body_and_book_in_their_own_column():
 @pytest.mark.parametrize(
     ("forces", "words"),
     [
-        (np.zeros(3), r'the load of kind "strange" on body block gives forces of shape \(3,\) for 5 points; .* shape \(5, 3\)'),
-        (np.full((5, 3), np.nan), r'"strange" on body block gives the force \[nan nan nan\] N; mend its `forces`'),
+        (np.zeros(3), r'"strange" on body block gives no forces: `forces` returns an array of shape \(3,\); .* shape \(5, 3\)'),
+        (None, r"`forces` returns None; it must return an array of shape \(5, 3\), see .*test_loads.py:\d+"),
+        ("much", r"`forces` returns a str; it must return an array"),
+        ([[1.0], [1.0, 2.0]], r"`forces` returns a list of unequal rows; it must return an array"),
+        (
+            np.full((5, 3), np.nan),
+            r'"strange" on body block gives the force \[nan nan nan\] N at t = 0.2 s .* mend its `forces`',
+        ),
     ],
 )
 def test_forces_that_are_none_stop_the_run(forces, words):
@@ -89,7 +101,10 @@ def test_forces_that_are_none_stop_the_run(forces, words):
             return forces
 
     with pytest.raises(RunStopped, match=words):
-        begin([Body()], [Strange(body="block")], 0.0)
+        checked_forces(Strange(body="block"), PointsView(Body()), 0.2)
+    with pytest.raises(CaseError, match="`forces`") as refused:  # before anything is written
+        begin([Body()], [Strange(body="block")], 0.2)
+    assert refused.value.problems[0].key == "load.0"
 
 
 @pytest.mark.parametrize("name", ["gravity_work", "spring_energy"])

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pellucid.bodies.contract import GridBody
 from pellucid.case import Case
+from pellucid.parts.body import GridBody
 from pellucid.simulation.simulation import Simulation
 
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}

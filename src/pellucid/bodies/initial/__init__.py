@@ -1,0 +1,16 @@
+"""Initial fields: what a body starts with beside its uniform state, one file each.
+
+The kinds that a case can name are listed here: one line each.
+"""
+
+from typing import Annotated
+
+from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial.sine_wave import SineWave
+from pellucid.registry import Family, OneOf
+
+INITIAL_FIELDS = Family("initial field", InitialField)
+Initial = Annotated[InitialField, OneOf(INITIAL_FIELDS)]
+INITIAL_MEANING = "fields that are added to the state at the start"
+
+INITIAL_FIELDS.add(SineWave)

@@ -1,0 +1,21 @@
+"""The interface of an initial field: what a body starts with beside its uniform state."""
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import numpy as np
+
+from pellucid.model import Model
+
+
+class InitialField(Model):
+    """What is added to a quantity of a body at the start. A new kind is a subclass with a `kind` of its own."""
+
+    quantity: ClassVar[str] = "velocity"
+    """The array of the points to which it adds: the velocity, or a state of the material, such as the stress."""
+
+    kind: str
+
+    @abstractmethod
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """What it adds at positions [m], shape (n, 3): a row for each, for velocities [m/s] shape (n, 3)."""

@@ -1,0 +1,59 @@
+"""The state of a body at the start, with the initial fields that add to it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from pellucid.bodies.initial.contract import InitialField
+from pellucid.errors import CaseError, Problem
+from pellucid.findings import Finding, Path, listed
+from pellucid.model import Vector
+from pellucid.users_code import WrongArray, as_array, failing_as, home_of, read_only
+
+
+def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField], position: np.ndarray) -> np.ndarray:
+    """A uniform velocity and the fields of a body that add to it [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+    velocity = np.tile(np.array(uniform), (len(position), 1))
+    for added in added_velocities(body, fields, position):
+        velocity += added
+    return velocity
+
+
+def added_velocities(body: str, fields: Sequence[InitialField], position: np.ndarray) -> Iterator[np.ndarray]:
+    """What each field of a body adds to the velocity [m/s], shape (n, 3), at positions [m], shape (n, 3). Raises CaseError."""
+    for number, field in enumerate(fields):
+        if field.quantity == "velocity":
+            yield _added(field, position, position.shape, f"body.{body}.initial.{number}")
+
+
+def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping[str, np.ndarray]) -> None:
+    """Add the fields of other quantities than the velocity to the arrays of a body's points, in place. Raises CaseError."""
+    for number, field in enumerate(fields):
+        if field.quantity != "velocity":
+            state = arrays[field.quantity]
+            state += _added(field, arrays["position"], state.shape, f"body.{body}.initial.{number}")
+
+
+def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], key: str) -> np.ndarray:
+    """What a field adds, if it is what it must be. Raises CaseError at its key."""
+    what = f'the initial field of kind "{field.kind}"'
+    with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key)), field.at):
+        found = field.at(read_only(position))
+    try:
+        added = as_array(found, shape, field.at)
+    except WrongArray as error:
+        raise CaseError(Problem(f"{what} adds nothing to the {field.quantity}: `at` {error}", key)) from None
+    if not np.isfinite(added).all():
+        point = int(np.flatnonzero(~np.isfinite(added).reshape(len(added), -1).all(axis=1))[0])
+        place = ", ".join(f"{value:.6g}" for value in position[point])
+        text = f"{what} adds {added[point]} to the {field.quantity} of the point at ({place}) m"
+        raise CaseError(Problem(text, key, remedy=f"mend its `at`, see {home_of(field.at)}"))
+    return added
+
+
+def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], path: Path) -> Iterator[Finding]:
+    """Initial fields of a state that the points of a body at `path` do not have."""
+    for index, field in enumerate(fields):
+        if field.quantity not in quantities:
+            text = f'kind "{field.kind}" sets `{field.quantity}`, which the points of this body do not have'
+            yield Finding((*path, "initial", index), text, f"they have {listed(quantities)}")

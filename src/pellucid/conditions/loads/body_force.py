@@ -1,0 +1,22 @@
+"""An acceleration of one body."""
+
+from typing import Literal
+
+import numpy as np
+
+from pellucid.conditions.loads.contract import Load, PointsView
+from pellucid.conditions.smooth_step import smooth_step
+from pellucid.model import Vector, parameter
+
+
+class BodyForce(Load):
+    """A force on every mass: an acceleration of one body, as of a frame that speeds up the other way."""
+
+    kind: Literal["body-force"] = "body-force"
+    acceleration: Vector = parameter("m/s^2", "force on unit mass")
+    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
+
+    def forces(self, points: PointsView, time: float) -> np.ndarray:
+        """Forces [N], shape (n, 3)."""
+        share = smooth_step(time / self.rise) if self.rise > 0.0 else 1.0
+        return points.mass[:, None] * (share * np.array(self.acceleration))

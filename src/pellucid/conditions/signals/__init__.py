@@ -1,0 +1,21 @@
+"""Signals: prescribed displacements as functions of time, one file each.
+
+The kinds that a case can name are listed here: one line each.
+"""
+
+from typing import Annotated
+
+from pellucid.conditions.signals.contract import SignalModel
+from pellucid.conditions.signals.ramp import Ramp
+from pellucid.conditions.signals.sine import Sine
+from pellucid.conditions.signals.steady import Steady
+from pellucid.conditions.signals.table import Table
+from pellucid.registry import Family, OneOf
+
+SIGNALS = Family("signal", SignalModel)
+Signal = Annotated[SignalModel, OneOf(SIGNALS)]
+
+SIGNALS.add(Sine)
+SIGNALS.add(Ramp)
+SIGNALS.add(Steady)
+SIGNALS.add(Table)

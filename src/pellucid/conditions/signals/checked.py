@@ -1,0 +1,40 @@
+"""What the signals of users return, checked; what they raise, told with their file and line."""
+
+from math import isfinite
+
+from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.errors import RunStopped
+from pellucid.users_code import failing_as, home_of
+
+
+def checked_displacement(signal: SignalModel, where: str) -> Displacement:
+    """The function of a signal; a value that is no finite number stops the run with RunStopped. where: its key."""
+    what = _named(signal, where)
+    with failing_as(lambda why: RunStopped(f"{what} fails in `function`: {why}"), signal.function):
+        function = signal.function()
+
+    def displacement(time: float) -> float:
+        with failing_as(lambda why: RunStopped(f"{what} fails at t = {time:g} s: {why}"), function):
+            value = float(function(time))
+        if not isfinite(value):
+            raise RunStopped(f"{what} gives {value} m at t = {time:g} s; mend its `function`, see {home_of(signal.function)}")
+        return value
+
+    return displacement
+
+
+def displacement_fault(signal: SignalModel, where: str) -> str:
+    """What is wrong with a signal at the start, or nothing: it fails, or its displacement or top speed is no finite number."""
+    try:
+        checked_displacement(signal, where)(0.0)
+        with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}"), signal.top_speed):
+            speed = float(signal.top_speed())
+    except RunStopped as error:
+        return str(error)
+    if isfinite(speed) and speed >= 0.0:
+        return ""
+    return f"{_named(signal, where)} has the top speed {speed} m/s; mend its `top_speed`, see {home_of(signal.top_speed)}"
+
+
+def _named(signal: SignalModel, where: str) -> str:
+    return f'the signal of kind "{signal.kind}" of {where}'

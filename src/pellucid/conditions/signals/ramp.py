@@ -1,0 +1,24 @@
+"""A smooth ramp."""
+
+from typing import Literal
+
+from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.conditions.smooth_step import smooth_step
+from pellucid.model import parameter
+
+
+class Ramp(SignalModel):
+    """A smooth ramp, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
+
+    kind: Literal["ramp"] = "ramp"
+    distance: float = parameter("m", "displacement d at the end")
+    duration: float = parameter("s", "duration T", gt=0)
+    start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        return lambda t: self.distance * smooth_step((t - self.start) / self.duration)
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+        return 1.875 * abs(self.distance) / self.duration

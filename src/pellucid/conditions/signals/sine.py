@@ -1,0 +1,24 @@
+"""A sine."""
+
+from math import pi, sin
+from typing import Literal
+
+from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.model import parameter
+
+
+class Sine(SignalModel):
+    """u = a (sin(2π t/T + φ) - sin φ)."""
+
+    kind: Literal["sine"] = "sine"
+    amplitude: float = parameter("m", "amplitude a")
+    period: float = parameter("s", "period T", gt=0)
+    phase: float = parameter("rad", "phase φ", 0.0)
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        return lambda t: self.amplitude * (sin(2.0 * pi * t / self.period + self.phase) - sin(self.phase))
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+        return abs(self.amplitude) * 2.0 * pi / self.period

@@ -1,0 +1,21 @@
+"""A constant velocity."""
+
+from typing import Literal
+
+from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.model import parameter
+
+
+class Steady(SignalModel):
+    """A constant velocity, u = v t."""
+
+    kind: Literal["steady"] = "steady"
+    velocity: float = parameter("m/s", "velocity v")
+
+    def function(self) -> Displacement:
+        """Displacement [m] as a function of time [s]."""
+        return lambda t: self.velocity * t
+
+    def top_speed(self) -> float:
+        """Largest velocity [m/s]."""
+        return abs(self.velocity)

@@ -1,0 +1,48 @@
+"""Which function of a user's law numba cannot compile: its errors name kernels, and bury the user's line."""
+
+import os
+import re
+from typing import Any
+
+from pellucid.jit import implementations
+from pellucid.materials.contract import PointMaterial
+from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.trial import Call, calls_of, calls_of_membrane
+from pellucid.users_code import is_users, line_at
+
+NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Use of unsupported", "The above")
+
+
+def why_not_compiled(material: Any) -> str:
+    """The function of a material's law that cannot be compiled, where and why; empty where each can."""
+    from numba import njit
+
+    for operation, call in _calls(material).items():
+        function = implementations(operation)[type(call.arguments[0])]
+        try:
+            njit(function)(*call.arguments)
+        except Exception as error:  # numba's have no base in common
+            place = _place(str(error)) or f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
+            law = type(call.arguments[0]).__name__
+            return f"`{operation.__name__}` of the law {law} cannot be compiled: {_reason(str(error))}, at {place}"
+    return ""
+
+
+def _calls(material: Any) -> dict[Any, Call]:
+    if isinstance(material, PointMaterial):
+        return calls_of(material, material.law(), material.initial_state())
+    return calls_of_membrane(material, material.elastic_law()) if isinstance(material, ElasticMembraneMaterial) else {}
+
+
+def _place(message: str) -> str:
+    """The innermost line of users' code that a message of numba names."""
+    found = re.findall(r'File "([^"]+)", line (\d+)', message) + re.findall(r"(?:from|at) (\S+) \((\d+)\)", message)
+    users = [(os.path.abspath(file), int(line)) for file, line in found if is_users(os.path.abspath(file))]
+    return line_at(*users[0]) if users else ""
+
+
+def _reason(message: str) -> str:
+    """What a message of numba says first."""
+    lines = [line.strip() for line in message.splitlines()]
+    telling = [line for line in lines if line and not line.startswith(NOISE)]
+    return telling[0].partition(". Raised from")[0].rstrip(".:") if telling else "numba does not say why"

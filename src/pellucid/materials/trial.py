@@ -1,0 +1,237 @@
+"""A law tried once, at rest and in plain Python: what a user's material lacks is told before any kernel is compiled."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import isfinite
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+
+import numpy as np
+
+from pellucid.jit import implementations
+from pellucid.materials.law import (
+    AT_REST,
+    DEFAULTS,
+    Law,
+    artificial_heating,
+    diffusivity,
+    point_pressure,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+)
+from pellucid.materials.membrane import (
+    initial_shape,
+    largest_strain,
+    plane_response,
+    plane_wave_speed,
+    shape_of,
+    smoothed,
+    stretched,
+    stretched_midway,
+)
+from pellucid.materials.point_state import PointState, load
+from pellucid.state import FIELDS
+from pellucid.users_code import failing_as, file_of
+
+Operation = Callable[..., Any]
+RATE_FORM = (update, volume_growth, signal_speed, diffusivity, stored_energy, artificial_heating, point_pressure)
+MEMBRANE: dict[Operation, int] = {
+    initial_shape: 4,
+    stretched: 4,
+    stretched_midway: 4,
+    shape_of: 4,
+    smoothed: 2,
+    plane_response: 4,
+    largest_strain: 1,
+    plane_wave_speed: 1,
+}
+"""What a law of membranes states, and how many numbers each gives."""
+DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register what most laws share"
+NO_RATE = (0.0, 0.0, 0.0)
+
+
+class Tried(Protocol):
+    """What a trial asks of the material of any body."""
+
+    @property
+    def density(self) -> float: ...
+    def law(self) -> Law: ...
+    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]: ...
+
+
+class Material(Tried, Protocol):
+    """What it asks of a material of material points."""
+
+    energy_kind: ClassVar[Literal["internal", "strain"]]
+
+    def initial_state(self) -> PointState: ...
+    def wave_speeds(self) -> tuple[float, float]: ...
+    def signals(self, length: float) -> tuple[float, float]: ...
+    def problems(self) -> Iterator[tuple[str, str, str]]: ...
+
+
+class MembraneMaterial(Tried, Protocol):
+    """What it asks of a material of membranes."""
+
+    def elastic_law(self) -> Law: ...
+
+
+class Call(NamedTuple):
+    """An operation and the arguments with which it is tried."""
+
+    operation: Operation
+    arguments: tuple[Any, ...]
+
+    def result(self) -> Any:
+        """What it returns. Raises ValueError."""
+        name = self.operation.__name__
+        with failing_as(lambda why: ValueError(f"`{name}` of the law {_named(self.arguments[0])} fails at rest: {why}")):
+            return self.operation(*self.arguments)
+
+    def number(self, least: float = -np.inf) -> float:
+        """What it returns, a finite number. Raises ValueError."""
+        return _number(self.result(), least, f"`{self.operation.__name__}` of the law {_named(self.arguments[0])}")
+
+
+def calls_of(material: Material, law: Any, state: Any) -> dict[Operation, Call]:
+    """What kernels call of a law in rate form, with the arguments of a point at rest over no time in cells of a metre."""
+    density = material.density
+    arguments = {
+        update: (law, state, density, AT_REST, 0.0, 1.0),
+        volume_growth: (law, AT_REST, 0.0),
+        signal_speed: (law, state, density, AT_REST, 1.0),
+        diffusivity: (law, density),
+        stored_energy: (law, state, density),
+        artificial_heating: (law, state, density, AT_REST, 1.0),
+        point_pressure: (law, state, density),
+    }
+    return {operation: Call(operation, given) for operation, given in arguments.items()}
+
+
+def try_material(material: Material) -> None:
+    """Raises ValueError where the law of material points lacks a function, or one fails or returns what it must not."""
+    name = type(material).__name__
+    if material.energy_kind not in ("internal", "strain"):
+        raise ValueError(f'{name}.energy_kind = "{material.energy_kind}" must be "internal" or "strain"')
+    with failing_as(lambda why: ValueError(f"{name}.law fails: {why}")):
+        law = material.law()
+    _check_parameters(law, name)
+    _check_registered(material.operations(law))
+    with failing_as(lambda why: ValueError(f"{name}.initial_state fails: {why}")):
+        state = material.initial_state()
+    if type(state) not in implementations(load):
+        raise ValueError(
+            f"{name}.initial_state returns {_named(state)}, which is no state of a point: decorate it with `@point_state()`"
+        )
+    _check_state(state, state, f"{name}.initial_state")
+    calls = calls_of(material, law, state)
+    _check_state(calls[update].result(), state, f"`update` of the law {_named(law)}")
+    growth = calls[volume_growth].number()
+    if abs(growth - 1.0) > 1e-9:
+        raise ValueError(f"`volume_growth` of the law {_named(law)} is {growth:g} at rest; it is volume after over before: 1")
+    for operation in (signal_speed, diffusivity):
+        calls[operation].number(least=0.0)
+    for operation in (stored_energy, artificial_heating, point_pressure):
+        calls[operation].number()
+    for method in (material.wave_speeds, lambda: material.signals(1.0)):
+        _check_numbers(material, method)
+    with failing_as(lambda why: ValueError(f"{name}.problems fails: {why}")):
+        list(material.problems())
+
+
+def try_membrane(material: MembraneMaterial) -> None:
+    """The same of the material of a membrane."""
+    name = type(material).__name__
+    with failing_as(lambda why: ValueError(f"{name}.elastic_law fails: {why}")):
+        elastic, law = material.elastic_law(), material.law()
+    _check_parameters(elastic, name)
+    _check_registered(material.operations(elastic))
+    calls = calls_of_membrane(material, law)
+    for operation, size in MEMBRANE.items():
+        found = calls[operation].result()
+        _check_tuple(found, size, f"`{operation.__name__}` of the law {_named(elastic)}")
+    calls[plane_wave_speed].number(least=0.0)
+
+
+def calls_of_membrane(material: MembraneMaterial, law: Any) -> dict[Operation, Call]:
+    """What kernels call of a law of membranes, with the arguments of a point at rest over no time."""
+    shape = Call(initial_shape, (law,)).result()
+    arguments = {
+        initial_shape: (law,),
+        stretched: (law, shape, NO_RATE, 0.0),
+        stretched_midway: (law, shape, NO_RATE, 0.0),
+        shape_of: (law, NO_RATE, 1.0, 1.0),
+        smoothed: (law, shape, 1.0, 1.0),
+        plane_response: (law, shape),
+        largest_strain: (law, shape),
+        plane_wave_speed: (law, shape, material.density),
+    }
+    return {operation: Call(operation, given) for operation, given in arguments.items()}
+
+
+def _check_parameters(law: Any, name: str) -> None:
+    """A law is a NamedTuple of numbers, of tuples of numbers and of other laws."""
+    if not hasattr(law, "_fields"):
+        raise ValueError(f"{name} gives the law {law!r}; it must be a NamedTuple of its parameters")
+    for field, value in zip(law._fields, law, strict=True):
+        if hasattr(value, "_fields"):
+            _check_parameters(value, f"{name}.{field}")
+        elif not all(
+            isinstance(item, (bool, int, float, np.number)) for item in (value if isinstance(value, tuple) else (value,))
+        ):
+            raise ValueError(
+                f"{_named(law)}.{field} = {value!r} is no number; kernels take numbers, tuples of numbers and laws"
+            )
+
+
+def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
+    """Every operation is registered for the law that needs it."""
+    for law, wanted in operations.items():
+        lacking = [operation for operation in wanted if type(law) not in implementations(operation)]
+        if lacking:
+            names = ", ".join(f"`{operation.__name__}`" for operation in lacking)
+            own = [operation for operation in lacking if operation not in DEFAULTS]
+            remedies = [DECORATE] if len(own) < len(lacking) else []
+            remedies += [f"register each, as `@point_function({own[0].__name__}, {type(law).__name__})`"] if own else []
+            remedy = " and ".join(remedies)
+            raise ValueError(f"the law {_named(law)} has no {names}; {remedy}")
+
+
+def _check_state(found: Any, wanted: Any, what: str) -> None:
+    """A state is of the type of that at the start, and of finite numbers."""
+    if type(found) is not type(wanted):
+        raise ValueError(f"{what} returns {_named(found)}; it must return a {type(wanted).__name__}")
+    for name, value in zip(wanted._fields, found, strict=True):
+        _check_tuple(value, FIELDS[name].components, f"{what}: `{name}`")
+
+
+def _check_tuple(value: Any, size: int, what: str) -> None:
+    if size == 1:
+        _number(value, -np.inf, what)
+    elif not isinstance(value, tuple) or len(value) != size:
+        raise ValueError(f"{what} is {value!r}; it must be a tuple of {size} numbers")
+    else:
+        for item in value:
+            _number(item, -np.inf, what)
+
+
+def _check_numbers(material: Material, method: Callable[[], Any]) -> None:
+    name = type(material).__name__
+    with failing_as(lambda why: ValueError(f"the wave speeds of {name} fail: {why}")):
+        speeds = method()
+    _check_tuple(speeds, 2, f"the wave speeds of {name}")
+
+
+def _number(value: Any, least: float, what: str) -> float:
+    if not isinstance(value, (bool, int, float, np.number)):
+        raise ValueError(f"{what} returns {value!r} at rest; it must return a number")
+    if not (isfinite(value) and value >= least):
+        raise ValueError(
+            f"{what} returns {value} at rest; it must return a finite number" + (", not below 0" if least == 0.0 else "")
+        )
+    return float(value)
+
+
+def _named(law: Any) -> str:
+    """A law or state and its file."""
+    return f"{type(law).__name__} ({file_of(type(law))})" if hasattr(law, "_fields") else f"a {type(law).__name__}"

@@ -1,0 +1,23 @@
+"""The interface of a condition in a run."""
+
+from pellucid.energy import StepWork
+
+
+class ActiveCondition:
+    """A condition, or several of one class, that acts in a run: it does what it needs of these.
+
+    It keeps nothing from step to step but in the arrays of a body, which checkpoints hold.
+    """
+
+    def begin(self, time: float, dt: float) -> None:
+        """Set forces or prescribed velocities for the step dt [s] that begins at `time` [s]."""
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Give the nodes impulses, after their momentum was advanced over the step dt [s] and before contact.
+
+        See `VelocityField.add_impulses`, which also says what work they do.
+        """
+
+    def work(self) -> StepWork | None:
+        """Its work and impulses over the step; None where nodes or bodies count them."""
+        return None

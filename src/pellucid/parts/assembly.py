@@ -1,0 +1,45 @@
+"""The bodies of a case as conditions find them when a run is assembled."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from pellucid.energy import Channel, WorkLayout
+from pellucid.grid.actions import NodalActions
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
+
+NO_AXES = (False, False, False)
+
+
+class AssembledBody(NamedTuple):
+    """A body that is built, its model, and the actions on the nodes of its velocity field; a case without a grid has none."""
+
+    body: Body
+    model: BodyModel
+    actions: NodalActions | None
+
+    @property
+    def velocity_field(self) -> VelocityField | None:
+        """The nodes of the grid that it shares with others, or where it meets them."""
+        return self.actions.field if self.actions else None
+
+    @property
+    def thin(self) -> tuple[bool, bool, bool]:
+        """Which axes are one cell thick."""
+        return self.actions.field.grid.thin if self.actions else NO_AXES
+
+
+class Assembly(NamedTuple):
+    """What conditions ask of a run when they are activated."""
+
+    bodies: Mapping[str, AssembledBody]  # by name
+    actions: Sequence[NodalActions]  # of every velocity field
+    layout: WorkLayout  # the columns of their channels
+
+    def load_column(self, body: str, channel: str) -> int:
+        """Ask for external forces on a body: the column of their channel, for its `add_external_force` and `add_pressure`."""
+        actions = self.bodies[body].actions
+        if actions:
+            actions.take_loads()
+        return self.layout.column(Channel(channel))

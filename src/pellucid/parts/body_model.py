@@ -1,0 +1,124 @@
+"""The interface of the model of a body."""
+
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.geometry import Geometry
+from pellucid.grid.model import GridCase
+from pellucid.materials.contract import BodyMaterial
+from pellucid.model import Vector, parameter
+from pellucid.parts.part import Part, Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.body import Body, Placement
+
+FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
+
+
+class StepLimit(NamedTuple):
+    """The largest stable step at the start [s], and why."""
+
+    step: float
+    reason: str
+
+
+class BodyModel(Part):
+    """A body as the user describes it. A new kind is a subclass with a `kind` of its own."""
+
+    unique_name: ClassVar[bool] = True
+    place: ClassVar[str]
+    """The key that says where it is at the start."""
+    is_surface: ClassVar[bool] = False
+    """Whether it is a membrane, which has two sides and no volume of its own."""
+
+    kind: str
+    name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    field: str = parameter("", FIELD_MEANING, "common", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+
+    if TYPE_CHECKING:  # each kind declares them among its own keys, in the order of the reference
+        material: BodyMaterial
+        velocity: Vector
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """That there is no grid, reported by the first body that needs one."""
+        needing = (body for body in parts.of(BodyModel) if body.needs_grid(parts))
+        if parts.lacks_grid and next(needing, None) is self:
+            text = f"is missing: body {self.name} needs one"
+            yield Finding(("grid",), text, "add a table [grid] with `lower`, `upper` and `cell`")
+
+    @abstractmethod
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner at the start [m], each of shape (3,)."""
+
+    @abstractmethod
+    def occupied(self) -> Geometry:
+        """The region that it occupies at the start, which other bodies can leave out of theirs."""
+
+    @property
+    @abstractmethod
+    def probed(self) -> tuple[str, ...]:
+        """The fields that probes can read."""
+
+    @abstractmethod
+    def n_points(self, grid: GridCase | None) -> float:
+        """Number of points, good to a layer of them; None where the case has no grid."""
+
+    @abstractmethod
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
+        """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+
+    @abstractmethod
+    def build(self, placement: "Placement") -> "Body":
+        """Build the body; in a case with several, from the model that `with_others` returns."""
+
+    def owns_nodes(self, alone: bool) -> bool:
+        """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
+        return False
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it moves as a rigid body."""
+        return False
+
+    def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
+        """The same model with the others of its case, whose regions it may leave out."""
+        return self
+
+    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool]) -> np.ndarray:
+        """Which places [m], shape (n, 3), lie inside it at the start, shape (n,), along the axes that are `active`."""
+        return self.occupied().contains(places, active)
+
+    def needs_grid(self, parts: Parts) -> bool:
+        """Whether it cannot do without a grid in this case."""
+        return True
+
+    def excluded_bodies(self) -> tuple[str, ...]:
+        """Names of the bodies whose regions it leaves out of its own."""
+        return ()
+
+    def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
+        """Why another body cannot leave out its region, if so."""
+        return None
+
+    def why_no_motion(self) -> Reason | None:
+        """Why it cannot follow a prescribed motion, if so."""
+        return None
+
+    def has_volume_waves(self) -> bool:
+        """Whether plane waves cross it, which a face of the grid can absorb."""
+        return not self.is_surface
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s], of a body that such waves cross."""
+        raise ValueError(f"body {self.name} has no plane waves")
+
+    def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
+        """The largest stable step at the start in cells of this edge [m], None where the cells do not bound it.
+
+        is_driven: whether the whole body follows a prescribed motion along every axis.
+        """
+        return None

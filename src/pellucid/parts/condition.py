@@ -1,0 +1,55 @@
+"""The interface of the model of a condition."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Self
+
+from pellucid.energy import Channel
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.part import Part, Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
+
+
+class Condition(Part):
+    """An external action on bodies or nodes, or between bodies. A new one is a subclass, and a key of the case."""
+
+    def load_channel(self) -> str | None:
+        """The name of the channel of its external forces, if it has such: a column of the history, ending in `_work`."""
+        return None
+
+    def channels(self) -> Sequence[Channel]:
+        """The channels of its other work and losses."""
+        return ()
+
+    @classmethod
+    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
+        """What acts for all conditions of this class in a run; nothing where they only mark nodes or pairs at the start.
+
+        It is called once for each class that a case can have, in the order of its keys, also where there are no conditions.
+        It asks for the actions on nodes that it needs through the bodies of the assembly.
+        """
+        return ()
+
+    def reaction(self) -> str | None:
+        """The name under which probes find the force that it exerts, if it has one."""
+        return None
+
+    def constrains_face(self, face: str) -> bool:
+        """Whether it constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
+        return False
+
+    def face_velocity(self, face: str) -> tuple[float, float, float] | None:
+        """The velocity [m/s] of the nodes of a face of the grid, if it constrains them along its normal."""
+        return None
+
+    def prescribed_axes(self, body: str) -> set[int]:
+        """The axes along which a body as a whole follows it."""
+        return set()
+
+
+def is_driven(body: str, parts: Parts) -> bool:
+    """Whether a body as a whole follows a prescribed motion along every axis that counts: it is rigid then."""
+    grid = parts.grid
+    free = {axis for axis in range(3) if grid is None or not grid.thin()[axis]}
+    return any(free <= condition.prescribed_axes(body) for condition in parts.of(Condition))

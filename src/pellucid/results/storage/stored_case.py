@@ -1,0 +1,59 @@
+"""The case of a run as its results need it: read without the kinds that it names, which may be gone."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel
+
+from pellucid.case import EnergyCase, OutputCase, TimeCase
+from pellucid.grid.model import GridCase
+
+
+class StoredBody(NamedTuple):
+    """A body by its name, with the kinds of body, material and equation of state, and its density [kg/m³]."""
+
+    name: str
+    kind: str
+    material: str
+    equation_of_state: str
+    density: float
+
+
+class StoredCase(BaseModel):
+    """What results need of a case; only texts where users may have kinds of their own."""
+
+    title: str
+    id: str = ""
+    source: str = ""
+    description: str = ""
+    extensions: tuple[str, ...] = ()
+    grid: GridCase | None = None
+    time: TimeCase
+    output: OutputCase = OutputCase()
+    energy: EnergyCase = EnergyCase()
+    bodies: tuple[StoredBody, ...]
+    probes: tuple[str, ...]
+    """Their names."""
+
+    @property
+    def thin(self) -> tuple[bool, bool, bool]:
+        """Which axes are one cell thick; none without a grid."""
+        return (False, False, False) if self.grid is None else self.grid.thin()
+
+    def frame_interval(self) -> float:
+        """Time between frames of the fields [s]."""
+        return self.output.frames or self.time.end / 10
+
+
+def read(path: Path) -> StoredCase:
+    """The case of a file that a run wrote. Raises KeyError or ValueError for another file."""
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    bodies = [_body(table) for table in data["body"]]
+    return StoredCase.model_validate({**data, "bodies": bodies, "probes": [probe["name"] for probe in data.get("probe", ())]})
+
+
+def _body(table: dict[str, Any]) -> StoredBody:
+    material = table["material"]
+    law = material["eos"]["kind"] if "eos" in material else ""
+    return StoredBody(table["name"], table["kind"], material["kind"], law, material["density"])

@@ -1,0 +1,66 @@
+"""What only numba finds in a law of a user: told with the function and its line."""
+
+import linecache
+from typing import Literal, NamedTuple
+
+import numba
+import pytest
+from small_cases import SOLID, box, case
+
+from pellucid.errors import CaseError
+from pellucid.jit import implementations, point_function
+from pellucid.materials.compiled_trial import why_not_compiled
+from pellucid.materials.hyperelastic import hyperelastic
+from pellucid.materials.law import cauchy_stress, energy, signal_speed, wave_speed
+from pellucid.materials.neo_hookean import NeoHookean, NeoHookeanMaterial
+from pellucid.results.launch import laws_blamed
+
+pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+
+
+@hyperelastic
+class Noted(NamedTuple):
+    lam: float
+    mu: float
+    rho0: float
+
+
+for operation in (energy, cauchy_stress, wave_speed):
+    point_function(operation, Noted)(implementations(operation)[NeoHookean])
+
+
+@point_function(signal_speed, Noted)
+def _signal_speed(law, state, density, L, length):
+    return float(f"{law.mu:.3f}")  # plain Python can
+
+
+class NotedMaterial(NeoHookeanMaterial):
+    kind: Literal["noted"] = "noted"
+
+    def law(self):
+        return Noted(1.0, 1.0, 1.0)
+
+
+def test_the_function_and_its_line_are_named():
+    material = NotedMaterial(density=1.0, young_modulus=1.0, poisson_ratio=0.3)
+    line = _signal_speed.__code__.co_firstlineno + 2
+    why = why_not_compiled(material)
+    assert why.startswith("`signal_speed` of the law Noted cannot be compiled: ")
+    assert why.endswith(f"at {__file__}:{line} (`{linecache.getline(__file__, line).strip()}`)")
+
+
+def test_laws_that_compile_are_not_blamed():
+    built = case(box((1, 1, 1), (3, 3, 3), SOLID))
+    assert why_not_compiled(built.body[0].material) == ""
+    with pytest.raises(numba.TypingError, match="of our own"), laws_blamed(built):
+        raise numba.TypingError("of our own")
+
+
+def test_a_run_that_cannot_be_compiled_is_an_error_of_its_material():
+    built = case(box((1, 1, 1), (3, 3, 3), SOLID))
+    material = NotedMaterial(density=1.0, young_modulus=1.0, poisson_ratio=0.3)
+    body = built.body[0].model_copy(update={"material": material})
+    blamed = laws_blamed(built.model_copy(update={"body": (body,)}))
+    with pytest.raises(CaseError, match="`signal_speed` of the law Noted cannot be compiled") as refused, blamed:
+        raise numba.TypingError("deep inside")
+    assert refused.value.problems[0].key == f"body.{body.name}.material"

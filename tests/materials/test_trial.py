@@ -1,0 +1,232 @@
+"""Laws of users that lack something or fail: told when the case is read, before a kernel is compiled."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from registries import forgotten_afterwards
+from user_files import CASE, told
+
+LAW = """\
+from math import sqrt
+from typing import Literal, NamedTuple
+
+from pellucid.extend import ElasticMaterial, PointMaterial, register
+from pellucid.jit import point_function
+from pellucid.materials.law import rate_type, signal_speed, stored_energy, update
+from pellucid.materials.point_state import point_state
+from pellucid.tensors import NO_STRESS, Symmetric, add, scale, symmetric_part
+
+
+@rate_type
+class Soft(NamedTuple):
+    modulus: float
+
+
+@point_state()
+class SoftState(NamedTuple):
+    stress: Symmetric
+    strain_energy: float
+
+
+@register
+class SoftMaterial(ElasticMaterial, PointMaterial):
+    kind: Literal["soft"] = "soft"
+
+    def law(self):
+        return Soft(self.young_modulus)
+
+    def initial_state(self):
+        return SoftState(NO_STRESS, 0.0)
+
+
+@point_function(update, Soft)
+def _update(law, state, density, L, dt, length):
+    return SoftState(add(state.stress, scale(law.modulus * dt, symmetric_part(L))), state.strain_energy)
+
+
+@point_function(stored_energy, Soft)
+def _stored_energy(law, state, density):
+    return state.strain_energy
+
+
+@point_function(signal_speed, Soft)
+def _signal_speed(law, state, density, L, length):
+    return sqrt(2.0 * law.modulus / density)
+"""
+HEAD, SOFT = "".join(CASE.partition("[[body]]")[:1]), 'kind = "soft", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3'
+BLOCK = '[[body]]\nname = "block"\nshape = { box = { lower = [0.5, 0.5, 0], upper = [1.5, 1.5, 0] } }\n'
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    with forgotten_afterwards():
+        yield tmp_path
+
+
+def law_told(folder: Path, before: str = "", after: str = "", law: str = LAW, material: str = SOFT, body: str = BLOCK) -> str:
+    """What `pellucid validate` says of a body whose law has a mistake."""
+    assert before in law
+    (folder / "mine.py").write_text(law.replace(before, after), encoding="utf-8")
+    (folder / "case.toml").write_text(f"{HEAD}{body}material = {{ {material} }}\n", encoding="utf-8")
+    return told(2, "validate", "case.toml")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        (
+            "@rate_type\n",
+            "",
+            ["law Soft (", "mine.py) has no `volume_growth`, `diffusivity`, ", "; decorate it with `@rate_type`"],
+        ),
+        ("@point_function(update, Soft)\n", "", ["has no `update`; register each, as `@point_function(update, Soft)`"]),
+        (
+            "return state.strain_energy",
+            "return None",
+            ["`stored_energy` of the law Soft", "returns None at rest; it must return a number"],
+        ),
+        (
+            "2.0 * law.modulus",
+            "-law.modulus",
+            ["`signal_speed` of", "ValueError: math domain error, at ", "mine.py:45 (`return sqrt("],
+        ),
+        ("return sqrt(", "return -(", ["returns -200.0 at rest; it must return a finite number, not below 0"]),
+        ("return SoftState(add", "return (add", ["`update` of the law Soft", "returns a tuple; it must return a SoftState"]),
+        (
+            "SoftState(NO_STRESS",
+            "SoftState(NO_STRESS[:3]",
+            ["SoftMaterial.initial_state: `stress` is (0.0, 0.0, 0.0); it must be a tuple of 6 numbers"],
+        ),
+        ("@point_state()\n", "", ["is no state of a point: decorate it with `@point_state()`"]),
+        ("Soft(self.young_modulus)", "Soft(self.kind)", [".modulus = 'soft' is no number; kernels take numbers"]),
+        ("Soft(self.young_modulus)", "self.young_modulus", ["SoftMaterial gives the law 100000.0; it must be a NamedTuple"]),
+        (
+            "Soft(self.young_modulus)",
+            "Soft(self.stiffness)",
+            ["SoftMaterial.law fails: AttributeError", "mine.py:27 (`return Soft(self.stiff"],
+        ),
+        (
+            '"soft"\n',
+            '"soft"\n    energy_kind = "heat"\n',
+            ['SoftMaterial.energy_kind = "heat" must be "internal" or "strain"'],
+        ),
+    ],
+)
+def test_a_law_is_tried_at_rest_when_the_case_is_read(before: str, after: str, words: list[str], folder: Path) -> None:
+    message = law_told(folder, before, after)
+    for word in ("case.toml:17: body.block.material = { kind =", *words):
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("Soft(NamedTuple)", "Soft", "line 11: TypeError: Soft is no NamedTuple: kernels take parameters as one"),
+        ("state, density):", "state):", "`stored_energy`, _stored_energy(law, state, density)"),
+        ("(update, Soft)", "(sqrt, Soft)", "line 33: TypeError: sqrt is no operation that a law can register a function for"),
+        ("    def law(self):\n        return Soft(self.young_modulus)\n", "", "SoftMaterial does not define `law`"),
+        ("@point_state()", '@point_state(strain_energy=("J/lb", "energy"))', 'UnitError: "J/lb" is no SI unit'),
+    ],
+)
+def test_a_law_at_registration(before: str, after: str, words: str, folder: Path) -> None:
+    assert words in law_told(folder, before, after)
+
+
+def test_a_hyperelastic_law_states_three_functions(folder: Path) -> None:
+    law = re.sub(r"\n\n@point_function.*", "", LAW, flags=re.DOTALL).replace("rate_type", "hyperelastic")
+    law = law.replace("materials.law import hyperelastic, ", "materials.law import ").replace(
+        "PointMaterial", "HyperelasticMaterial"
+    )
+    law = "from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic\n" + law.replace(
+        ", HyperelasticMaterial, r", ", r"
+    )
+    law = law.replace("    def initial_state(self):\n        return SoftState(NO_STRESS, 0.0)\n", "")
+    words = "has no `energy`, `cauchy_stress`, `wave_speed`; register each, as `@point_function(energy, Soft)`"
+    assert words in law_told(folder, law=law)
+
+
+def test_an_equation_of_state_states_three_functions(folder: Path) -> None:
+    equation = """\
+from typing import Literal, NamedTuple
+
+from pellucid.extend import EquationOfStateModel, register
+
+
+class Stiff(NamedTuple):
+    modulus: float
+
+
+@register
+class StiffCase(EquationOfStateModel):
+    kind: Literal["stiff"] = "stiff"
+
+    def law(self, density, pressure):
+        return Stiff(1e6)
+"""
+    fluid = 'kind = "fluid", density = 1000, eos = { kind = "stiff" }'
+    message = law_told(folder, law=equation, material=fluid)
+    assert "the law Stiff (" in message
+    assert (
+        "has no `pressure_line`, `lowest_pressure`, `sound_speed`; register each, as `@point_function(pressure_line" in message
+    )
+    message = law_told(folder, "Stiff(1e6)", "Stiff(1e6 / 0)", law=equation, material=fluid)
+    assert "FluidMaterial.law fails: ZeroDivisionError: float division by zero, at " in message
+    assert "mine.py:15 (`return Stiff(1e6 / 0)`)" in message
+
+
+def test_a_law_of_a_membrane_states_eight_functions(folder: Path) -> None:
+    law = """\
+from typing import Literal, NamedTuple
+
+from pellucid.extend import ElasticMembraneMaterial, register
+from pellucid.jit import implementations, point_function
+from pellucid.materials import membrane
+from pellucid.materials.linear_membrane import LinearMembrane
+
+
+class Foil(NamedTuple):
+    E: float
+    nu: float
+
+
+@register
+class FoilMaterial(ElasticMembraneMaterial):
+    kind: Literal["foil"] = "foil"
+
+    def elastic_law(self):
+        return Foil(self.young_modulus, self.poisson_ratio)
+
+
+for operation in (membrane.initial_shape, membrane.stretched, membrane.stretched_midway, membrane.shape_of, membrane.smoothed):
+    point_function(operation, Foil)(implementations(operation)[LinearMembrane])
+
+
+@point_function(membrane.plane_response, Foil)
+def _response(law, shape):
+    return (0.0, 0.0, 0.0)
+
+
+point_function(membrane.largest_strain, Foil)(implementations(membrane.largest_strain)[LinearMembrane])
+point_function(membrane.plane_wave_speed, Foil)(implementations(membrane.plane_wave_speed)[LinearMembrane])
+"""
+    body = """\
+[[body]]
+name = "sheet"
+kind = "membrane-elements"
+thickness = 0.001
+surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_edge = [0, 1, 0], points = [5, 5] } }
+"""
+    foil = SOFT.replace("soft", "foil")
+    last = "point_function(membrane.plane_wave_speed, Foil)"
+    message = law_told(folder, last, f"# {last}", law, foil, body)
+    assert "body.sheet.material" in message
+    assert "the law Foil (" in message
+    assert "has no `plane_wave_speed`; register each, as `@point_function(plane_wave_speed, Foil)`" in message
+    message = law_told(folder, law=law, material=foil, body=body)
+    assert "`plane_response` of the law Foil" in message
+    assert "is (0.0, 0.0, 0.0); it must be a tuple of 4 numbers" in message
+    message = law_told(folder, law=law, material=f"{foil}, wrinkling = true", body=body)
+    assert "has no `unwrinkled`; register each" in message
