@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.rings import Lists
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, store, total
@@ -56,18 +55,6 @@ class Solid(NamedTuple):
     mean_stress: np.ndarray  # (n,) U'(J̄_a) [Pa]
     sums: np.ndarray  # (blocks, 2)
     node_sums: np.ndarray  # (chunks, 2)
-
-
-def make_blocks(active: Lists, n_nodes: int) -> Blocks:
-    """Blocks of cells for lists of their active nodes."""
-    n_blocks = (len(active.first) - 2) // CELLS + 1
-    block = np.repeat(np.arange(len(active.first) - 1) // CELLS, np.diff(active.first))
-    pairs, local = np.unique(block * n_nodes + active.items, return_inverse=True)
-    first = np.searchsorted(pairs, np.arange(n_blocks + 1) * n_nodes)
-    nodes = pairs % n_nodes
-    places = np.argsort(nodes, kind="stable")
-    node_first = np.searchsorted(nodes[places], np.arange(n_nodes + 1))
-    return Blocks(first, nodes, (local.ravel() - first[block]).astype(np.int32), node_first, places)
 
 
 @kernel(inner=True)

@@ -1,4 +1,4 @@
-"""The equation of motion of the nodes of membrane elements, in the order of the mesh.
+"""The equation of motion of nodes in the order of their mesh.
 
 The works of a step are those of its impulses along the mean of the velocities before and after it, so that their sum is the
 change of kinetic energy exactly. Nodes are shared out in chunks whose number does not depend on the threads.
@@ -21,7 +21,7 @@ FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, beh
 
 
 class NodeForces(NamedTuple):
-    """What acts on the nodes of elements over a step."""
+    """What acts on the nodes over a step."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]

@@ -1,0 +1,150 @@
+"""The motion of a body's own nodes: external forces, supports and prescribed motions, works, and the faces of the grid."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pellucid.bodies.own_nodes import kernels
+from pellucid.bodies.own_nodes.kernels import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, FASTEST, NODE_SUMS, OTHER_IMPULSE, NodeForces
+from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
+from pellucid.grid.lattice import Grid
+from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
+from pellucid.jit.bundle import Bundle
+from pellucid.parts.body import NodalSupport
+from pellucid.reductions import ordered_sum
+
+
+class NodalMotion:
+    """Advances nodes with what acts on them; the body finds its internal forces, and contact the velocity increments.
+
+    arrays: of the body, `position`, `velocity`, `mass`, and `prescribed`, which is filled here. grid: None where there is none;
+    thin: axes along which nothing moves. gravity [m/s²]; n_loads: channels of external forces; increment: by contact [m/s],
+    shape (n, 3).
+    """
+
+    def __init__(
+        self,
+        arrays: Mapping[str, np.ndarray],
+        grid: Grid | None,
+        thin: tuple[bool, bool, bool],
+        gravity: tuple[float, float, float],
+        n_loads: int,
+        increment: np.ndarray,
+    ) -> None:
+        n = len(arrays["mass"])
+        self._arrays, self._grid, self._thin, self.gravity = arrays, grid, thin, gravity
+        self._increment, self._columns = increment, FIRST_LOAD + n_loads
+        self.internal, self.loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
+        self.chunks = (n + CHUNK - 1) // CHUNK
+        self._sums, self._fault = np.zeros((self.chunks, NODE_SUMS)), np.zeros((self.chunks, 2), np.int64)
+        self._supports: Sequence[NodalSupport] = ()
+        self._motions: list[str] = []
+        self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
+        self.top_speed = 0.0
+        """The largest speed that a condition prescribes [m/s]."""
+        self.crossing = 0.0
+        """How fast the nodes cross the cells of the grid [1/s]; none passes one in a step."""
+        self._constrain()
+
+    # supports and prescribed motions
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """A support constrains the nodes that it selects at the start; none passes a face of the grid that is a wall."""
+        self._supports = supports
+        self._constrain()
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Let nodes follow prescribed motions; see `Body.add_motions`."""
+        self._motions, self._motion_of_node, self._axes = list(names), numbers, axes
+        self._constrain()
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+        first = len(self._supports)
+        self._rows[first : first + len(velocity)] = velocity
+
+    def _constrain(self) -> None:
+        """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
+        a = self._arrays
+        position, prescribed = a["position"], a["prescribed"]
+        n_supports, n_rows = len(self._supports), len(self._supports) + len(self._motions) + 1
+        prescribed.fill(0)
+        walls = np.zeros((3, 2), np.int64)
+        for row, support in enumerate(self._supports, start=1):
+            prescribed[np.ix_(support.selects(position), np.flatnonzero(support.axes))] = row
+            if support.wall is not None:
+                walls[support.wall] = row
+        for number, axes in enumerate(self._axes, start=1):
+            prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
+        prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
+        self._rows = np.zeros((n_rows, 3))
+        self._rows[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
+        self._work = np.zeros((self.chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
+        faces = np.tile((-np.inf, np.inf), (3, 1))
+        if self._grid:
+            lattice = self._grid.lattice
+            ends = zip(lattice.lower, lattice.counts, strict=True)
+            faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in ends])
+        acting = (self.internal, self.loads, self.gravity, self._increment, prescribed, self._rows)
+        self._forces = Bundle(NodeForces(position, a["velocity"], a["mass"], *acting, faces, walls, self._work))
+
+    # the step
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Add external forces on the nodes [N], shape (n, 3), over this step."""
+        self.loads[column - FIRST_LOAD] += force
+
+    def forces(self) -> np.ndarray:
+        """All forces on the nodes but those of contact and constraints [N], shape (n, 3)."""
+        force = self.internal + self.loads.sum(axis=0) if len(self.loads) else self.internal
+        if any(self.gravity):
+            force = force + self._arrays["mass"][:, None] * np.array(self.gravity)
+        return np.asarray(force)
+
+    def advance_velocities(self, dt: float) -> None:
+        """New velocities from all forces and the increments by contact."""
+        kernels.advance_velocities(self.chunks, self._forces, dt)
+
+    def subtract_velocities(self, loss: np.ndarray, dt: float) -> None:
+        """Subtract velocities [m/s], shape (n, 3), that contact took from motion within a cell."""
+        kernels.subtract_velocities(self.chunks, self._forces, loss, dt)
+
+    def advance_positions(self, dt: float) -> None:
+        """New positions."""
+        kernels.advance_positions(self.chunks, self._arrays["position"], self._arrays["velocity"], dt, self._fault)
+
+    def sum_momentum(self, totals: Totals) -> None:
+        """Kinetic energy and momentum."""
+        kernels.sum_momentum(self.chunks, self._arrays["velocity"], self._arrays["mass"], self._sums)
+        sums = ordered_sum(self._sums)
+        totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
+        totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
+        if self._grid:
+            fastest = max(float(self._sums[:, FASTEST].max()), self.top_speed)
+            self.crossing = fastest * self._grid.lattice.inverse_cell
+
+    def fault(self) -> tuple[int, int] | None:
+        """The fault of the first node whose position is no number, and the node."""
+        found = np.flatnonzero(self._fault[:, 0])
+        return (int(self._fault[found[0], 0]), int(self._fault[found[0], 1])) if len(found) else None
+
+    # works and impulses
+
+    def work(self) -> StepWork:
+        """Work and impulses of this step; reactions to prescribed motions count as work of the motions, not of the supports."""
+        sums = ordered_sum(self._work)
+        impulses = sums[self._columns + 1 :].reshape(-1, 3)
+        n_supports, rows = len(self._supports), len(self._rows)
+        motions = slice(n_supports, rows - 1)
+        motion_work = float(np.sum(impulses[motions] * self._rows[motions]))
+        reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
+        whole = step_work(np.concatenate([sums[: self._columns + 1], reactions.ravel()]), self._columns)
+        whole.works[SUPPORT] -= motion_work
+        whole.works[MOTION] += motion_work
+        return whole._replace(motions=dict(zip(self._motions, impulses[motions], strict=True)))
+
+    @property
+    def contact_impulse(self) -> np.ndarray:
+        """Of contact over this step on the nodes [N s], shape (3,)."""
+        impulses = ordered_sum(self._work)[self._columns + 1 :].reshape(-1, 3)
+        return np.asarray(impulses[len(self._rows) + CONTACT_IMPULSE])
