@@ -5,6 +5,7 @@ from typing import Annotated
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_points.model import MembranePointsCase
+from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.registry import Family, OneOf
 
@@ -14,3 +15,4 @@ Body = Annotated[BodyModel, OneOf(BODIES)]
 BODIES.add(MaterialPointsCase)
 BODIES.add(MembranePointsCase)
 BODIES.add(MembraneElementsCase)
+BODIES.add(MeshlessSolidCase)

@@ -1,0 +1,127 @@
+"""Meshless solids as the user describes them."""
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
+from pellucid.approximants.nodal.contract import AnyNodalApproximant
+from pellucid.bodies.initial import INITIAL_MEANING, Initial
+from pellucid.bodies.initial.state import initial_problems, initial_velocity
+from pellucid.bodies.placing import place_problems
+from pellucid.findings import Finding, Path
+from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.mesh_region import MeshRegion
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_checks import solid_faults
+from pellucid.geometry.solid_meshes import SolidMesh
+from pellucid.geometry.spatial_order import spatial_order
+from pellucid.grid.model import GridCase
+from pellucid.materials import Material
+from pellucid.materials.hyperelastic import HyperelasticMaterial
+from pellucid.materials.law import Law
+from pellucid.model import Vector, parameter
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.body import Body, Placement
+
+NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
+
+
+class MeshlessSolidCase(BodyModel):
+    """A hyperelastic solid on its own nodes, with shape functions over a background mesh, in total-Lagrangian form."""
+
+    place: ClassVar[str] = "mesh"
+
+    kind: Literal["meshless-solid"] = "meshless-solid"
+    mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")
+    material: Material = parameter("", "what it is made of: a hyperelastic solid")
+    approximant: AnyNodalApproximant = parameter("", "its shape functions", CellMaximumEntropyModel())
+    points_per_cell: Literal[1, 4, 8, 16, 32] = parameter("", "quadrature points of a tetrahedron", 4)
+    consistent: bool = parameter("", "whether gradients are corrected so that their quadrature is consistent", True)
+    volume_averaging: bool | None = parameter(
+        "",
+        "whether the volume ratio is averaged about the nodes, against locking; without it, from a Poisson's ratio of 0.4",
+        None,
+    )
+    velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
+    initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
+
+    @cached_property
+    def _mesh(self) -> SimplexMesh:
+        return self.mesh.mesh()
+
+    def mesh_in_order(self) -> SimplexMesh:
+        """Its mesh, with the tetrahedra in an order in which neighbours stand near each other."""
+        mesh = self._mesh
+        return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))], mesh.sets)
+
+    @property
+    def averages_volume(self) -> bool:
+        """Whether the volume ratio is averaged."""
+        if self.volume_averaging is not None:
+            return self.volume_averaging
+        return float(getattr(self.material, "poisson_ratio", 0.5)) >= NEARLY_INCOMPRESSIBLE
+
+    @property
+    def density(self) -> float:
+        """At rest [kg/m³]."""
+        return self.material.density
+
+    def law(self) -> Law:
+        """Its law as kernels take it."""
+        return self.material.law()
+
+    def build(self, placement: "Placement") -> "Body":
+        """Its nodes."""
+        from pellucid.bodies.meshless_solid.body import MeshlessSolid
+
+        return MeshlessSolid(self, placement)
+
+    def owns_nodes(self, alone: bool) -> bool:
+        """Always."""
+        return True
+
+    def needs_grid(self, parts: Parts) -> bool:
+        """Not alone: then nothing can touch it."""
+        return len(parts.names(BodyModel)) > 1
+
+    def occupied(self) -> Geometry:
+        """What its tetrahedra fill."""
+        return MeshRegion(mesh=self.mesh)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [m]."""
+        return self._mesh.nodes.min(axis=0), self._mesh.nodes.max(axis=0)
+
+    def n_points(self, grid: GridCase | None) -> float:
+        """Number of nodes."""
+        return len(self._mesh.nodes)
+
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
+        """Velocities at the start [m/s], shape (n, 3)."""
+        return initial_velocity(self.velocity, self.name, self.initial, position)
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
+        return self.material.wave_speeds()
+
+    @property
+    def probed(self) -> tuple[str, ...]:
+        """The fields that probes can read."""
+        return ("position", "velocity", "mass", "density", "pressure", "stress", "strain_energy", "kinetic_energy")
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Faults of its mesh, a material that is not hyperelastic, and what does not fit the grid."""
+        yield from super().problems(path, parts)
+        yield from initial_problems(self.initial, ("velocity",), path)
+        if not isinstance(self.material, HyperelasticMaterial):
+            text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
+            yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')
+        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self._mesh))
+        if parts.grid is not None:
+            yield from place_problems((*path, self.place), self.bounds(), parts.grid, self.is_surface)
