@@ -18,12 +18,21 @@ from pellucid.parts.body import GridBody, NodalBody, Placement
 
 # soft, for steps as long as the block's
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}
+TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.45}
 SAMPLES = {
     "material-points": box((-0.5, -0.25, -0.25), (0.5, 0.5, 0.25)),
     "membrane-points": sheet(points=(13, 13), material=SKIN),
     "membrane-elements": element_sheet(points=(7, 7), material=SKIN),
+    "meshless-solid": {
+        "name": "block",
+        "kind": "meshless-solid",
+        "mesh": {"box": {"lower": (-0.5, -0.25, -0.25), "upper": (0.5, 0.5, 0.25), "cells": (4, 3, 2)}},
+        "material": TISSUE,
+    },
 }
-MASS = {"material-points": 375.0} | dict.fromkeys(("membrane-points", "membrane-elements"), 1000.0 * THICKNESS)
+MASS = dict.fromkeys(("material-points", "meshless-solid"), 375.0) | dict.fromkeys(
+    ("membrane-points", "membrane-elements"), 1000.0 * THICKNESS
+)
 GRID = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
 VELOCITY = (0.6, -0.3, 0.2)
 MODELS = {kind: case(table, **GRID).body[0] for kind, table in SAMPLES.items()}
@@ -287,4 +296,5 @@ def test_on_the_grid_a_body_shows_its_points_to_contact(kind, alone):
     assert there.mapped.slabs.first[-1] == body.n_points
     assert there.contact_warning(np.zeros(0, np.int64)) is None
     thickness, _, _ = there.half_width()
-    assert thickness == (0.5 * THICKNESS if body.is_surface else -1.0)
+    # nodes of a volume lie on its surface, its material points half their cube within
+    assert thickness == (0.5 * THICKNESS if body.is_surface else 0.0 if alone else -1.0)

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.approximants.nodal.contract import NodalApproximant
 from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
-from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, nodal_field
+from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.stable_step import largest_frequency
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.own_nodes.motion import NodalMotion
@@ -242,4 +242,4 @@ class MeshlessSolid(NodalBody):
         """A field of the nodes; stresses are means over the cells about a node."""
         if name == "kinetic_energy":
             return self.kinetic_energies()
-        return self.arrays[name] if name in self.arrays else nodal_field(name, self.mesh, self.solid, self._law, self._density)
+        return self.arrays[name] if name in MOTION else nodal_field(name, self.mesh, self.solid, self._law, self._density)

@@ -52,6 +52,7 @@ class Solid(NamedTuple):
     block_force: np.ndarray  # (places, 3) [N]
     block_volume: np.ndarray  # (places,) Σ w N_a J of each block, no rows where J is not averaged
     volume: np.ndarray  # (n,) V_a [m³]
+    volume_ratio: np.ndarray  # (n,) J̄_a
     mean_stress: np.ndarray  # (n,) U'(J̄_a) [Pa]
     sums: np.ndarray  # (blocks, 2)
     node_sums: np.ndarray  # (chunks, 2)
@@ -123,7 +124,7 @@ def _average_chunk(chunk, solid):
         volume = 0.0
         for place in range(blocks.node_first[a], blocks.node_first[a + 1]):
             volume += solid.block_volume[blocks.places[place]]
-        J = volume / solid.volume[a]
+        J = solid.volume_ratio[a] = volume / solid.volume[a]
         least = min(least, J)
         total += solid.volume[a] * volumetric_energy(solid.law, J)
         solid.mean_stress[a] = volumetric_stress(solid.law, J)

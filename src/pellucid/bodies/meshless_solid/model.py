@@ -113,7 +113,17 @@ class MeshlessSolidCase(BodyModel):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        return ("position", "velocity", "mass", "density", "pressure", "stress", "strain_energy", "kinetic_energy")
+        return (
+            "position",
+            "velocity",
+            "mass",
+            "density",
+            "pressure",
+            "stress",
+            "strain_energy",
+            "stored_energy",
+            "kinetic_energy",
+        )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Faults of its mesh, a material that is not hyperelastic, and what does not fit the grid."""

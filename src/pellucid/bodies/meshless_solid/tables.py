@@ -8,9 +8,10 @@ from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import NodalApproximant
 from pellucid.approximants.nodal.rings import Lists
 from pellucid.approximants.nodal.table import Rows, evaluate
-from pellucid.bodies.meshless_solid.forces import CELLS, CHUNK, Blocks, Solid
+from pellucid.bodies.meshless_solid.forces import CELLS, CHUNK, Blocks, Solid, internal_forces
 from pellucid.geometry.quadrature import TETRAHEDRON
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
 
@@ -44,9 +45,6 @@ def make_tables(
     active, gradients = _padded(evaluator.active, rows, n_points)
     blocks = make_blocks(active, n)
     n_blocks, chunks = len(blocks.first) - 1, (n + CHUNK - 1) // CHUNK
-    corner_volume = np.zeros(n)
-    for corner in range(4):  # the points have equal weights
-        corner_volume += np.bincount(mesh.cells[:, corner], mesh.volumes * shares[:, corner].mean(), n)
     solid = Solid(
         law=law,
         shares=shares,
@@ -59,12 +57,22 @@ def make_tables(
         deformation=np.zeros((len(mesh.cells), n_points, 9)),
         block_force=np.zeros((len(blocks.nodes), 3)),
         block_volume=np.zeros(len(blocks.nodes) if averaged else 0),
-        volume=corner_volume,
+        volume=np.ones(n),
+        volume_ratio=np.ones(n),
         mean_stress=np.zeros(n),
         sums=np.zeros((n_blocks, 2)),
         node_sums=np.zeros((chunks, 2)),
     )
+    if averaged:
+        _measure_volumes(solid, chunks)
     return Tables(solid, node_volume)
+
+
+def _measure_volumes(solid: Solid, chunks: int) -> None:
+    """The volume about each corner, added up as in a step: then the volume ratio at rest is 1 to the last bit."""
+    internal_forces(len(solid.sums), chunks, Bundle(solid), np.zeros_like(solid.displacement))
+    solid.volume.fill(0.0)
+    np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
 
 def make_blocks(active: Lists, n_nodes: int) -> Blocks:
