@@ -11,6 +11,7 @@ from pellucid.approximants.nodal.contract import AnyNodalApproximant
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
+from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
@@ -29,6 +30,7 @@ from pellucid.parts.part import Parts
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
+UNFIT = "make the tetrahedra there less flat, or use another approximant"
 NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
 
 
@@ -80,7 +82,10 @@ class MeshlessSolidCase(BodyModel):
         """Its nodes."""
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
-        return MeshlessSolid(self, placement)
+        try:
+            return MeshlessSolid(self, placement)
+        except ValueError as error:  # no shape functions somewhere
+            raise CaseError(Problem(str(error), f"body.{self.name}.{self.place}", remedy=UNFIT)) from None
 
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""
@@ -132,6 +137,12 @@ class MeshlessSolidCase(BodyModel):
         if not isinstance(self.material, HyperelasticMaterial):
             text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
             yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')
+        if not self.approximant.interpolates:
+            text = f'kind "{self.approximant.kind}" has no functions that take prescribed values at the nodes'
+            yield Finding((*path, "approximant", "kind"), text, "use maximum entropy or linear functions")
         yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self._mesh))
         if parts.grid is not None:
+            if any(parts.grid.thin()):
+                text = "a meshless solid fills space, and this grid is one cell thick"
+                yield Finding((*path, self.place), text, "let the grid be more than one cell along every axis")
             yield from place_problems((*path, self.place), self.bounds(), parts.grid, self.is_surface)

@@ -1,0 +1,111 @@
+"""Meshless solids as users describe them: what is refused, and a pull as in the documents."""
+
+import numpy as np
+import pytest
+
+from pellucid.case import Case
+from pellucid.errors import CaseError
+from pellucid.simulation.simulation import Simulation
+
+TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49}
+BOX = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (3, 3, 3)}}
+PULL = 0.01
+
+
+def block(**changes):
+    body = {"name": "block", "kind": "meshless-solid", "mesh": BOX, "material": TISSUE} | changes.pop("body", {})
+    table = {"schema": 1, "title": "a test", "time": {"end": 0.4}, "body": [body]} | changes
+    return Case.model_validate(table)
+
+
+def clamped(**body):
+    """A block between a clamp and a clamp that moves up by PULL in 0.3 s."""
+    still = {"kind": "steady", "velocity": 0.0}
+    rise = {"kind": "ramp", "distance": PULL, "duration": 0.3}
+    top = {"box": {"lower": (-1.0, -1.0, 0.0999), "upper": (1.0, 1.0, 0.1001)}}
+    return block(
+        support=[{"name": "bottom", "where": {"box": {"lower": (-1.0, -1.0, -1e-4), "upper": (1.0, 1.0, 1e-4)}}}],
+        motion=[{"name": "top", "body": "block", "part": top, "displacement": {"x": still, "y": still, "z": rise}}],
+        body=body,
+    )
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (
+            {"material": {"kind": "linear-elastic", **{k: TISSUE[k] for k in TISSUE if k != "kind"}}},
+            "no energy of the deformation",
+        ),
+        ({"approximant": {"kind": "moving-least-squares"}}, "no functions that take prescribed values at the nodes"),
+        ({"mesh": {"box": BOX["box"] | {"cells": (3, 0, 3)}}}, "cells must be 1 or more along y, not 0"),
+        ({"mesh": {"box": BOX["box"] | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
+        ({"points_per_cell": 5}, "points_per_cell"),
+        ({"approximant": {"kind": "maximum-entropy"}}, "cell-based-maximum-entropy"),
+    ],
+)
+def test_what_cannot_be_is_refused(body, words):
+    with pytest.raises((CaseError, ValueError), match=words):
+        block(body=body)
+
+
+def test_in_a_plane_grid_it_is_refused():
+    with pytest.raises((CaseError, ValueError), match="fills space, and this grid is one cell thick"):
+        block(grid={"lower": (-1, -1, 0), "upper": (1, 1, 0), "cell": 0.1, "thickness": 0.1})
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    simulation = Simulation(clamped(), threads=1)
+    for _ in range(400):
+        if simulation.time >= 0.4 * (1.0 - 1e-12):
+            break
+        simulation.step()
+    return simulation
+
+
+def test_prescribed_nodes_are_where_they_must_be(pulled):
+    body = pulled.bodies[0]
+    start, now = body.mesh.nodes, body.arrays["position"]
+    top, bottom = start[:, 2] > 0.0999, start[:, 2] < 1e-4
+    assert now[top] == pytest.approx(start[top] + (0.0, 0.0, PULL), abs=1e-12)
+    assert now[bottom] == pytest.approx(start[bottom], abs=1e-15)
+
+
+def test_the_work_of_the_motion_is_stored(pulled):
+    """Slowly pulled, all work goes into strain energy but for the swing that is left."""
+    energies = pulled.energies()
+    assert energies["strain"] == pytest.approx(energies["motion_work"], rel=0.05)
+    assert abs(pulled.budget.energy_error()) < 0.02
+    assert pulled.conservation()["momentum"] < 1e-12
+
+
+def test_it_is_stiffer_than_a_free_bar_and_softer_than_a_confined_one(pulled):
+    E, nu, strain, volume = 3e3, 0.49, PULL / 0.1, 1e-3
+    free, confined = 0.5 * E * strain**2 * volume, 0.5 * E * (1 - nu) / (1 + nu) / (1 - 2 * nu) * strain**2 * volume
+    assert free < pulled.energies()["strain"] < 0.5 * confined
+
+
+def test_averaging_of_the_volume_ratio_takes_the_locking_away():
+    energies = {}
+    for averaged in (False, True):
+        simulation = Simulation(clamped(volume_averaging=averaged), threads=1)
+        while simulation.time < 0.3:
+            simulation.step()
+        energies[averaged] = simulation.energies()["strain"]
+    assert energies[True] < 0.97 * energies[False]
+
+
+def test_a_restart_goes_on_bit_for_bit():
+    whole = Simulation(clamped(), threads=1)
+    for _ in range(10):
+        whole.step()
+    kept = {name: np.copy(array) for name, array in whole.state_arrays().items()}, whole.state_numbers()
+    for _ in range(5):
+        whole.step()
+    again = Simulation(clamped(), threads=1)
+    again.restore(*kept)
+    for _ in range(5):
+        again.step()
+    assert again.bodies[0].arrays["position"].tobytes() == whole.bodies[0].arrays["position"].tobytes()
+    assert again.energies() == whole.energies()
