@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from functools import cached_property
 from math import factorial
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 class SimplexMesh:
@@ -32,13 +35,13 @@ class SimplexMesh:
         return np.asarray(np.linalg.det(edges) / factorial(d))
 
     @cached_property
-    def incidence(self) -> sparse.csr_array:
+    def incidence(self) -> "sparse.csr_array":
         """1 where a cell has a node, shape (n, c)."""
         n, corners = len(self.cells), self.cells.shape[1]
         return _ones(self.cells.ravel(), np.repeat(np.arange(n), corners), (len(self.nodes), n))
 
     @cached_property
-    def neighbours(self) -> sparse.csr_array:
+    def neighbours(self) -> "sparse.csr_array":
         """Nonzero where two nodes share a cell, on the diagonal too, shape (n, n)."""
         return _sorted(self.incidence @ self.incidence.T)
 
@@ -72,10 +75,12 @@ class SimplexMesh:
         return np.flatnonzero(self.faces[1][:, 1] < 0)
 
 
-def _ones(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
+def _ones(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> "sparse.csr_array":
+    from scipy import sparse  # heavy: only where a mesh is worked on, not where a case is read
+
     return _sorted(sparse.csr_array((np.ones(len(rows), np.int32), (rows, columns)), shape=shape))
 
 
-def _sorted(matrix: sparse.csr_array) -> sparse.csr_array:
+def _sorted(matrix: "sparse.csr_array") -> "sparse.csr_array":
     matrix.sort_indices()
     return matrix

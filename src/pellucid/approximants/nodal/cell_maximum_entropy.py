@@ -12,9 +12,8 @@ import numpy as np
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
 from pellucid.approximants.nodal.distance import triangle_trim, trimmed_distance
 from pellucid.approximants.nodal.maximum_entropy import OK, entropy_gradients, entropy_weights, offsets, to_lengths
-from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.jit import kernel, point_function, pointwise
+from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 
 BLOCK = 32  # faces whose distances are found side by side
@@ -48,6 +47,8 @@ class CellMaximumEntropyModel(NodalApproximant):
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions of nodes that are not on a constrained face vanish there, so that the field takes the prescribed value."""
+        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is heavy
+
         bounds, size = ring_boundaries(mesh, self.rings, constrained)
         flat = mesh.dimension == 2
         planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
@@ -88,7 +89,7 @@ def _along(plane, x):
     return plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2] + plane[3]
 
 
-@kernel(inner=True)
+@pointwise
 def _weigh_block(alpha, s):
     """Replace the distances f, p1, p2, p3 of a block of faces by ρ⁻³ times the derivatives of ρ by them, and ρ⁻²."""
     for i in range(BLOCK):  # columns a constant apart, no branch, no sum: the compiler takes several faces at a time
@@ -104,7 +105,7 @@ def _weigh_block(alpha, s):
         s[4 * BLOCK + i] = over * over
 
 
-@kernel(inner=True)
+@pointwise
 def _triangle_prior(fn, x, a, s):
     """Σ ρ⁻² over the faces of node a, and Σ ρ⁻³ ∇ρ, in sizes of the ring."""
     over = 1.0 / fn.size[a]
@@ -125,7 +126,7 @@ def _triangle_prior(fn, x, a, s):
     return total, gx, gy, gz
 
 
-@kernel(inner=True)
+@pointwise
 def _segment_prior(fn, x, a):
     """The same over segments in the plane."""
     total = gx = gy = 0.0
@@ -144,7 +145,7 @@ def _segment_prior(fn, x, a):
     return total, gx, gy, 0.0
 
 
-@kernel(inner=True)
+@pointwise
 def _prior(fn, x, a, faces):
     """ln w_a = s ln D_a and its gradient times the size of the ring, with D = (Σ ρ⁻²)^(-1/2)."""
     total, gx, gy, gz = _segment_prior(fn, x, a) if fn.flat else _triangle_prior(fn, x, a, faces)

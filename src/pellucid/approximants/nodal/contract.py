@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.rings import Lists
+from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import generic
 from pellucid.model import Model

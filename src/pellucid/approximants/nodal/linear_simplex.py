@@ -5,7 +5,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
-from pellucid.approximants.nodal.rings import nodes_of_cells
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 
@@ -24,6 +23,8 @@ class LinearSimplexModel(NodalApproximant):
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions of the corners; constrained faces change nothing."""
+        from pellucid.approximants.nodal.rings import nodes_of_cells  # scipy is heavy
+
         active, d = nodes_of_cells(mesh, 1), mesh.dimension
         corners = mesh.nodes[active.items.reshape(-1, d + 1)]
         inverse = np.linalg.inv(corners[:, 1:, :d] - corners[:, :1, :d])

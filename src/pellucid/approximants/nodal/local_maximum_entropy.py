@@ -10,7 +10,6 @@ import numpy as np
 
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
 from pellucid.approximants.nodal.maximum_entropy import OK, entropy_gradients, entropy_weights, offsets, to_lengths
-from pellucid.approximants.nodal.rings import nodes_in_reach
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 from pellucid.model import parameter
@@ -34,6 +33,8 @@ class LocalMaximumEntropyModel(NodalApproximant):
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions whose supports end where the prior is negligible; constrained faces change nothing."""
+        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
+
         width = mesh.spacing / sqrt(self.locality)
         active = nodes_in_reach(mesh, width * sqrt(-log(NEGLIGIBLE)))
         return Evaluator(active, LocalMaximumEntropy(mesh.dimension == 2, mesh.nodes, width))

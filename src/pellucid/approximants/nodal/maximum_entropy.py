@@ -6,7 +6,7 @@ p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the le
 
 from math import exp, inf, log, sqrt
 
-from pellucid.jit import kernel
+from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
 CLOSE = 1e-13  # of Σ p_a (x - x_a), in the lengths by which the offsets are divided; one more step squares it off the faces
@@ -17,7 +17,7 @@ SHORTEST = 1e-10  # of a step of the line search
 OK, NOT_CONVERGED, NO_PRIOR = range(3)
 
 
-@kernel(inner=True)
+@pointwise
 def _weigh(n, offset, log_prior, l0, l1, l2, p):
     """p_a for a multiplier λ = (l0, l1, l2), and ln Z."""
     highest = -inf
@@ -33,7 +33,7 @@ def _weigh(n, offset, log_prior, l0, l1, l2, p):
     return log(Z) + highest
 
 
-@kernel(inner=True)
+@pointwise
 def _moments(n, offset, p, flat):
     """r = Σ p_a (x - x_a), and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
     r0 = r1 = r2 = 0.0
@@ -62,7 +62,7 @@ def _moments(n, offset, p, flat):
     return (r0, r1, r2), diagonal, ((xy * xz - xx * yz) * over, third * over, second * over)
 
 
-@kernel(inner=True)
+@pointwise
 def entropy_weights(n, flat, offset, log_prior, p):
     """Fill p (n,) with the shape functions of n nodes, from offsets x - x_a, shape (n, 3), in lengths of the node spacing.
 
@@ -95,7 +95,7 @@ def entropy_weights(n, flat, offset, log_prior, p):
     return NOT_CONVERGED
 
 
-@kernel(inner=True)
+@pointwise
 def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
     """Fill gradient (3, n) with ∇p_a, from the gradients ∇ln w_a of the priors, shape (n, 3), which it overwrites.
 
@@ -121,7 +121,7 @@ def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
             gradient[j, a] = p[a] * (prior_gradient[a, j] - mean + turn) if p[a] > 0.0 else 0.0
 
 
-@kernel(inner=True)
+@pointwise
 def offsets(position, x, active, offset):
     """Fill offset (n, 3) with x - x_a in units of the largest; this length."""
     farthest = 0.0
@@ -139,7 +139,7 @@ def offsets(position, x, active, offset):
     return length
 
 
-@kernel(inner=True)
+@pointwise
 def to_lengths(gradients, length):
     """Turn gradients by offsets into gradients by x [1/m]."""
     for j in range(3):

@@ -8,9 +8,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
-from pellucid.approximants.nodal.rings import nodes_in_reach
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.jit import kernel, point_function
+from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 
 PENALTY = 1e-7  # on quadratic coefficients, in lengths of the support and for weights of order one
@@ -45,6 +44,8 @@ class MovingLeastSquaresModel(NodalApproximant):
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions with quartic weights; constrained faces change nothing."""
+        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
+
         radius = self.dilatation * mesh.spacing
         functions = MovingLeastSquares(mesh.dimension == 2, self.terms, mesh.nodes, radius)
         return Evaluator(nodes_in_reach(mesh, radius), functions)
@@ -61,14 +62,14 @@ class ModifiedMovingLeastSquaresModel(MovingLeastSquaresModel):
         return 10
 
 
-@kernel(inner=True)
+@pointwise
 def _basis(terms, x, y, z, p):
     p[0], p[1], p[2], p[3] = 1.0, x, y, z
     if terms == 10:
         p[4], p[5], p[6], p[7], p[8], p[9] = x * x, y * y, z * z, y * z, x * z, x * y
 
 
-@kernel(inner=True)
+@pointwise
 def _factor(m, A):
     """Cholesky's factor of the first m rows and columns of A in its lower part; whether there is one."""
     for i in range(m):
@@ -86,7 +87,7 @@ def _factor(m, A):
     return True
 
 
-@kernel(inner=True)
+@pointwise
 def _solve(m, A, b):
     """Overwrite b with A⁻¹ b, from Cholesky's factor."""
     for i in range(m):
@@ -99,7 +100,7 @@ def _solve(m, A, b):
         b[i] /= A[i, i]
 
 
-@kernel(inner=True)
+@pointwise
 def _fill_moments(fn, x, active, scratch, length):
     """Σ w p ⊗ p and its derivatives, with weights in `log_prior` and their derivatives in `slope`, in lengths of a support."""
     m, moments, offset = fn.terms, scratch.moments, scratch.offset
@@ -136,7 +137,7 @@ def _fill_moments(fn, x, active, scratch, length):
             moments[0, r, r] = 1.0
 
 
-@kernel(inner=True)
+@pointwise
 def _least_squares(fn, x, active, scratch, values, gradients):
     m, n, moments, offset = fn.terms, len(active), scratch.moments, scratch.offset
     length = fn.radius[active[0]]

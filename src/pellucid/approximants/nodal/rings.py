@@ -4,22 +4,14 @@ The first ring of a node are the cells that contain it, the k-th those that cont
 Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.simplex_mesh import SimplexMesh
 
 BLOCK = 4096  # nodes whose rings are in memory at a time
-
-
-class Lists(NamedTuple):
-    """A list of numbers for each of n things: those of thing i are `items[first[i]:first[i + 1]]`."""
-
-    first: np.ndarray
-    items: np.ndarray
 
 
 def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:

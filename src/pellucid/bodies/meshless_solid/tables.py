@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import NodalApproximant
-from pellucid.approximants.nodal.rings import Lists
+from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import Rows, evaluate
 from pellucid.bodies.meshless_solid.forces import CELLS, CHUNK, Blocks, Solid, internal_forces
 from pellucid.geometry.quadrature import TETRAHEDRON
