@@ -1,17 +1,22 @@
 """What users need to add kinds of their own, which case files can then name: see docs/extending.md.
 
 A class decorated with `register` is a kind of what its base class says: a material, an equation of state, a load, an initial
-field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes.
+field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`,
+`finite_strain` and `hyperelastic` decorate laws, `point_state` their states, `point_function` what they do at a point.
 """
 
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.case.probe import quantity, reduction
 from pellucid.conditions.loads.contract import Load, PointsView
 from pellucid.conditions.signals.contract import SignalModel
+from pellucid.jit import point_function
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.eos.contract import EquationOfStateModel
+from pellucid.materials.hyperelastic import FiniteStrainState, HyperelasticMaterial, finite_strain, hyperelastic
+from pellucid.materials.law import rate_type
+from pellucid.materials.point_state import point_state
 from pellucid.model import InputFile, Vector, parameter
 from pellucid.registry import register
 
@@ -19,6 +24,8 @@ __all__ = [
     "ElasticMaterial",
     "ElasticMembraneMaterial",
     "EquationOfStateModel",
+    "FiniteStrainState",
+    "HyperelasticMaterial",
     "InitialField",
     "InputFile",
     "Load",
@@ -26,8 +33,13 @@ __all__ = [
     "PointsView",
     "SignalModel",
     "Vector",
+    "finite_strain",
+    "hyperelastic",
     "parameter",
+    "point_function",
+    "point_state",
     "quantity",
+    "rate_type",
     "reduction",
     "register",
 ]

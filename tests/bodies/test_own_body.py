@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 from small_cases import RATE_SOLID, SOLID, advance, box, simulation
 
 from pellucid.approximants import grid_functions
-from pellucid.case import Case
+from pellucid.case import Case, dumps, load
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, StepWork, Totals, no_work
@@ -29,8 +29,7 @@ from pellucid.parts.body import Body, NodalBody, NodalSupport, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.registry import register
-from pellucid.results import run_case
-from pellucid.simulation.simulation import Simulation
+from pellucid.results import resume_case, run_case
 
 PER_SIDE = 4
 
@@ -283,9 +282,19 @@ def test_its_nodes_keep_their_order_and_a_restart_its_bits():
         assert np.array_equal(array, again.state_arrays()[name]), name
 
 
-def test_a_case_file_can_name_it():
-    model = Simulation(collision().case).case.body[1]
-    assert model.kind == "spring-lattice"
+def test_a_case_file_can_name_it_and_its_run_goes_on_from_a_checkpoint(tmp_path):
+    table = lattice(initial_stretch=0.01)
+    alone = Case.model_validate({"schema": 1, "title": "alone", "time": {"end": 0.5, "step": 0.01}, "body": [table]})
+    file = tmp_path / "lattice.toml"
+    file.write_text(dumps(alone), encoding="utf-8")
+    case = load(file)
+    assert case.body[0] == alone.body[0]
+    whole = run_case(case, tmp_path / "whole", threads=1, report=False)
+    run_case(case, tmp_path / "part", threads=1, until=0.2, report=False)
+    gone_on = resume_case(tmp_path / "part", threads=1, report=False)
+    assert gone_on.finished
+    for name, column in whole.history.items():
+        assert np.array_equal(column, gone_on.history[name]), name
 
 
 def test_alone_it_needs_no_grid(tmp_path):

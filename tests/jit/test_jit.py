@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from pellucid import jit
+from pellucid.errors import UsageError
 from pellucid.jit import MissingFunction, generic, kernel, point_function, pointwise, set_threads
 
 TESTS = Path(__file__).parent.parent
@@ -112,7 +113,8 @@ def test_threads_are_within_what_there_is():
     try:
         assert set_threads(1) == 1
         assert set_threads(None) == most
-        assert set_threads(10_000) >= 1
+        with pytest.raises(UsageError, match="threads = 10000 must be a whole number from 1 to"):
+            set_threads(10_000)
     finally:
         numba.set_num_threads(now)
 

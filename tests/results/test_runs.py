@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from free_flight import FakeSimulation, free_flight
 
+import pellucid
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, resume_case, run_case
 from pellucid.results.storage.files import OutputError
@@ -222,3 +223,23 @@ def test_a_full_disk_ends_in_a_message_and_the_run_goes_on_later(tmp_path, expec
 def test_what_a_killed_process_left_before_the_case_was_written_is_no_obstacle(tmp_path):
     (tmp_path / ".case.toml.writing").write_text("schema =")
     assert run_case(free_flight(), tmp_path, report=False).summary["steps"] == 34
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"until": -1.0}, "until = -1.0 must be a positive time"),
+        ({"threads": 0}, "threads = 0 must be a whole number from 1 to"),
+        ({"threads": "two"}, "threads = 'two' must be a whole number"),
+        ({"threads": 100_000}, "threads = 100000 must be a whole number"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_refused_before_anything_is_written(tmp_path, more, words):
+    with pytest.raises(UsageError, match=words):
+        pellucid.run(pellucid.load("basics/sod"), tmp_path / "run", **more)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_folder_that_is_not_there_says_so(tmp_path):
+    with pytest.raises(UsageError, match="there is no folder"):
+        _ = pellucid.Run(tmp_path / "nosuch").summary

@@ -12,6 +12,7 @@ import pytest
 from elements import element_sheet
 from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 
+import pellucid
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.references.riemann import GasState, solve
 from pellucid.simulation.simulation import FIRST_JUDGED, Simulation, kernel_key
@@ -228,3 +229,17 @@ def test_a_checkpoint_of_another_version_is_refused():
     numbers = {name: value for name, value in sim.state_numbers().items() if name != "balance"} | {"ledger": {}}
     with pytest.raises(UsageError, match="written by another version of pellucid"):
         sim.restore(sim.state_arrays(), numbers)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("basics/sod",), r"'basics/sod' is no case: read it first, as in pellucid.load"),
+        (({"title": "x"},), "is no case"),
+    ],
+)
+def test_what_is_no_case_is_refused(arguments, words):
+    with pytest.raises(UsageError, match=words):
+        pellucid.run(*arguments)
+    with pytest.raises(UsageError, match=words):
+        pellucid.Simulation(*arguments)

@@ -18,6 +18,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid import Rigid
 from pellucid.conditions.support import Support
+from pellucid.errors import UsageError
 from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
@@ -186,3 +187,10 @@ def json_schema() -> dict[str, Any]:
     """The JSON schema of a case file, with all kinds that are registered at the moment."""
     load_installed()
     return schema_of(Case).whole
+
+
+def required(case: object) -> Case:
+    """A case, as what runs one needs it. Raises UsageError for anything else, such as the name of one."""
+    if isinstance(case, Case):
+        return case
+    raise UsageError(f'{case!r} is no case: read it first, as in pellucid.load("basics/sod"), or build a pellucid.Case')

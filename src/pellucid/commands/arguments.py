@@ -14,9 +14,12 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Set any field, such as grid.cell=0.02; may be given often."),
 ]
-Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run of seconds.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run.")]
 Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: all cores).")]
-Until = Annotated[str | None, typer.Option("--until", metavar="T", help='Simulated time to end at: 0.1 (s) or "20 ms".')]
+Until = Annotated[
+    str | None,
+    typer.Option("--until", metavar="T", help='Simulated time to end at, with the first step there: 0.1 (s) or "20 ms".'),
+]
 
 
 def read_case(case: str, quick: bool, settings: list[str] | None) -> "Case":

@@ -34,7 +34,11 @@ def run(
     until: Until = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder for the results (default: runs/NAME, made unique)."),
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder for the results, in place of an earlier run (default: a new runs/NAME).",
+        ),
     ] = None,
     threads: Threads = None,
     every: Annotated[str | None, typer.Option("--every", metavar="T", help="Simulated time between frames.")] = None,

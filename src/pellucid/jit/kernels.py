@@ -5,7 +5,10 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from pellucid.errors import UsageError
 from pellucid.jit.registry import activate, kernels
+
+MOST_PER_CORE = 16
 
 # Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
@@ -58,7 +61,14 @@ def _keep_from_python(compiled: Any) -> None:
 
 
 def set_threads(threads: int | None) -> int:
-    """Use this many threads, all cores where None; the number in use. Results do not depend on it."""
+    """Use this many threads, all cores where None; the number in use. Results do not depend on it.
+
+    Raises UsageError for a number that makes no sense on this machine.
+    """
+    most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
+    if threads is not None and not (isinstance(threads, int) and 1 <= threads <= most_useful):
+        text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
+        raise UsageError(f"{text}, {MOST_PER_CORE} times the cores of this machine; leave it out to use all cores")
     if threads is not None and "numba" not in sys.modules:
         os.environ["NUMBA_NUM_THREADS"] = str(max(threads, os.cpu_count() or 1))
     import numba

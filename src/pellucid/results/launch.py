@@ -31,10 +31,12 @@ def run_case(
 ) -> Run:
     """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
 
-    `until` [s] stops early, `report=False` leaves out figures and report. Raises `UsageError` for a folder with other
-    files in it, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
+    `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report; an earlier
+    run in `out` is replaced. Raises `UsageError` for what is no case, and for a folder with other files in it, `RunStopped`
+    after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
     progress = progress or WarningsOnly()
+    _check_until(until)
     with _simulation(case, threads, progress) as simulation:  # before the folder is touched: a bad case erases nothing
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
@@ -54,6 +56,7 @@ def resume_case(
     Raises `UsageError` where there is no run, otherwise as `run_case`.
     """
     progress = progress or WarningsOnly()
+    _check_until(until)
     folder = RunFolder(out)
     try:
         case = folder.read_case()
@@ -72,14 +75,20 @@ def resume_case(
         return _finish(simulation, Recorder(folder, case, numbers["recorder"]), until, progress, report)
 
 
+def _check_until(until: float | None) -> None:
+    if until is not None and not until > 0.0:
+        raise UsageError(f"until = {until!r} must be a positive time [s]; leave it out to run to the end of the case")
+
+
 @contextmanager
 def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterator[Any]:
     """The simulation of a case; what is compiled for it is told."""
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
+    from pellucid.case.spec import required
     from pellucid.simulation.simulation import Simulation, kernel_key
 
-    check_memory(case)
+    check_memory(required(case))
     progress.begin("setting up")
     with compilation_told(progress, kernel_key(case)), laws_blamed(case):
         yield Simulation(case, threads)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import CONTACT_WORK, EnergyBudget, total_work
@@ -83,7 +84,7 @@ class Simulation:
     """
 
     def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
-        self.case = case
+        self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
         layout = layout_of(case, (CONTACT_WORK,) if several else ())

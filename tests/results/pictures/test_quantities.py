@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from pellucid.results.pictures.quantities import limits
+from pellucid.results.pictures.quantities import limits, meaning, values_of
+from pellucid.results.storage.stored_case import StoredBody
 
 
 def test_a_few_extreme_values_do_not_wash_out_the_rest():
@@ -27,3 +28,14 @@ def test_the_ends_say_whether_values_go_on():
     values = np.linspace(0.0, 1.0, 1001)
     assert limits([np.append(values, np.zeros(20))]).extend == "max"
     assert limits([np.array([1.0, 2.0])]).extend == "both"
+
+
+def test_a_body_with_an_equation_of_state_shows_its_pressure_any_other_its_equivalent_stress():
+    """Also a viscoelastic solid, which stores internal energy as a fluid does."""
+    fields = {"internal_energy": np.ones(2), "pressure": np.full(2, 7.0), "stress": np.array([[3.0, 0, 0, 0, 0, 0]] * 2)}
+    fluid = StoredBody("water", "material-points", "fluid", "tait", 1000.0)
+    solid = StoredBody("block", "material-points", "kelvin-voigt", "", 1000.0)
+    assert values_of(fluid, fields, "load").tolist() == [7.0, 7.0]
+    assert values_of(solid, fields, "load").tolist() == [3.0, 3.0]
+    assert meaning([solid], "load")[0] == "von Mises stress"
+    assert meaning([fluid, solid], "load")[0] == "pressure or von Mises stress"

@@ -48,12 +48,16 @@ def profiles(run: "Run", axis: int) -> "Figure":
 
 def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     """All bodies at some instants, coloured by "speed" or "load"."""
-    names = [body.name for body in run.stored.bodies]
+    described = run.stored.bodies
+    names = [body.name for body in described]
     times = run.times(names[0])
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
     states = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
-    title, unit = meaning(states[0], quantity)
-    values = [np.concatenate([values_of(fields, quantity) for fields in bodies]) for bodies in states]
+    title, unit = meaning(described, quantity)
+    values = [
+        np.concatenate([values_of(body, fields, quantity) for body, fields in zip(described, bodies, strict=True)])
+        for bodies in states
+    ]
     colours = limits(values)
     flat = _Flat(run.stored.thin, [fields["position"] for bodies in states for fields in bodies])
     down, width, height = flat.arrangement(len(chosen))

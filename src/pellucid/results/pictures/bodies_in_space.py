@@ -36,10 +36,12 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
     from matplotlib.colors import Normalize
     from matplotlib.ticker import EngFormatter
 
-    bodies = [body.name for body in run.stored.bodies]
-    chosen = evenly(run.times(bodies[0]), INSTANTS)
+    bodies = {body.name: body for body in run.stored.bodies}
+    chosen = evenly(run.times(run.stored.bodies[0].name), INSTANTS)
     states = [{name: run.fields(name, float(time)) for name in bodies} for time in chosen]
-    low, high, extend = limits([values_of(fields, quantity) for state in states for fields in state.values()])
+    low, high, extend = limits(
+        [values_of(bodies[name], fields, quantity) for state in states for name, fields in state.items()]
+    )
     cut = opening([fields["position"] for fields in states[0].values()])
     places = np.concatenate([fields["position"] for state in states for fields in state.values()])
     camera = camera_for(VIEW, places[cut.beyond(places) <= 0.0] if cut else places, COLUMNS, margin=0.06)
@@ -52,7 +54,7 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
     surfaces = {name: run.cells(name).surface() for name in bodies}
     for axes, time, state in zip(panels, chosen, states, strict=False):
         drawn = [
-            _drawable(fields, surfaces[name], coloured(values_of(fields, quantity), (low, high), SEQUENTIAL))
+            _drawable(fields, surfaces[name], coloured(values_of(bodies[name], fields, quantity), (low, high), SEQUENTIAL))
             for name, fields in state.items()
         ]
         show(axes, render(drawn, camera, cut), camera)
@@ -62,7 +64,7 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
         unused.remove()
     scale = ScalarMappable(Normalize(low, high), SEQUENTIAL)
     bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend=extend)
-    bar.set_label(with_unit(*meaning(list(states[0].values()), quantity)))
+    bar.set_label(with_unit(*meaning(run.stored.bodies, quantity)))
     bar.outline.set_visible(False)
     return figure
 

@@ -1,10 +1,12 @@
 """What pictures of bodies show: speed, or the load that each kind of body bears."""
 
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from pellucid.results.storage.probes import scalar
+from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import FIELDS
 
 Fields = dict[str, np.ndarray]
@@ -19,23 +21,20 @@ class Limits(NamedTuple):
     extend: Literal["neither", "both", "min", "max"]
 
 
-def meaning(bodies: list[Fields], quantity: str) -> tuple[str, str]:
+def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     """Name and unit of a quantity, "speed" or "load", of several bodies."""
     if quantity == "speed":
         return "speed", FIELDS["velocity"].unit
-    kinds = dict.fromkeys("pressure" if _is_fluid(fields) else "von Mises stress" for fields in bodies)
+    kinds = dict.fromkeys("pressure" if body.equation_of_state else "von Mises stress" for body in bodies)
     return " or ".join(kinds), FIELDS["stress"].unit
 
 
-def values_of(fields: Fields, quantity: str) -> np.ndarray:
-    """The quantity of every point, shape (n,): of fluids the pressure, of solids von Mises' equivalent stress is the load."""
+def values_of(body: StoredBody, fields: Fields, quantity: str) -> np.ndarray:
+    """The quantity of every point, shape (n,). The load is the pressure of a body with an equation of state, of others von
+    Mises' equivalent stress."""
     if quantity == "speed":
         return scalar(fields["velocity"])
-    return fields["pressure"] if _is_fluid(fields) else scalar(fields["stress"])
-
-
-def _is_fluid(fields: Fields) -> bool:
-    return "internal_energy" in fields
+    return fields["pressure"] if body.equation_of_state else scalar(fields["stress"])
 
 
 def limits(values: list[np.ndarray]) -> Limits:

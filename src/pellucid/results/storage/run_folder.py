@@ -92,6 +92,8 @@ class RunFolder:
 
     def read_summary(self) -> dict[str, Any]:
         """The summary. Raises `UsageError` where the run has not ended."""
+        if not self.path.is_dir():
+            raise UsageError(f"there is no folder {self.path}")
         if not self.ended:
             raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
         return dict(json.loads(self.summary.read_text(encoding="utf-8")))
