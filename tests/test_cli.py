@@ -29,7 +29,8 @@ def test_light_commands_answer_fast_and_import_nothing_heavy(arguments: list[str
     )
     # processor time, since the wall clock also counts what else the machine does; beside that of a start with the libraries
     # that every command needs, since machines differ
-    assert processor_time(source) < 3.0 * processor_time("import numpy, pydantic, tomlkit, typer.testing")
+    fastest = min(processor_time(source) for _ in range(3))  # other processes may slow single ones down
+    assert fastest < 3.0 * min(processor_time("import numpy, pydantic, tomlkit, typer.testing") for _ in range(3))
 
 
 def test_the_package_itself_imports_nothing_heavy() -> None:
