@@ -11,7 +11,8 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.parts.body import NodalSupport
+from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import NodalSupport, Placement
 
 DENSITY = 1000.0
 
@@ -29,7 +30,7 @@ def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0,
         keys = ("name", "material", "thickness", "hourglass", "initial_velocity")
         body = SimpleNamespace(**{key: getattr(body, key) for key in keys}, mesh=lambda: Mesh(mesh.vertices.copy(), *mesh[1:]))
     field = VelocityField("own", Grid(whole.grid), moves_points=False)
-    return MembraneElements(body, whole.grid, field, gravity, n_loads=1)
+    return MembraneElements(body, Placement(whole.grid, field, Flip(), gravity, n_loads=1))
 
 
 def distorted(mesh, amount, seed=0, across=0.0):

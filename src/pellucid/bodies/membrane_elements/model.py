@@ -56,8 +56,7 @@ class MembraneElementsCase(MembraneCase):
 
         if placement.velocity_field is not None and placement.velocity_field.moves_points:
             return ElementsOnGrid(self, *placement.on_grid(), placement.velocity_transfer)
-        where = placement.grid_case, placement.velocity_field
-        return MembraneElements(self, *where, placement.gravity, placement.n_loads)
+        return MembraneElements(self, placement)
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""
