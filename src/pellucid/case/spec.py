@@ -11,6 +11,7 @@ from pellucid.case.checking import changed
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
+from pellucid.case.steady import SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.loads import AnyLoad
@@ -44,7 +45,9 @@ class TimeCase(Part):
     flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A fixed step that cannot be stable even at the start."""
+        """A fixed step that cannot be stable even at the start, or beside steady states, which choose their own."""
+        if self.step is not None and parts.one(SteadyCase) is not None:
+            yield Finding((*path, "step"), "steady states choose the step of their relaxation", "leave it out")
         if self.step is None or parts.grid is None:
             return
         for body in parts.of(BodyModel):
@@ -104,6 +107,7 @@ class Case(Model):
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
     grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
+    steady: SteadyCase | None = parameter("", "steady states, instead of motions in time", None)
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())

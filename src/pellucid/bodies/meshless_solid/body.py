@@ -16,7 +16,7 @@ from pellucid.geometry.cells import Cells
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement
+from pellucid.parts.body import Placement, Springs
 
 RENEWED = 200  # steps between estimates of the largest frequency, which strain changes
 OVERESTIMATE = 1.05  # of that frequency: power iteration approaches it from below
@@ -37,6 +37,8 @@ class SolidOfNodes(Protocol):
     def averages_volume(self) -> bool: ...
     @property
     def density(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
     def mesh_in_order(self) -> SimplexMesh: ...
     def law(self) -> Law: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
@@ -48,7 +50,7 @@ class MeshlessSolid(ExplicitNodes):
     energy_kind = "strain"
 
     def __init__(self, case: SolidOfNodes, placement: Placement) -> None:
-        self.name, self.mesh = case.name, case.mesh_in_order()
+        self.name, self.mesh, self.damping = case.name, case.mesh_in_order(), case.damping
         tables = make_tables(
             self.mesh, case.approximant, case.law(), case.points_per_cell, case.consistent, case.averages_volume
         )
@@ -71,6 +73,10 @@ class MeshlessSolid(ExplicitNodes):
         super().update(dt)
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+
+    def springs(self) -> Springs:
+        """Its internal forces, where the step ended."""
+        return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self) -> None:
         """Internal forces and energy at the positions of the nodes."""
