@@ -65,6 +65,14 @@ class OutputCase(Part):
     frames: float | None = parameter("s", "time between frames of the fields; without it end/10", None, gt=0)
     checkpoint: float = parameter("s", "wall-clock time between checkpoints", 30.0, gt=0)
 
+    def rows_every(self, end: float) -> float:
+        """Time between rows of the history [s] of a run to `end` [s]."""
+        return self.history or end / 200
+
+    def frames_every(self, end: float) -> float:
+        """Time between frames of the fields [s] of a run to `end` [s]."""
+        return self.frames or end / 10
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """More instants than anyone can want: their places in the files are laid out when the run begins."""
         time = parts.one(TimeCase)
@@ -162,14 +170,6 @@ class Case(Model):
         rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         return {Rigid: rigid} | {base: several for base, several in parts.items() if issubclass(base, Condition)}
-
-    def history_interval(self) -> float:
-        """Time between rows of the history [s]."""
-        return self.output.history or self.time.end / 200
-
-    def frame_interval(self) -> float:
-        """Time between frames of the fields [s]."""
-        return self.output.frames or self.time.end / 10
 
     def with_settings(self, settings: Mapping[str, Any]) -> "Case":
         """The case with values put at dotted keys, such as {"grid.cell": 0.02, "body.driver.velocity": [1, 0, 0]}.

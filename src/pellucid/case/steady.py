@@ -16,7 +16,13 @@ class SteadyCase(Part):
     """
 
     load_steps: int = parameter("", "number of equilibria, at equal intervals of the time of the loads", 1, ge=1, le=100_000)
-    loading: int = parameter("", "steps of the relaxation in which the loads grow smoothly to those of a load step", 400, ge=1)
+    loading: int | None = parameter(
+        "",
+        "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
+        "cross the body eight times",
+        None,
+        ge=1,
+    )
     tolerance: float = parameter(
         "", "estimated error of the displacements at which a state counts as steady, of the largest of them", 1e-6, gt=0, le=0.1
     )

@@ -108,7 +108,7 @@ class Simulation:
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
-        self.clock = SteadyClock(case.steady, case.time, self.bodies) if case.steady else Clock(case.time, longest)
+        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else Clock(case.time, longest)
         self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()

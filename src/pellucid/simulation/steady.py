@@ -8,7 +8,7 @@ Sources: Joldes, Wittek & Miller 2009, Comput. Methods Appl. Mech. Eng. 198, 264
 """
 
 from collections.abc import Mapping, Sequence
-from math import sqrt
+from math import ceil, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from pellucid.conditions.smooth_step import smooth_step
 from pellucid.errors import RunStopped
 from pellucid.parts.body import Body, Relaxable
+from pellucid.parts.body_model import BodyModel
 from pellucid.simulation.clock import Clock
 
 if TYPE_CHECKING:
@@ -25,21 +26,25 @@ if TYPE_CHECKING:
 LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
 AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
+CROSSINGS, FEWEST = 8.0, 100  # of a body by shear waves while the loads grow, and steps for that at least
 QUIET = 100  # steps in which the estimated error stays below the tolerance
 
 
 class SteadyClock(Clock):
     """Counts steps of the relaxation; its time is that of the loads at the last equilibrium.
 
-    bodies: all of the case, which can relax.
+    bodies: all of the case, which can relax, and the models of these.
     """
 
-    def __init__(self, steady: "SteadyCase", time: "TimeCase", bodies: Sequence[Any]) -> None:
+    def __init__(self, steady: "SteadyCase", time: "TimeCase", bodies: Sequence[Any], models: Sequence[BodyModel]) -> None:
         super().__init__(time.model_copy(update={"courant": steady.courant}))
+        self._crossing = max(_crossing(model) for model in models)
         self.steady = steady
         self._bodies: Sequence[Relaxable] = bodies
         self._start = [body.arrays["position"].copy() for body in bodies]
         self._step = 0  # of this load step
+        self.loading = 1
+        """Steps in which the loads of this load step grow."""
         self._equilibria = 0
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._quiet, self._scale, self.error = 0, 0.0, 1.0
@@ -54,6 +59,8 @@ class SteadyClock(Clock):
         stable, name = self.stable_step(bodies)
         dt = self.case.courant * stable
         self.check_collapse(dt, name)
+        if self._step == 0:
+            self.loading = self.steady.loading or max(FEWEST, ceil(CROSSINGS * self._crossing / dt))
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
@@ -72,10 +79,10 @@ class SteadyClock(Clock):
         self.n_steps += 1
         self._step += 1
         self.dt, self.weight = dt, 0.0
-        if self._step <= self.steady.loading:
+        if self._step <= self.loading:
             return
         self._estimate_error(dt)
-        since = (self._step - self.steady.loading - 1) % KEPT_ANEW
+        since = (self._step - self.loading - 1) % KEPT_ANEW
         if since % ESTIMATED == 0:
             self._estimate_damping(dt, since)
         if self._quiet >= QUIET:
@@ -90,13 +97,13 @@ class SteadyClock(Clock):
     def _loads_at(self, step: int) -> float:
         """The time of the loads after so many steps of this load step [s]."""
         each = self.case.end / self.steady.load_steps
-        if step >= self.steady.loading:
+        if step >= self.loading:
             return (self._equilibria + 1) * each
-        return (self._equilibria + smooth_step(step / self.steady.loading)) * each
+        return (self._equilibria + smooth_step(step / self.loading)) * each
 
     def _estimate_error(self, dt: float) -> None:
         """Of the displacements: with the largest change in a step, κ/(1 - κ) times that is still to come."""
-        if (self._step - self.steady.loading) % ESTIMATED == 1:
+        if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)
             self._scale = max(float(abs(body.arrays["position"] - start).max()) for body, start in moved)
         fastest = max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
@@ -162,4 +169,11 @@ class SteadyClock(Clock):
         self._kept = [(arrays[f"position-{n}"], arrays[f"force-{n}"]) for n in range(len(arrays) // 2)]
 
 
-OWN = ("_step", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "error")
+def _crossing(model: BodyModel) -> float:
+    """The time in which slow waves cross a body [s]; a membrane has no speed of shear waves."""
+    lower, upper = model.bounds()
+    pressure, shear = model.material.wave_speeds()
+    return float((upper - lower).max()) / (shear or 0.2 * pressure)
+
+
+OWN = ("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "error")

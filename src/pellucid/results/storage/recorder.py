@@ -31,8 +31,8 @@ class Recorder:
         self.folder, self.case = folder, case
         self._resumed = numbers is not None
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
-        self._rows = Schedule(case.history_interval(), **recorded["rows"])
-        self._frames = Schedule(case.frame_interval(), **recorded["frames"])
+        self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
+        self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
