@@ -3,18 +3,17 @@
 Sources: Belytschko, Lu & Gu 1994, Int. J. Numer. Methods Eng. 37, 229; Joldes et al. 2015, Appl. Math. Comput. 266, 893.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import NO_FACES, OK, SINGULAR_MOMENTS, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 
 PENALTY = 1e-7  # on quadratic coefficients, in lengths of the support and for weights of order one
 SINGULAR = 1e-13  # pivot below which the moment matrix counts as singular, of its diagonal
-SINGULAR_MOMENTS = 3
 
 
 class MovingLeastSquares(NamedTuple):
@@ -26,16 +25,13 @@ class MovingLeastSquares(NamedTuple):
     radius: np.ndarray  # (n,) of the supports [m]
 
 
-class MovingLeastSquaresModel(NodalApproximant):
-    """Moving least squares with a linear basis."""
+class LeastSquaresModel(NodalApproximant):
+    """What the approximants by moving least squares share."""
 
-    kind: Literal["moving-least-squares"] = "moving-least-squares"
+    terms: ClassVar[int]
+    """Of the basis in space."""
+
     dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
-
-    @property
-    def terms(self) -> int:
-        """Of the basis in space."""
-        return 4
 
     @property
     def interpolates(self) -> bool:
@@ -51,15 +47,20 @@ class MovingLeastSquaresModel(NodalApproximant):
         return Evaluator(nodes_in_reach(mesh, radius), functions)
 
 
-class ModifiedMovingLeastSquaresModel(MovingLeastSquaresModel):
+class MovingLeastSquaresModel(LeastSquaresModel):
+    """Moving least squares with a linear basis."""
+
+    terms: ClassVar[int] = 4
+
+    kind: Literal["moving-least-squares"] = "moving-least-squares"
+
+
+class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
     """Modified moving least squares: a quadratic basis, with a small penalty on the quadratic coefficients."""
 
-    kind: Literal["modified-moving-least-squares"] = "modified-moving-least-squares"  # type: ignore[assignment]
+    terms: ClassVar[int] = 10
 
-    @property
-    def terms(self) -> int:
-        """Of the basis in space."""
-        return 10
+    kind: Literal["modified-moving-least-squares"] = "modified-moving-least-squares"
 
 
 @pointwise
@@ -168,7 +169,7 @@ def _least_squares(fn, x, active, scratch, values, gradients):
                 for r in range(m):
                     change += by[j, r] * basis[r]
                 gradients[j, i] = (weight * change + scratch.slope[i, j] * total) / length
-    return 0
+    return OK
 
 
 @point_function(shape_functions, MovingLeastSquares)
