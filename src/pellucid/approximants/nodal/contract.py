@@ -4,7 +4,7 @@ Which nodes are active is a matter of the cell: all points of a cell share one l
 """
 
 from abc import abstractmethod
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -40,12 +40,16 @@ class Evaluator(NamedTuple):
 
     active: Lists
     functions: Any
+    positive: bool = True
+    """Whether no function is negative anywhere."""
 
 
 class NodalApproximant(Model):
     """A nodal approximant as the user describes it. A new one is a subclass with a `kind` of its own."""
 
     kind: str
+    remedy: ClassVar[str] = "make the tetrahedra there less flat, or use another approximant"
+    """What to do where it has no functions."""
 
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:

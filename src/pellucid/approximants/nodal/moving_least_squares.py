@@ -30,6 +30,7 @@ class LeastSquaresModel(NodalApproximant):
 
     terms: ClassVar[int]
     """Of the basis in space."""
+    remedy: ClassVar[str] = "raise `approximant.dilatation`, so that supports have more neighbours, or use another approximant"
 
     dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
 
@@ -44,7 +45,7 @@ class LeastSquaresModel(NodalApproximant):
 
         radius = self.dilatation * mesh.spacing
         functions = MovingLeastSquares(mesh.dimension == 2, self.terms, mesh.nodes, radius)
-        return Evaluator(nodes_in_reach(mesh, radius), functions)
+        return Evaluator(nodes_in_reach(mesh, radius), functions, positive=False)
 
 
 class MovingLeastSquaresModel(LeastSquaresModel):

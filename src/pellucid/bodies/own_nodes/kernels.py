@@ -30,6 +30,7 @@ class NodeForces(NamedTuple):
     loads: np.ndarray  # (channels, n, 3) external forces [N]
     gravity: tuple[float, float, float]  # [m/s²]
     increment: np.ndarray  # (n, 3) of velocity, by contact [m/s]
+    lead: np.ndarray  # (n, 3) of velocity, by conditions on the field between the nodes [m/s]; no rows where there are none
     prescribed: np.ndarray  # (n, 3) 0 where free, else 1 + the row of `rows`
     rows: np.ndarray  # (rows, 3) prescribed velocities [m/s]
     faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
@@ -75,7 +76,7 @@ def _constrained(forces, p, d, old, new, dt, chunk):
 @kernel(inner=True)
 def _advance_velocities_chunk(chunk, forces, dt):
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
-    columns = FIRST_LOAD + len(loads)
+    columns, led = FIRST_LOAD + len(loads), len(forces.lead) > 0
     behind = columns + 1 + 3 * len(forces.rows)
     total = 0.0
     work[chunk, :] = 0.0
@@ -86,11 +87,13 @@ def _advance_velocities_chunk(chunk, forces, dt):
             old, touch, external = forces.velocity[p, d], increment[p, d], 0.0
             for k in range(len(loads)):
                 external += loads[k, p, d]
-            free = old + dt * ((internal[p, d] + external) / m + gravity[d]) + touch
+            lead = forces.lead[p, d] if led else 0.0
+            free = old + dt * ((internal[p, d] + external) / m + gravity[d]) + touch + lead
             forces.velocity[p, d], mean = _constrained(forces, p, d, old, free, dt, chunk)
             work[chunk, INTERNAL] += dt * internal[p, d] * mean
             work[chunk, GRAVITY] += dt * m * gravity[d] * mean
             work[chunk, CONTACT] += m * touch * mean
+            work[chunk, SUPPORT] += m * lead * mean
             for k in range(len(loads)):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, p, d] * mean
             work[chunk, behind + 3 * OTHER_IMPULSE + d] += dt * external

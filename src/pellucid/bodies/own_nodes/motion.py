@@ -1,6 +1,7 @@
 """The motion of a body's own nodes: external forces, supports and prescribed motions, works, and the faces of the grid."""
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -12,6 +13,14 @@ from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.body import NodalSupport
 from pellucid.reductions import ordered_sum
+
+
+class FieldCondition(Protocol):
+    """Conditions on the field that the nodes span, where it does not take the nodes' values."""
+
+    def correct(self, velocity: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Changes of the nodes' free velocities [m/s], shape (n, 3), and the impulses that the supports and motions give them
+        by these [N s], shape (rows, 3); rows: their velocities over the step dt [s], of the same shape."""
 
 
 class NodalMotion:
@@ -40,6 +49,8 @@ class NodalMotion:
         self._supports: Sequence[NodalSupport] = ()
         self._motions: list[str] = []
         self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
+        self._condition: FieldCondition | None = None
+        self._lead = np.zeros((0, 3))
         self.top_speed = 0.0
         """The largest speed that a condition prescribes [m/s]."""
         self.crossing = 0.0
@@ -63,30 +74,56 @@ class NodalMotion:
         first = len(self._supports)
         self._rows[first : first + len(velocity)] = velocity
 
+    def impose_on_field(self, condition: FieldCondition) -> None:
+        """Let the nodes go free, and lead them so that the field between them does what is prescribed."""
+        self._condition, self._lead = condition, np.zeros_like(self._arrays["velocity"])
+        self._bind(np.zeros_like(self._arrays["prescribed"]))
+
+    @property
+    def prescribed_velocities(self) -> np.ndarray:
+        """Of the supports, the motions and the thin axes over this step [m/s], shape (rows, 3)."""
+        return self._rows
+
+    def groups(self) -> np.ndarray:
+        """The numbers in `prescribed`, shape (n, 3), with one number for all supports of one velocity along an axis."""
+        prescribed, n_rows = self._arrays["prescribed"], len(self._rows)
+        first = np.zeros((n_rows + 1, 3), np.int64)
+        motions = range(len(self._supports), n_rows - 1)
+        for axis in range(3):
+            seen: dict[float, int] = {}
+            for row, velocity in enumerate(self._rows[:, axis].tolist()):
+                first[row + 1, axis] = row + 1 if row in motions else seen.setdefault(velocity, row + 1)
+        return np.asarray(np.take_along_axis(first, prescribed, axis=0))
+
     def _constrain(self) -> None:
         """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
-        a = self._arrays
-        position, prescribed = a["position"], a["prescribed"]
+        position, prescribed = self._arrays["position"], self._arrays["prescribed"]
         n_supports, n_rows = len(self._supports), len(self._supports) + len(self._motions) + 1
         prescribed.fill(0)
-        walls = np.zeros((3, 2), np.int64)
+        self._walls = np.zeros((3, 2), np.int64)
         for row, support in enumerate(self._supports, start=1):
             prescribed[np.ix_(support.selects(position), np.flatnonzero(support.axes))] = row
             if support.wall is not None:
-                walls[support.wall] = row
+                self._walls[support.wall] = row
         for number, axes in enumerate(self._axes, start=1):
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
         self._rows = np.zeros((n_rows, 3))
         self._rows[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
         self._work = np.zeros((self.chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
+        self._bind(prescribed)
+
+    def _bind(self, prescribed: np.ndarray) -> None:
+        """What acts on the nodes, as kernels take it; prescribed: the numbers of the nodes that follow a row themselves."""
+        a = self._arrays
         faces = np.tile((-np.inf, np.inf), (3, 1))
         if self._grid:
             lattice = self._grid.lattice
             ends = zip(lattice.lower, lattice.counts, strict=True)
             faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in ends])
-        acting = (self.internal, self.loads, self.gravity, self._increment, prescribed, self._rows)
-        self._forces = Bundle(NodeForces(position, a["velocity"], a["mass"], *acting, faces, walls, self._work))
+        acting = (self.internal, self.loads, self.gravity, self._increment, self._lead)
+        constraints = prescribed, self._rows, faces, self._walls
+        self._forces = Bundle(NodeForces(a["position"], a["velocity"], a["mass"], *acting, *constraints, self._work))
 
     # the step
 
@@ -103,7 +140,21 @@ class NodalMotion:
 
     def advance_velocities(self, dt: float) -> None:
         """New velocities from all forces and the increments by contact."""
+        if self._condition is None:
+            kernels.advance_velocities(self.chunks, self._forces, dt)
+        else:
+            self._lead_velocities(self._condition, dt)
+
+    def _lead_velocities(self, condition: FieldCondition, dt: float) -> None:
+        """The free velocities first, then once more with what they lack: works are along the mean of old and new ones."""
+        velocity, rows = self._arrays["velocity"], len(self._rows)
+        old = velocity.copy()
+        self._lead.fill(0.0)
         kernels.advance_velocities(self.chunks, self._forces, dt)
+        self._lead[:], impulses = condition.correct(velocity, self._rows, dt)
+        velocity[:] = old
+        kernels.advance_velocities(self.chunks, self._forces, dt)
+        self._work[0, self._columns + 1 :][: 3 * rows] += impulses.ravel()
 
     def subtract_velocities(self, loss: np.ndarray, dt: float) -> None:
         """Subtract velocities [m/s], shape (n, 3), that contact took from motion within a cell."""
