@@ -14,17 +14,8 @@ from scipy.sparse.linalg import splu
 
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.table import Rows, evaluate
+from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.simplex_mesh import SimplexMesh
-
-# shares of the corners of a triangle, exact to degree 4 (Cowper 1973, Int. J. Numer. Methods Eng. 7, 405), and weights
-_NEAR, _FAR = 0.108103018168070, 0.816847572980459
-_FACE = np.array(
-    [
-        *(np.full((3, 3), 0.445948490915965) + (_NEAR - 0.445948490915965) * np.eye(3)),
-        *(np.full((3, 3), 0.091576213509771) + (_FAR - 0.091576213509771) * np.eye(3)),
-    ]
-)
-_FACE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
 
 
 def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
@@ -36,7 +27,7 @@ def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
     inside = mesh.nodes[mesh.cells[owners[boundary, 0]]].mean(axis=1) - corners[:, 0]
     area *= -np.sign(np.einsum("fi,fi->f", area, inside))[:, None]
     total = np.zeros((len(mesh.nodes), 3))
-    for share, weight in zip(_FACE, _FACE_WEIGHTS, strict=True):
+    for share, weight in zip(TRIANGLE, TRIANGLE_WEIGHTS, strict=True):
         rows = evaluate(evaluator, owners[boundary, 0], np.einsum("k,fki->fi", share, corners), gradients=False)
         vector = weight * np.repeat(area, np.diff(rows.row), axis=0)
         for axis in range(3):

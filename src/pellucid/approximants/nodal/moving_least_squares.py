@@ -170,7 +170,25 @@ def _least_squares(fn, x, active, scratch, values, gradients):
                 for r in range(m):
                     change += by[j, r] * basis[r]
                 gradients[j, i] = (weight * change + scratch.slope[i, j] * total) / length
+    _add_up_to_one(values, gradients)
     return OK
+
+
+@pointwise
+def _add_up_to_one(values, gradients):
+    """Divide by the sum, which is one but for the rounding of the moments: what is left of it would give a body momentum."""
+    total = 0.0
+    for i in range(len(values)):
+        total += values[i]
+    for i in range(len(values)):
+        values[i] /= total
+    if gradients.shape[1] > 0:
+        for j in range(3):
+            change = 0.0
+            for i in range(len(values)):
+                change += gradients[j, i]
+            for i in range(len(values)):
+                gradients[j, i] = (gradients[j, i] - values[i] * change) / total
 
 
 @point_function(shape_functions, MovingLeastSquares)

@@ -95,8 +95,8 @@ class MeshlessSolid(ExplicitNodes):
         self._residuals = prescribed.residuals(self._at_nodes, evaluator)
         self._correction: ForceCorrection | None = None
         if not direct and len(prescribed.nodes):
-            moved, lumped = (self.arrays["position"], self.arrays["mass"]), case.essential_conditions == "sebciem"
-            self._correction = ForceCorrection(prescribed, self._at_nodes, *moved, lumped)
+            position, mass, spread = self.arrays["position"], self.arrays["mass"], case.essential_conditions == "ebciem"
+            self._correction = ForceCorrection(prescribed, self._at_nodes, evaluator, position, mass, spread)
 
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""

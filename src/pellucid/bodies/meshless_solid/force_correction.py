@@ -1,12 +1,14 @@
 """Essential conditions by forces: for functions that do not take prescribed values at the nodes.
 
-After the free update, impulses λ_i at the places x_i with a prescribed value go to the nodes by their functions there, so that
-the field takes it:
+After the free update, impulses λ_j go to the nodes by shares s_ja, so that the field takes the prescribed values:
 
-    Σ_j V_ij λ_j = v̄_i - Σ_a p_a(x_i) v_a,  V_ij = Σ_a p_a(x_i) p_a(x_j)/m_a,  m_a Δv_a = Σ_i p_a(x_i) λ_i .
+    Σ_j V_ij λ_j = v̄_i - Σ_a s_ia v_a,  V_ij = Σ_a s_ia s_ja/m_a,  m_a Δv_a = Σ_j s_ja λ_j .
 
-With the whole of V that is EBCIEM, with its rows lumped SEBCIEM (Joldes, Chowdhury, Wittek & Miller 2017, Eng. Anal. Bound.
-Elem. 80, 94). v̄ also takes back what the field lacks of the prescribed displacement: with lumped rows over some steps.
+The simplified SEBCIEM has forces at the nodes, s_ja = p_a(x_j), and the field is exact there. EBCIEM spreads each force over
+the faces about its node, by linear functions N_j on them, s_ja = ∮ p_a N_j dS / ∮ N_j dS, so that uniform tractions are exact
+(Joldes, Chowdhury, Wittek & Miller 2017, Eng. Anal. Bound. Elem. 80, 94). As published it prescribes the field at the nodes all
+the same: V is not symmetric then, the forces do work on what the field lacks between, and undamped motion grows by it. Here
+the mean over the faces, by the same shares, is prescribed. v̄ also takes back what is lacking of the displacement.
 """
 
 from collections.abc import Callable
@@ -15,7 +17,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
 
-from pellucid.bodies.meshless_solid.prescribed import PrescribedField
+from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at
+from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 
 LARGEST_CONDITION = 1e10  # of V, above which forces are mostly round-off
 
@@ -23,54 +27,76 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class ForceCorrection:
-    """The impulses that make the field take the prescribed displacement at the prescribed nodes.
+    """The impulses that make the field take the prescribed displacement.
 
-    values: functions at all nodes, shape (n, n); position [m], shape (n, 3), and mass [kg], shape (n,), as the body keeps them.
-    Raises ValueError where the functions at two places are nearly the same.
+    values: functions at all nodes, shape (n, n); position [m], shape (n, 3), and mass [kg], shape (n,), as the body keeps them;
+    spread: whether over faces. Raises ValueError where the conditions on two nodes are nearly the same.
     """
 
     def __init__(
-        self, prescribed: PrescribedField, values: sparse.csr_array, position: np.ndarray, mass: np.ndarray, lumped: bool
+        self,
+        prescribed: PrescribedField,
+        values: sparse.csr_array,
+        evaluator: Evaluator,
+        position: np.ndarray,
+        mass: np.ndarray,
+        spread: bool,
     ) -> None:
         self._prescribed, self._position, self._mass = prescribed, position, mass
-        self._values, self._number = values[prescribed.nodes], prescribed.number[prescribed.nodes]
-        self._sums = np.asarray(self._values.sum(axis=1))[:, None]  # 1 but for rounding
-        self._axes: list[tuple[np.ndarray, Solve]] = []
-        known: dict[bytes, Solve] = {}
+        self._axes: list[tuple[np.ndarray, sparse.csr_array, Solve]] = []
+        known: dict[bytes, tuple[np.ndarray, sparse.csr_array, Solve]] = {}
         for axis in range(3):
-            places = np.flatnonzero(self._number[:, axis])
-            key = places.tobytes()
-            if key not in known:
-                known[key] = _solver(self._values[places], mass, lumped)
-            self._axes.append((places, known[key]))
+            nodes = np.flatnonzero(prescribed.number[:, axis])
+            faces = prescribed.faces[prescribed.held[:, axis]]
+            key = nodes.tobytes() + faces.tobytes()
+            if len(nodes) and key not in known:
+                shares = values[nodes]
+                if spread:
+                    shares = spread_over_faces(prescribed, evaluator, faces, nodes, shares)
+                known[key] = nodes, shares, _solver(shares, mass)
+            self._axes += [known[key]] if len(nodes) else [(nodes, values[nodes], np.copy)]
 
     def correct(self, velocity: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """What the free velocities [m/s], shape (n, 3), lack at the end of the step dt [s], and the impulses of the supports
         and motions [N s], shape (rows, 3), whose velocities over it are `rows`, of the same shape."""
-        number = self._number
-        displacement = self._values @ (self._position - self._prescribed.mesh.nodes)
-        behind = self._prescribed.at(number) - displacement
-        goal = self._prescribed.of_rows(rows, number) + behind / dt
-        lacking = goal - self._values @ velocity
-        impulse = np.zeros_like(lacking)
-        for axis, (places, solve) in enumerate(self._axes):
-            if len(places):
-                impulse[places, axis] = solve(lacking[places, axis])
-        of_rows = np.zeros_like(rows)
-        place, along = np.nonzero(number)
-        np.add.at(of_rows, (number[place, along] - 1, along), (self._sums * impulse)[place, along])
-        return np.asarray((self._values.T @ impulse) / self._mass[:, None]), of_rows
+        lead, of_rows = np.zeros_like(velocity), np.zeros_like(rows)
+        displacement = self._position - self._prescribed.mesh.nodes
+        for axis, (nodes, shares, solve) in enumerate(self._axes):
+            row = self._prescribed.number[nodes, axis] - 1
+            behind = self._prescribed.displacement[row, axis] - shares @ displacement[:, axis]
+            impulse = solve(rows[row, axis] + behind / dt - shares @ velocity[:, axis])
+            lead[:, axis] = (shares.T @ impulse) / self._mass
+            given = np.asarray(shares.sum(axis=1)) * impulse  # shares add up to one but for rounding
+            np.add.at(of_rows[:, axis], row, given)
+        return lead, of_rows
 
 
-def _solver(values: sparse.csr_array, mass: np.ndarray, lumped: bool) -> Solve:
+def spread_over_faces(
+    prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
+) -> sparse.csr_array:
+    """s_ja of prescribed nodes, shape (m, n), over the chosen faces of the boundary.
+
+    A node without such a face has a force at its place, with the functions there, values of shape (m, n).
+    """
+    mesh = prescribed.mesh
+    faces, owners = mesh.faces
+    corners, n = mesh.nodes[faces[chosen]], len(TRIANGLE)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    places = np.einsum("qk,fki->fqi", TRIANGLE, corners).reshape(-1, 3)
+    functions = values_at(mesh, evaluator, np.repeat(owners[chosen, 0], n), places)
+    weights = np.einsum("f,q,qk->fqk", area, TRIANGLE_WEIGHTS, TRIANGLE).ravel()
+    row = np.repeat(np.searchsorted(nodes, faces[chosen]), n, axis=0).ravel()
+    column = np.repeat(np.arange(n * len(chosen)), 3)
+    linear = sparse.csr_array((weights, (row, column)), shape=(len(nodes), n * len(chosen)))
+    about = np.asarray(linear.sum(axis=1))
+    alone = about == 0.0
+    scaled = sparse.diags_array(1.0 / np.where(alone, 1.0, about)) @ (linear @ functions)
+    return sparse.csr_array(scaled + sparse.diags_array(alone.astype(float)) @ values)
+
+
+def _solver(shares: sparse.csr_array, mass: np.ndarray) -> Solve:
     """Impulses for the velocities that are lacking."""
-    V = sparse.csc_array(values @ sparse.diags_array(1.0 / mass) @ values.T)
-    if lumped:
-        # sums of absolute values: no eigenvalue of the quotient is above 1, so that the corrections settle
-        rows = np.asarray(abs(V).sum(axis=1))
-        return lambda lacking: lacking / rows
-    if V.shape[0] == 0:
-        return lambda lacking: lacking
+    V = sparse.csc_array(shares @ sparse.diags_array(1.0 / mass) @ shares.T)
     try:
         factors = splu(V, options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:  # an exact zero on the diagonal
@@ -82,12 +108,15 @@ def _solver(values: sparse.csr_array, mass: np.ndarray, lumped: bool) -> Solve:
 
 
 def _dependent(condition: float) -> str:
-    text = (
-        "forces on the prescribed nodes cannot be found: the functions there are nearly dependent, with a condition number of"
-    )
+    text = "forces on the prescribed nodes cannot be found: what they change is nearly dependent, with a condition number of"
     return f"{text} {condition:.2g}, above {LARGEST_CONDITION:.0g}"
 
 
 def _condition(V: sparse.csc_array, factors: SuperLU) -> float:
-    inverse = LinearOperator(V.shape, matvec=factors.solve, rmatvec=factors.solve, matmat=factors.solve, rmatmat=factors.solve)
+    """Of V, which is symmetric, in the norm of sums over columns, estimated."""
+
+    def solve(right: np.ndarray) -> np.ndarray:
+        return np.asarray(factors.solve(right))
+
+    inverse = LinearOperator(V.shape, solve, rmatvec=solve, matmat=solve, rmatmat=solve)
     return float(abs(V).sum(axis=0).max() * onenormest(inverse))

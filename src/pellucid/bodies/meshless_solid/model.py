@@ -43,8 +43,8 @@ class MeshlessSolidCase(BodyModel):
     approximant: AnyNodalApproximant = parameter("", "its shape functions", CellMaximumEntropyModel())
     essential: Literal["direct", "ebciem", "sebciem"] | None = parameter(
         "",
-        "how supports and motions prescribe the field: at the nodes directly, or by forces, exactly (ebciem) or over some "
-        "steps (sebciem); without it direct where the functions of nodes off a face vanish on it, else ebciem",
+        "how supports and motions prescribe the field: as values of the nodes, or by forces, at the nodes (sebciem) or spread "
+        "over faces (ebciem); without it direct where the functions of nodes off a face vanish on it, else sebciem",
         None,
     )
     points_per_cell: Literal[1, 4, 8, 16, 32] = parameter("", "quadrature points of a tetrahedron", 4)
@@ -76,7 +76,7 @@ class MeshlessSolidCase(BodyModel):
     @property
     def essential_conditions(self) -> str:
         """How supports and motions prescribe the field."""
-        return self.essential or ("direct" if self.approximant.interpolates else "ebciem")
+        return self.essential or ("direct" if self.approximant.interpolates else "sebciem")
 
     @property
     def density(self) -> float:

@@ -16,8 +16,8 @@ class PrescribedField:
     """The nodes with a prescribed displacement, and the faces of the boundary on which it prescribes the field.
 
     number, shape (n, 3): along each axis 0 where a node is free, else 1 + the row of its support or motion; group, of the same
-    shape: one number for rows that never differ. displacement: prescribed so far [m], shape (rows, 3). A face counts along an
-    axis where its three nodes are of one group.
+    shape: one number for rows that never differ. displacement: prescribed so far [m], shape (rows, 3). faces: numbers of the
+    boundary faces that have all nodes in one group along an axis; held, shape (faces, 3): along which.
     """
 
     def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:
@@ -28,7 +28,7 @@ class PrescribedField:
         corners = group[mesh.faces[0][boundary]]
         held = (corners > 0).all(axis=1) & (corners == corners[:, :1]).all(axis=1)
         some = held.any(axis=1)
-        self.faces, self._held = boundary[some], held[some]
+        self.faces, self.held = boundary[some], held[some]
 
     def disturbed_faces(self, evaluator: Evaluator) -> np.ndarray:
         """The numbers of those faces on which functions of nodes of another group do not vanish, so that the field differs."""
@@ -38,7 +38,7 @@ class PrescribedField:
         n = len(_ON_FACE)
         face = np.repeat(np.repeat(np.arange(len(nodes)), n), np.diff(rows.indptr))
         other = self._group[rows.indices] != self._group[nodes[:, 0]][face]
-        reaches = (abs(rows.data) > REACHES) & (other & self._held[face]).any(axis=1)
+        reaches = (abs(rows.data) > REACHES) & (other & self.held[face]).any(axis=1)
         return self.faces[np.bincount(face[reaches], minlength=len(nodes)) > 0]
 
     def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
@@ -46,7 +46,7 @@ class PrescribedField:
         on_boundary = np.intersect1d(self.nodes, self.mesh.faces[0][self.mesh.boundary])
         first = self.mesh.faces[0][self.faces][:, 0]
         n = len(_ON_FACE)
-        held = np.repeat(self._held, n, axis=0)
+        held = np.repeat(self.held, n, axis=0)
         between = np.where(held, np.repeat(self.number[first], n, axis=0), 0)
         return Residuals(self, (values[on_boundary], self.number[on_boundary]), (self._on_faces(evaluator), between))
 
