@@ -96,6 +96,18 @@ def test_averaging_of_the_volume_ratio_takes_the_locking_away():
     assert energies[True] < 0.97 * energies[False]
 
 
+def test_damping_slows_a_free_block_at_its_rate():
+    """Of second order in the step, here 1e-3 of the time constant; what the drag takes is heat."""
+    simulation = Simulation(block(body={"velocity": (0.0, 0.0, 0.5), "damping": 0.25}), threads=1)
+    start = simulation.energies()["kinetic"]
+    for _ in range(100):
+        simulation.step()
+    energies = simulation.energies()
+    assert simulation.bodies[0].totals.momentum[2] == pytest.approx(0.5 * np.exp(-0.25 * simulation.time), rel=1e-6)
+    assert energies["damping_heat"] == pytest.approx(start - energies["kinetic"], rel=1e-12)
+    assert simulation.conservation()["momentum"] < 1e-12
+
+
 def test_a_restart_goes_on_bit_for_bit():
     whole = Simulation(clamped(), threads=1)
     for _ in range(10):

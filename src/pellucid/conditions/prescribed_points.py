@@ -85,11 +85,15 @@ class PrescribedPoints(ActiveCondition):
         return self._bundle
 
     def begin(self, time: float, dt: float) -> None:
-        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements."""
+        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements.
+
+        None where time stands still, as that of the loads does while a body comes to rest.
+        """
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
                 self._displacement[number, axis] = function(time + dt)
-                self._velocity[number, axis] = (self._displacement[number, axis] - function(time)) / dt
+                moved = self._displacement[number, axis] - function(time)
+                self._velocity[number, axis] = moved / dt if dt > 0.0 else 0.0
         self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)

@@ -84,6 +84,15 @@ class BodyModel(Part):
         """Whether it moves as a rigid body."""
         return False
 
+    @property
+    def is_damped(self) -> bool:
+        """Whether a drag slows its nodes."""
+        return False
+
+    def why_not_relaxed(self, alone: bool) -> Reason | None:
+        """Why it cannot be brought to a steady state, if so; `alone`: whether it has a velocity field to itself."""
+        return Reason(f'kind "{self.kind}" has no steady states', "leave [steady] out")
+
     def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
         """The same model with the others of its case, whose regions it may leave out."""
         return self

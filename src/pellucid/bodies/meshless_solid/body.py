@@ -18,7 +18,7 @@ from pellucid.geometry.cells import Cells
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement
+from pellucid.parts.body import Placement, Springs
 
 RENEWED = 200  # steps between estimates of the largest frequency, which strain changes
 OVERESTIMATE = 1.05  # of that frequency: power iteration approaches it from below
@@ -43,6 +43,8 @@ class SolidOfNodes(Protocol):
     def averages_volume(self) -> bool: ...
     @property
     def density(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
     def mesh_in_order(self) -> SimplexMesh: ...
     def law(self) -> Law: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
@@ -54,7 +56,7 @@ class MeshlessSolid(ExplicitNodes):
     energy_kind = "strain"
 
     def __init__(self, case: SolidOfNodes, placement: Placement) -> None:
-        self.name, self.mesh, self._case = case.name, case.mesh_in_order(), case
+        self.name, self.mesh, self.damping, self._case = case.name, case.mesh_in_order(), case.damping, case
         self._law, self._density = case.law(), case.density
         n = len(self.mesh.nodes)
         self._volume, self._chunks = np.zeros(n), (n + CHUNK - 1) // CHUNK
@@ -67,18 +69,15 @@ class MeshlessSolid(ExplicitNodes):
 
         Raises `CaseError` where the approximant has no functions, or the field cannot be made to follow.
         """
-        a, motion = self.arrays, self.motion
-        n_rows = len(motion.prescribed_velocities)
-        self.prescribed = PrescribedField(self.mesh, a["prescribed"], motion.groups(), n_rows)
+        motion = self.motion
+        self.prescribed = PrescribedField(self.mesh, self.arrays["prescribed"], motion.groups(), len(motion.rows))
         try:
             self._make_functions(self._case)
         except ValueError as error:
             key = f"body.{self.name}.{self._case.place}"
             raise CaseError(Problem(str(error), key, remedy=self._case.approximant.remedy)) from None
-        self._held = a["prescribed"] > 0
         if self._correction is not None:
             motion.impose_on_field(self._correction)
-            self._held = np.zeros_like(self._held)
         self.renew_totals()
 
     def _make_functions(self, case: SolidOfNodes) -> None:
@@ -95,8 +94,8 @@ class MeshlessSolid(ExplicitNodes):
         self._residuals = prescribed.residuals(self._at_nodes, evaluator)
         self._correction: ForceCorrection | None = None
         if not direct and len(prescribed.nodes):
-            position, mass, spread = self.arrays["position"], self.arrays["mass"], case.essential_conditions == "ebciem"
-            self._correction = ForceCorrection(prescribed, self._at_nodes, evaluator, position, mass, spread)
+            how = self.motion.inertia, self.motion.motion_rows, case.essential_conditions == "ebciem"
+            self._correction = ForceCorrection(prescribed, self._at_nodes, evaluator, self.arrays["position"], *how)
 
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""
@@ -107,9 +106,13 @@ class MeshlessSolid(ExplicitNodes):
     def update(self, dt: float) -> None:
         """New positions; forces and energy there."""
         super().update(dt)
-        self.prescribed.displacement += dt * self.motion.prescribed_velocities
+        self.prescribed.displacement += dt * self.motion.rows
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+
+    def springs(self) -> Springs:
+        """Its internal forces, where the step ended."""
+        return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self) -> None:
         """Internal forces and energy at the positions of the nodes."""
@@ -125,7 +128,7 @@ class MeshlessSolid(ExplicitNodes):
         """The largest frequency about the present strain, which bounds the step."""
         position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
         displacement, mass = position - self.mesh.nodes, self.arrays["mass"]
-        found = largest_frequency(self._forces_at, displacement, mass, ~self._held, extent)
+        found = largest_frequency(self._forces_at, displacement, mass, self.motion.free, extent)
         self._frequency = OVERESTIMATE * found
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)

@@ -29,8 +29,9 @@ Solve = Callable[[np.ndarray], np.ndarray]
 class ForceCorrection:
     """The impulses that make the field take the prescribed displacement.
 
-    values: functions at all nodes, shape (n, n); position [m], shape (n, 3), and mass [kg], shape (n,), as the body keeps them;
-    spread: whether over faces. Raises ValueError where the conditions on two nodes are nearly the same.
+    values: functions at all nodes, shape (n, n); position [m], shape (n, 3), as the body keeps it; inertia [kg], shape (n,);
+    motions: the first row of motions and that behind the last; spread: whether over faces. Raises ValueError where conditions
+    on two nodes are nearly the same.
     """
 
     def __init__(
@@ -39,36 +40,39 @@ class ForceCorrection:
         values: sparse.csr_array,
         evaluator: Evaluator,
         position: np.ndarray,
-        mass: np.ndarray,
+        inertia: np.ndarray,
+        motions: tuple[int, int],
         spread: bool,
     ) -> None:
-        self._prescribed, self._position, self._mass = prescribed, position, mass
-        self._axes: list[tuple[np.ndarray, sparse.csr_array, Solve]] = []
-        known: dict[bytes, tuple[np.ndarray, sparse.csr_array, Solve]] = {}
+        self._prescribed, self._position, self._motions = prescribed, position, motions
+        self._axes: list[tuple[np.ndarray, sparse.csr_array]] = []
         for axis in range(3):
             nodes = np.flatnonzero(prescribed.number[:, axis])
             faces = prescribed.faces[prescribed.held[:, axis]]
-            key = nodes.tobytes() + faces.tobytes()
-            if len(nodes) and key not in known:
-                shares = values[nodes]
-                if spread:
-                    shares = spread_over_faces(prescribed, evaluator, faces, nodes, shares)
-                known[key] = nodes, shares, _solver(shares, mass)
-            self._axes += [known[key]] if len(nodes) else [(nodes, values[nodes], np.copy)]
+            shares = values[nodes]
+            self._axes.append((nodes, spread_over_faces(prescribed, evaluator, faces, nodes, shares) if spread else shares))
+        self._factor(inertia)
 
-    def correct(self, velocity: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """What the free velocities [m/s], shape (n, 3), lack at the end of the step dt [s], and the impulses of the supports
-        and motions [N s], shape (rows, 3), whose velocities over it are `rows`, of the same shape."""
-        lead, of_rows = np.zeros_like(velocity), np.zeros_like(rows)
+    def _factor(self, inertia: np.ndarray) -> None:
+        self._inertia = inertia
+        self._solve = [_solver(shares, inertia) if len(nodes) else np.copy for nodes, shares in self._axes]
+
+    def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """See `FieldCondition`."""
+        if inertia is not self._inertia:
+            self._factor(inertia)
+        by_node, of_rows = np.zeros((2, *velocity.shape)), np.zeros_like(rows)
         displacement = self._position - self._prescribed.mesh.nodes
-        for axis, (nodes, shares, solve) in enumerate(self._axes):
+        for axis, (nodes, shares) in enumerate(self._axes):
             row = self._prescribed.number[nodes, axis] - 1
             behind = self._prescribed.displacement[row, axis] - shares @ displacement[:, axis]
-            impulse = solve(rows[row, axis] + behind / dt - shares @ velocity[:, axis])
-            lead[:, axis] = (shares.T @ impulse) / self._mass
-            given = np.asarray(shares.sum(axis=1)) * impulse  # shares add up to one but for rounding
-            np.add.at(of_rows[:, axis], row, given)
-        return lead, of_rows
+            impulse = self._solve[axis](rows[row, axis] + behind / dt - shares @ velocity[:, axis])
+            of_motion = (row >= self._motions[0]) & (row < self._motions[1])
+            for cause, given in enumerate((impulse * ~of_motion, impulse * of_motion)):
+                by_node[cause, :, axis] = shares.T @ given
+            # shares add up to one but for rounding
+            np.add.at(of_rows[:, axis], row, np.asarray(shares.sum(axis=1)) * impulse)
+        return by_node, of_rows
 
 
 def spread_over_faces(
@@ -94,9 +98,9 @@ def spread_over_faces(
     return sparse.csr_array(scaled + sparse.diags_array(alone.astype(float)) @ values)
 
 
-def _solver(shares: sparse.csr_array, mass: np.ndarray) -> Solve:
+def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
     """Impulses for the velocities that are lacking."""
-    V = sparse.csc_array(shares @ sparse.diags_array(1.0 / mass) @ shares.T)
+    V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)
     try:
         factors = splu(V, options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:  # an exact zero on the diagonal

@@ -54,6 +54,9 @@ class MeshlessSolidCase(BodyModel):
         "whether the volume ratio is averaged about the nodes, against locking; without it, from a Poisson's ratio of 0.4",
         None,
     )
+    damping: float = parameter(
+        "1/s", "rate of a drag in proportion to mass and velocity; steady states choose their own", 0.0, ge=0
+    )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
@@ -92,6 +95,14 @@ class MeshlessSolidCase(BodyModel):
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
         return MeshlessSolid(self, placement)
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether a drag slows its nodes."""
+        return self.damping > 0.0
+
+    def why_not_relaxed(self, alone: bool) -> None:
+        """Nothing hinders it."""
 
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""

@@ -32,8 +32,8 @@ class Recorder:
         self.folder, self.case = folder, case
         self._resumed = numbers is not None
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
-        self._rows = Schedule(case.history_interval(), **recorded["rows"])
-        self._frames = Schedule(case.frame_interval(), **recorded["frames"])
+        self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
+        self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
@@ -148,6 +148,7 @@ class Recorder:
             "end_time": sim.time,
             "conservation": {name: float(error) for name, error in sim.conservation().items()},
             "energies": {name: float(energy) for name, energy in sim.energies().items()},
+            **sim.clock.facts(),
             **_facts_of(sim.bodies),
         }
 
