@@ -139,6 +139,11 @@ class MeshlessSolid(ExplicitNodes):
         self._frequency = float(arrays["frequency"][0])
         self._find_forces()
 
+    @property
+    def node_sets(self) -> Mapping[str, np.ndarray]:
+        """Those of its mesh."""
+        return self.mesh.sets
+
     def cells(self) -> Cells:
         """Its tetrahedra."""
         return Cells(tetrahedra=self.mesh.cells)
