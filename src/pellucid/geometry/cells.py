@@ -53,6 +53,13 @@ def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return faces[outer], outer // 4
 
 
+def cells_of_faces(tetrahedra: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The tetrahedra of outer faces, shape (f, 3), in any order of their corners: shape (f,)."""
+    every, cells = outer_faces_of_cells(tetrahedra)
+    keys = {tuple(face): cell for face, cell in zip(np.sort(every, axis=1).tolist(), cells.tolist(), strict=True)}
+    return np.array([keys[tuple(face)] for face in np.sort(faces, axis=1).tolist()], np.int64)
+
+
 def vector_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Areas of triangles between places [m], shape (n, 3), along their normals [m²], shape (m, 3)."""
     a, b, c = places[triangles[:, 0]], places[triangles[:, 1]], places[triangles[:, 2]]

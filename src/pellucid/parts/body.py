@@ -15,6 +15,7 @@ from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
+from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS
@@ -177,6 +178,13 @@ class Body(ABC):
             return Selectable.of_membrane(position, faces)
         sets = {name: place[nodes] for name, nodes in self.node_sets.items()}
         return Selectable(position, faces, np.unique(faces), sets)
+
+    def face_shares(self, faces: np.ndarray) -> FaceShares:
+        """How what acts on triangles of its surface, shape (f, 3), of those that are selectable, goes to its nodes.
+
+        It is asked for when all conditions are known: its functions may depend on them.
+        """
+        return FaceShares.linear(faces)
 
     @abstractmethod
     def renew_totals(self) -> None:

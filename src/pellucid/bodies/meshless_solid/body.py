@@ -6,13 +6,15 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants.nodal.contract import NodalApproximant
+from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.stable_step import largest_frequency
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.errors import RunStopped
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.cells import Cells, cells_of_faces
+from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
@@ -54,6 +56,7 @@ class MeshlessSolid(ExplicitNodes):
         tables = make_tables(
             self.mesh, case.approximant, case.law(), case.points_per_cell, case.consistent, case.averages_volume
         )
+        self._approximant = case.approximant
         self.solid, self._law, self._density = tables.solid, case.law(), case.density
         self._bundle, self._volume = Bundle(self.solid), tables.node_volume
         self._chunks = (len(self.mesh.nodes) + CHUNK - 1) // CHUNK
@@ -121,6 +124,18 @@ class MeshlessSolid(ExplicitNodes):
         sums = self.solid.node_sums if len(self.solid.block_volume) else self.solid.sums
         return float(sums[:, LEAST_J].min())
 
+    # conditions
+
+    @property
+    def node_sets(self) -> Mapping[str, np.ndarray]:
+        """Those of its mesh."""
+        return self.mesh.sets
+
+    def face_shares(self, faces: np.ndarray) -> FaceShares:
+        """The means of its shape functions over outer faces, shape (f, 3)."""
+        evaluator = self._approximant.evaluator(self.mesh)
+        return face_shares(evaluator, self.mesh.nodes, faces, cells_of_faces(self.mesh.cells, faces))
+
     # contact
 
     def half_width(self) -> tuple[float, float, float]:
@@ -138,11 +153,6 @@ class MeshlessSolid(ExplicitNodes):
         super().restore(arrays)
         self._frequency = float(arrays["frequency"][0])
         self._find_forces()
-
-    @property
-    def node_sets(self) -> Mapping[str, np.ndarray]:
-        """Those of its mesh."""
-        return self.mesh.sets
 
     def cells(self) -> Cells:
         """Its tetrahedra."""
