@@ -1,6 +1,6 @@
 """The whole cube in linear tetrahedra on a body-centred lattice: how far they lock.
 
-    python tetrahedra.py > tetrahedra.csv
+python tetrahedra.py > tetrahedra.csv
 """
 
 import felupe as fem

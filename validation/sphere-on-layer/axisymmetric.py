@@ -40,7 +40,9 @@ def indent(thickness, width, poisson, depths, bonded=True, per_contact=8, penalt
     down = thickness - graded(reach / per_contact, reach, thickness)[::-1]
     out = graded(reach / per_contact, 1.2 * reach, width)
     grid = fem.Rectangle(n=(len(down), len(out)))
-    points = np.column_stack([down[np.rint(grid.x * (len(down) - 1)).astype(int)], out[np.rint(grid.y * (len(out) - 1)).astype(int)]])
+    points = np.column_stack(
+        [down[np.rint(grid.x * (len(down) - 1)).astype(int)], out[np.rint(grid.y * (len(out) - 1)).astype(int)]]
+    )
     mesh = fem.Mesh(points, grid.cells, "quad").add_midpoints_edges().add_midpoints_faces()
     mesh.add_points([[thickness + 1.0, 0.0]])
     field = fem.FieldContainer([fem.FieldAxisymmetric(fem.RegionBiQuadraticQuad(mesh), dim=2)])
@@ -70,6 +72,6 @@ def indent(thickness, width, poisson, depths, bonded=True, per_contact=8, penalt
 
 
 if __name__ == "__main__":
-    d=np.linspace(0.005,0.1,20)
-    F,n=indent(2.,4.,0.3,d)
-    print(n,F,F/(4/3/(1-.09)*d**1.5))
+    d = np.linspace(0.005, 0.1, 20)
+    F, n = indent(2.0, 4.0, 0.3, d)
+    print(n, F, F / (4 / 3 / (1 - 0.09) * d**1.5))
