@@ -78,7 +78,7 @@ class Cube:
         """
         line = self.bricks.lines[2]
         x, y, _ = self.bricks.points.T
-        u = self.u.reshape(-1, 3) + [0.0, 0.0, self.moved / 2]
+        u = self.u.reshape(-1, 3) + np.array([0.0, 0.0, self.moved / 2])
         first = 2 * np.clip(np.searchsorted(line[::2], heights, side="right") - 1, 0, len(line) // 2 - 1)
         r = (heights - line[first]) / (line[first + 2] - line[first])
         shares = np.stack([(1 - r) * (1 - 2 * r), 4 * r * (1 - r), r * (2 * r - 1)])

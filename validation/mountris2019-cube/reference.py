@@ -15,7 +15,7 @@ HEIGHTS = np.linspace(0.0, HALF, 21)
 
 
 def extended(form, mixed, counts):
-    """Cubes drawn out by 0.05 m, graded towards the plate and the free sides: the coarsest in steps, then each from the last."""
+    """Cubes drawn out by 0.05 m, graded towards the plate and the free sides: one in steps, then each from the last."""
     last = None
     for n in counts:
         cube = Cube(n, LAWS[form], mixed, power=2.0)

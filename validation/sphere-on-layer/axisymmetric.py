@@ -12,6 +12,8 @@ import felupe as fem
 import numpy as np
 from pypardiso import spsolve
 
+from pellucid.references.indentation import Layer, force, hertz
+
 
 class RigidSphere(fem.mechanics.ContactRigidBase):
     """Contact of nodes with a smooth rigid sphere of radius 1."""
@@ -34,7 +36,7 @@ def graded(fine, reach, end):
     return np.array(planes)
 
 
-def indent(thickness, width, poisson, depths, bonded=True, per_contact=8, penalty=100.0):
+def indent(thickness, width, poisson, depths, bonded=True, per_contact=10, penalty=100.0):
     """Forces [E R²] at depths [R] on a block `thickness` high with a free side at `width`."""
     reach = np.sqrt(max(depths))
     down = thickness - graded(reach / per_contact, reach, thickness)[::-1]
@@ -67,11 +69,26 @@ def indent(thickness, width, poisson, depths, bonded=True, per_contact=8, penalt
         )
         field = found.x
         forces.append(-float(found.fun[at]))
-        print(thickness, width, poisson, depth, forces[-1], found.iterations, file=sys.stderr)
-    return np.array(forces), n
+    return np.array(forces)
 
+
+DEPTHS = np.array([0.0008, 0.0012, 0.0018, 0.0027, 0.004, 0.006, 0.009, 0.0135, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1])
 
 if __name__ == "__main__":
-    d = np.linspace(0.005, 0.1, 20)
-    F, n = indent(2.0, 4.0, 0.3, d)
-    print(n, F, F / (4 / 3 / (1 - 0.09) * d**1.5))
+    print(
+        "# A rigid sphere of radius 1 on a round block, E = 1, coupled neo-Hookean: axisymmetric.py. Forces over Hertz's force"
+    )
+    print("thickness,width,poisson,bonded,depth,finite_elements,layer")
+    for thickness, width in ((2, 4), (4, 4), (4, 8), (2, 2), (1, 4), (1, 2)):
+        for poisson in (0.3, 0.49):
+            for bonded in (True, False):
+                try:
+                    found = indent(float(thickness), float(width), poisson, DEPTHS, bonded)
+                except fem.tools.NewtonConvergenceError as error:
+                    print(thickness, width, poisson, bonded, error, file=sys.stderr)
+                    continue
+                for i in (8, 11, 14):
+                    depth, alone = DEPTHS[i], hertz(1.0, poisson, 1.0, DEPTHS[i])
+                    layer = force(Layer(1.0, poisson, thickness, bonded), 1.0, depth) / alone
+                    block = f"{thickness},{width},{poisson},{'bonded' if bonded else 'slips'},{depth:g}"
+                    print(f"{block},{found[i] / alone:.4f},{layer:.4f}", flush=True)
