@@ -53,7 +53,11 @@ def compression():
         for n in counts:
             cube = Cube(n, LAWS[form], mixed=True, power=1.0)
             for step in range(1, 21):
-                cube.move(-0.0025 * step)
+                try:
+                    cube.move(-0.0025 * step)
+                except FloatingPointError as error:
+                    print(f"{form}, {n} bricks, {-0.0025 * step:g} m: {error}", file=sys.stderr)
+                    break
                 if step % 2 == 0:
                     least = cube.static.state(cube.u)[1].min()
                     numbers = f"{cube.energy():.7f},{cube.reaction():.5f},{cube.lowest():.5f},{least:.3f}"
