@@ -1,7 +1,7 @@
 """The cube between two plates to which it sticks: one eighth of it, by symmetry about three planes."""
 
 import numpy as np
-from statics import Bricks, Plane, Static, minimize
+from statics import Bricks, Static, minimize
 
 SIDE = 0.1
 HALF = SIDE / 2
@@ -15,7 +15,7 @@ def graded(n, power):
 class Cube:
     """The eighth between the middle (x = y = 0), a lower plate (z = 0) and the plane half-way up; free at x, y = HALF."""
 
-    def __init__(self, n, law, mixed=True, power=2.0, wide=False):
+    def __init__(self, n, law, mixed=True, power=2.0):
         line = graded(n, power)
         self.bricks = Bricks([line, line, HALF - line[::-1]])
         self.static = Static(self.bricks.region, law, mixed)
@@ -25,12 +25,6 @@ class Cube:
         self.fixed = np.unique(np.concatenate([
             dof[x == 0], dof[y == 0] + 1, dof[middle] + 2, dof[self.plate], dof[self.plate] + 1, dof[self.plate] + 2
         ]))  # fmt: skip
-        if wide:  # the plate goes on beyond the cube
-            side = np.flatnonzero(((x == HALF) | (y == HALF)) & ~self.plate)
-            shares = [np.gradient(np.concatenate([[-a[1]], a, [2 * a[-1] - a[-2]]]))[1:-1] for a in self.bricks.lines]
-            lengths = np.stack(np.meshgrid(*shares, indexing="ij"), -1).reshape(-1, 3)[side]
-            areas = lengths[:, 2] * np.where(x[side] == HALF, lengths[:, 1], lengths[:, 0])
-            self.static.plane = Plane(z[side], 3 * side + 2, areas)
         self.u = np.zeros(self.static.size)
         self.moved = 0.0
 
@@ -40,8 +34,6 @@ class Cube:
         u = self.u.reshape(-1, 3).copy()
         z = self.bricks.points[:, 2]
         u[:, 2] = HALF + (z + u[:, 2] - HALF) * new / height - z
-        if self.static.plane:
-            self.static.plane.level = -to / 2
         u, iterations = minimize(self.static, u.ravel(), self.fixed)
         self.u, self.moved = u, to
         return iterations
@@ -63,8 +55,7 @@ class Cube:
         """Force along z on the upper face of the whole cube [N]."""
         state = self.static.state(self.u)
         forces = self.static.forces(state).reshape(-1, 3)
-        pushed = self.static.plane.push @ state[4] if self.static.plane else 0.0
-        return -4 * float(forces[self.plate, 2].sum() + pushed)
+        return -4 * float(forces[self.plate, 2].sum())
 
     def lowest(self):
         """How far the free sides reach above the lower plate's plane [m]; below zero: they pass it."""

@@ -66,23 +66,11 @@ class Bricks:
         return RegularGridInterpolator(other.lines, table)(self.points)
 
 
-class Plane:
-    """A smooth rigid plane below nodes: it pushes up with `stiffness` [Pa/m] times how deep they are in it and their area."""
-
-    def __init__(self, heights, dofs, areas, stiffness=1e9):
-        self.heights, self.dofs, self.push, self.level = heights, dofs, areas * stiffness, 0.0
-
-    def depth(self, u):
-        """How deep the nodes are in the plane [m]."""
-        return np.maximum(self.level - self.heights - u[self.dofs], 0.0)
-
-
 class Static:
     """The nonlinear equations of a region of FElupe, a law and a formulation."""
 
     def __init__(self, region, law, mixed=False):
         self.region, self.law, self.mixed, self.cells = region, law, mixed, region.mesh.cells
-        self.plane = None
         self.gradients, self.weights = region.dhdX, region.dV
         self.umat = fem.NearlyIncompressible(law.material, 1.0, lambda j, _: law.du(j), lambda j, _: law.ddu(j))
         if mixed:
@@ -99,7 +87,7 @@ class Static:
         return np.einsum("mq,cmn,cn->qc", self.modes, self.mass_inverse, moments)
 
     def state(self, u):
-        """F, J, the volume ratio of U and the pressure at all points; depths in the plane. None where a point is inverted."""
+        """F, J, the volume ratio of U and the pressure at all points; None where a point is inverted."""
         values = u.reshape(-1, 3)[self.cells]
         f = np.einsum("cai,aJqc->iJqc", values, self.gradients) + np.eye(3)[:, :, None, None]
         j = np.linalg.det(f.transpose(2, 3, 0, 1))
@@ -107,31 +95,25 @@ class Static:
         if j.min() <= 0 or ratio.min() <= 0:
             return None
         pressure = self.project(self.law.du(ratio)) if self.mixed else self.law.du(ratio)
-        return f, j, ratio, pressure, self.plane.depth(u) if self.plane else None
+        return f, j, ratio, pressure
 
     def energy(self, state):
         """Strain energy [J]."""
-        f, _, ratio, _, _ = state
+        f, _, ratio, _ = state
         density = self.law.material.function([f, None])[0] - self.law.zero + self.law.u(ratio)
         return float(np.sum(density * self.weights))
 
-    def potential(self, state):
-        """What is least at rest [J]: the strain energy, and that of the plane."""
-        return self.energy(state) + (0.5 * float(self.plane.push @ state[4] ** 2) if self.plane else 0.0)
-
     def forces(self, state):
-        """Internal forces less the plane's at all degrees of freedom [N]."""
-        f, _, ratio, pressure, _ = state
+        """Internal forces at all degrees of freedom [N]."""
+        f, _, ratio, pressure = state
         stress = self.umat.gradient([f, pressure, ratio, None])[0]
         local = np.einsum("iJqc,aJqc,qc->cai", stress, self.gradients, self.weights, optimize=True)
         forces = np.bincount(self.dofs.ravel(), local.ravel(), self.size)
-        if self.plane:
-            forces[self.plane.dofs] -= self.plane.push * state[4]
         return forces
 
     def stiffness(self, state, chunk=100):
         """The tangent of the forces, sparse."""
-        f, _, ratio, pressure, _ = state
+        f, _, ratio, pressure = state
         points, nodes = len(self.weights), self.cells.shape[1]
         n, k = self.dofs.shape
         blocks = np.empty((n, k, k))
@@ -158,9 +140,6 @@ class Static:
                 block += volume.transpose(0, 2, 1) @ (volume * curvature.T[:, :, None])
             blocks[part] = block
         matrix = csr_matrix((blocks.ravel(), (self.rows, self.columns)), (self.size, self.size))
-        if self.plane:
-            pushes = self.plane.push * (state[4] > 0)
-            matrix += csr_matrix((pushes, (self.plane.dofs, self.plane.dofs)), matrix.shape)
         return matrix
 
 
@@ -173,7 +152,7 @@ def minimize(static, u, fixed, tolerance=1e-9, most=60):
     free = np.setdiff1d(np.arange(static.size), fixed)
     solver = PyPardisoSolver(mtype=-2)
     state = static.state(u)
-    energy, shift = static.potential(state), 0.0
+    energy, shift = static.energy(state), 0.0
     for iteration in range(most):
         residual = static.forces(state)
         error = np.abs(residual[free]).max() / max(np.abs(residual[fixed]).max(), 1e-9)
@@ -194,7 +173,7 @@ def minimize(static, u, fixed, tolerance=1e-9, most=60):
             trial = u + length * step
             new = static.state(trial)
             if new is not None:
-                lowered = static.potential(new)
+                lowered = static.energy(new)
                 if lowered <= energy + 1e-4 * length * slope or -slope < 1e-11 * energy:
                     break
             length /= 2
