@@ -1,0 +1,150 @@
+"""Decoupled Ogden solid, W = Σ_p μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)², with λ̄ = J^(-1/3) λ.
+
+Source: Ogden 1972, Proc. R. Soc. Lond. A 328, 567, in the decoupled form of Holzapfel 2000, Nonlinear Solid Mechanics, section
+6.5. At rest 2μ = Σ μ_p α_p. All is worked out from the principal logarithmic strains e = ln λ̄ with `expm1`, which is exact at
+small strains and for equal stretches.
+"""
+
+from math import expm1, log
+from typing import Literal, NamedTuple, Self
+
+from pydantic import model_validator
+
+from pellucid.jit import point_function, pointwise
+from pellucid.materials.decoupled import BulkMaterial, decoupled, isochoric_energy, isochoric_stiffness, isochoric_stress
+from pellucid.materials.principal import Triple, from_principal, principal
+from pellucid.model import parameter
+from pellucid.tensors import left_cauchy_green
+
+
+@decoupled
+class Ogden(NamedTuple):
+    """Moduli μ_p [Pa] and exponents α_p of the terms, the bulk modulus [Pa], the initial density [kg/m³]."""
+
+    moduli: tuple[float, ...]
+    exponents: tuple[float, ...]
+    kappa: float
+    rho0: float
+
+
+class OgdenMaterial(BulkMaterial):
+    """Ogden solid, W = Σ μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)²: any strain; at rest 2μ = Σ μ_p α_p."""
+
+    kind: Literal["ogden"] = "ogden"
+    shear_moduli: tuple[float, ...] = parameter("Pa", "μ_p of each term, of the sign of its exponent", min_length=1)
+    exponents: tuple[float, ...] = parameter("", "α_p of each term", min_length=1)
+
+    @model_validator(mode="after")
+    def _terms_resist(self) -> Self:
+        if len(self.shear_moduli) != len(self.exponents):
+            counts = f"shear_moduli has {len(self.shear_moduli)} numbers and exponents {len(self.exponents)}"
+            raise ValueError(f"{counts}: each term has one of both")
+        for number, (mu, alpha) in enumerate(zip(self.shear_moduli, self.exponents, strict=True)):
+            if not mu * alpha > 0.0:
+                raise ValueError(
+                    f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}: a term resists only where their "
+                    f"product is above 0; give both the same sign"
+                )
+        return self
+
+    def moduli(self) -> tuple[float, float]:
+        """Shear and bulk modulus at rest [Pa]."""
+        return 0.5 * sum(mu * alpha for mu, alpha in zip(self.shear_moduli, self.exponents, strict=True)), self.bulk_modulus
+
+    def law(self) -> Ogden:
+        """The law as kernels take it."""
+        return Ogden(self.shear_moduli, self.exponents, self.bulk_modulus, self.density)
+
+
+@pointwise
+def _logarithms(x: Triple) -> Triple:
+    """ln λ̄ of the eigenvalues x = λ² of b."""
+    a, b, c = 0.5 * log(x[0]), 0.5 * log(x[1]), 0.5 * log(x[2])
+    mean = (a + b + c) / 3.0
+    return a - mean, b - mean, c - mean
+
+
+@point_function(isochoric_energy, Ogden)
+def _isochoric_energy(law, F):
+    e = _logarithms(principal(left_cauchy_green(F))[0])
+    total = 0.0
+    for p in range(len(law.moduli)):
+        alpha = law.exponents[p]
+        total += law.moduli[p] / alpha * (expm1(alpha * e[0]) + expm1(alpha * e[1]) + expm1(alpha * e[2]))
+    return total
+
+
+@point_function(isochoric_stress, Ogden)
+def _isochoric_stress(law, F):
+    x, u, v, w = principal(left_cauchy_green(F))
+    return from_principal(_principal_stresses(law, _logarithms(x)), u, v, w)
+
+
+@pointwise
+def _principal_stresses(law: Ogden, e: Triple) -> Triple:
+    """Principal isochoric Kirchhoff stresses ∂W_iso/∂e."""
+    a = b = c = 0.0
+    for p in range(len(law.moduli)):
+        mu, alpha = law.moduli[p], law.exponents[p]
+        a += mu * expm1(alpha * e[0])
+        b += mu * expm1(alpha * e[1])
+        c += mu * expm1(alpha * e[2])
+    mean = (a + b + c) / 3.0
+    return a - mean, b - mean, c - mean
+
+
+@pointwise
+def _slope(alpha: float, d: float) -> float:
+    """(exp(αd) - 1)/(exp(2d) - 1), α/2 at d = 0."""
+    return expm1(alpha * d) / expm1(2.0 * d) if abs(d) > 1e-9 else 0.5 * alpha
+
+
+@point_function(isochoric_stiffness, Ogden)
+def _isochoric_stiffness(law, F):
+    # In principal axes with l = m⊗n the stiffness is Σ_i (w_ii - τ_i) l_ii² + Σ_i≠j w_ij l_ii l_jj + Σ_i≠j (k_ij l_ij² +
+    # (k_ij - τ_j) l_ij l_ji), with w = ∂²W/∂e∂e and k_ij = λ_j² (τ_i - τ_j)/(λ_i² - λ_j²) (Ogden 1984, Non-Linear Elastic
+    # Deformations, section 6.1). For l = m⊗n, l_ij l_ji = l_ii l_jj and Σ_ij l_ij² = 1. What all pairs have alike, c, acts
+    # on (tr l)² ≤ 1, the rest is bounded by its row sums.
+    e = _logarithms(principal(left_cauchy_green(F))[0])
+    stress = _principal_stresses(law, e)
+    normal, cross = (-stress[0], -stress[1], -stress[2]), (0.0, 0.0, 0.0)
+    for p in range(len(law.moduli)):
+        mu, alpha = law.moduli[p], law.exponents[p]
+        y = (1.0 + expm1(alpha * e[0]), 1.0 + expm1(alpha * e[1]), 1.0 + expm1(alpha * e[2]))
+        m, third = mu * alpha, (y[0] + y[1] + y[2]) / 9.0
+        normal = (
+            normal[0] + m * (y[0] / 3.0 + third),
+            normal[1] + m * (y[1] / 3.0 + third),
+            normal[2] + m * (y[2] / 3.0 + third),
+        )
+        cross = (
+            cross[0] + m * (third - (y[1] + y[2]) / 3.0) + mu * y[2] * _slope(alpha, e[1] - e[2]),
+            cross[1] + m * (third - (y[0] + y[2]) / 3.0) + mu * y[2] * _slope(alpha, e[0] - e[2]),
+            cross[2] + m * (third - (y[0] + y[1]) / 3.0) + mu * y[1] * _slope(alpha, e[0] - e[1]),
+        )
+    return _bound(law, e, stress, normal, cross)
+
+
+@pointwise
+def _shear(law: Ogden, e: Triple, i: int, j: int) -> float:
+    """k_ij of the comment above."""
+    total, d = 0.0, e[i] - e[j]
+    for p in range(len(law.moduli)):
+        mu, alpha = law.moduli[p], law.exponents[p]
+        total += mu * (1.0 + expm1(alpha * e[j])) * _slope(alpha, d)
+    return total
+
+
+@pointwise
+def _bound(law: Ogden, e: Triple, stress: Triple, normal: Triple, cross: Triple) -> float:
+    """The bound, from w_ii - τ_i and from w_ij + k_ij of the pairs 12, 02, 01."""
+    a, b, c = cross[0] - stress[2], cross[1] - stress[2], cross[2] - stress[1]
+    alike = (a + b + c) / 3.0
+    a, b, c = abs(a - alike), abs(b - alike), abs(c - alike)
+    most = max(normal[0] + b + c, normal[1] + a + c, normal[2] + a + b) - alike
+    across = max(
+        max(_shear(law, e, 0, 1), _shear(law, e, 1, 0)),
+        max(_shear(law, e, 0, 2), _shear(law, e, 2, 0)),
+        max(_shear(law, e, 1, 2), _shear(law, e, 2, 1)),
+    )
+    return max(alike, 0.0) + max(most, across)
