@@ -6,10 +6,10 @@ dispersion d, from 0 (all parallel) to 1/3 (in all directions alike), with Ī₄
 section 4.
 """
 
-from math import exp, expm1, sqrt
-from typing import Literal, NamedTuple, Self
+from math import exp, expm1, hypot
+from typing import Literal, NamedTuple
 
-from pydantic import model_validator
+from pydantic import field_validator
 
 from pellucid.jit import point_function, pointwise
 from pellucid.materials.decoupled import (
@@ -57,12 +57,13 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
         "", "mean directions of the families in the reference configuration, of any length", min_length=1, max_length=2
     )
 
-    @model_validator(mode="after")
-    def _fibres_have_directions(self) -> Self:
-        for number, direction in enumerate(self.fibres):
+    @field_validator("fibres")
+    @classmethod
+    def _have_directions(cls, fibres: tuple[Vector, ...]) -> tuple[Vector, ...]:
+        for number, direction in enumerate(fibres):
             if not any(direction):
                 raise ValueError(f"fibres[{number}] = [0, 0, 0] is no direction; give a vector along the fibres")
-        return self
+        return fibres
 
     def moduli(self) -> tuple[float, float]:
         """Shear and bulk modulus of the matrix [Pa]."""
@@ -70,7 +71,7 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
 
     def law(self) -> HolzapfelGasserOgden:
         """The law as kernels take it."""
-        units = [x / sqrt(sum(y * y for y in direction)) for direction in self.fibres for x in direction]
+        units = [x / hypot(*direction) for direction in self.fibres for x in direction]
         numbers = (self.shear_modulus, self.k1, self.k2, self.dispersion, tuple(units))
         return HolzapfelGasserOgden(*numbers, self.bulk_modulus, self.density)
 

@@ -4,9 +4,9 @@ Source: Holzapfel 2000, Nonlinear Solid Mechanics, section 6.5. With the Cayley-
 is dev(2 c₁ b̄ - 2 c₂ b̄⁻¹). At rest μ = 2 (c₁ + c₂).
 """
 
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
-from pydantic import model_validator
+from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function
 from pellucid.materials.decoupled import (
@@ -39,11 +39,12 @@ class MooneyRivlinMaterial(BulkMaterial):
     c1: float = parameter("Pa", "c₁, of the first invariant", ge=0)
     c2: float = parameter("Pa", "c₂, of the second invariant", ge=0)
 
-    @model_validator(mode="after")
-    def _resists_shear(self) -> Self:
-        if self.c1 + self.c2 == 0.0:
-            raise ValueError("c1 = 0 and c2 = 0: it has no shear modulus 2 (c1 + c2); let one of them be above 0")
-        return self
+    @field_validator("c2")
+    @classmethod
+    def _resists_shear(cls, c2: float, info: ValidationInfo) -> float:
+        if c2 == 0.0 == info.data.get("c1"):
+            raise ValueError("c1 = 0 and c2 = 0: the shear modulus 2 (c1 + c2) must be above 0")
+        return c2
 
     def moduli(self) -> tuple[float, float]:
         """Shear and bulk modulus at rest [Pa]."""

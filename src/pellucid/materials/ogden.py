@@ -6,9 +6,9 @@ small strains and for equal stretches.
 """
 
 from math import expm1, log
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
-from pydantic import model_validator
+from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function, pointwise
 from pellucid.materials.decoupled import BulkMaterial, decoupled, isochoric_energy, isochoric_stiffness, isochoric_stress
@@ -34,18 +34,19 @@ class OgdenMaterial(BulkMaterial):
     shear_moduli: tuple[float, ...] = parameter("Pa", "μ_p of each term, of the sign of its exponent", min_length=1)
     exponents: tuple[float, ...] = parameter("", "α_p of each term", min_length=1)
 
-    @model_validator(mode="after")
-    def _terms_resist(self) -> Self:
-        if len(self.shear_moduli) != len(self.exponents):
-            counts = f"shear_moduli has {len(self.shear_moduli)} numbers and exponents {len(self.exponents)}"
-            raise ValueError(f"{counts}: each term has one of both")
-        for number, (mu, alpha) in enumerate(zip(self.shear_moduli, self.exponents, strict=True)):
+    @field_validator("exponents")
+    @classmethod
+    def _terms_resist(cls, exponents: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        moduli = info.data.get("shear_moduli", ())
+        if moduli and len(moduli) != len(exponents):
+            raise ValueError(
+                f"shear_moduli has {len(moduli)} numbers and exponents {len(exponents)}: each term has one of both"
+            )
+        for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):
             if not mu * alpha > 0.0:
-                raise ValueError(
-                    f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}: a term resists only where their "
-                    f"product is above 0; give both the same sign"
-                )
-        return self
+                terms = f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}"
+                raise ValueError(f"{terms}: a term resists where their product is above 0; give both the same sign")
+        return exponents
 
     def moduli(self) -> tuple[float, float]:
         """Shear and bulk modulus at rest [Pa]."""
