@@ -94,58 +94,38 @@ def _principal_stresses(law: Ogden, e: Triple) -> Triple:
     return a - mean, b - mean, c - mean
 
 
-@pointwise
-def _slope(alpha: float, d: float) -> float:
-    """(exp(αd) - 1)/(exp(2d) - 1), α/2 at d = 0."""
-    return expm1(alpha * d) / expm1(2.0 * d) if abs(d) > 1e-9 else 0.5 * alpha
-
-
 @point_function(isochoric_stiffness, Ogden)
 def _isochoric_stiffness(law, F):
     # In principal axes with l = m⊗n the stiffness is Σ_i (w_ii - τ_i) l_ii² + Σ_i≠j w_ij l_ii l_jj + Σ_i≠j (k_ij l_ij² +
     # (k_ij - τ_j) l_ij l_ji), with w = ∂²W/∂e∂e and k_ij = λ_j² (τ_i - τ_j)/(λ_i² - λ_j²) (Ogden 1984, Non-Linear Elastic
     # Deformations, section 6.1). For l = m⊗n, l_ij l_ji = l_ii l_jj and Σ_ij l_ij² = 1. What all pairs have alike, c, acts
     # on (tr l)² ≤ 1, the rest is bounded by its row sums.
-    e = _logarithms(principal(left_cauchy_green(F))[0])
-    stress = _principal_stresses(law, e)
-    normal, cross = (-stress[0], -stress[1], -stress[2]), (0.0, 0.0, 0.0)
+    x = principal(left_cauchy_green(F))[0]
+    e = _logarithms(x)
+    y, slope = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)  # Σ μ (λ̄^α - 1), Σ μ α λ̄^α
     for p in range(len(law.moduli)):
         mu, alpha = law.moduli[p], law.exponents[p]
-        y = (1.0 + expm1(alpha * e[0]), 1.0 + expm1(alpha * e[1]), 1.0 + expm1(alpha * e[2]))
-        m, third = mu * alpha, (y[0] + y[1] + y[2]) / 9.0
-        normal = (
-            normal[0] + m * (y[0] / 3.0 + third),
-            normal[1] + m * (y[1] / 3.0 + third),
-            normal[2] + m * (y[2] / 3.0 + third),
-        )
-        cross = (
-            cross[0] + m * (third - (y[1] + y[2]) / 3.0) + mu * y[2] * _slope(alpha, e[1] - e[2]),
-            cross[1] + m * (third - (y[0] + y[2]) / 3.0) + mu * y[2] * _slope(alpha, e[0] - e[2]),
-            cross[2] + m * (third - (y[0] + y[1]) / 3.0) + mu * y[1] * _slope(alpha, e[0] - e[1]),
-        )
-    return _bound(law, e, stress, normal, cross)
-
-
-@pointwise
-def _shear(law: Ogden, e: Triple, i: int, j: int) -> float:
-    """k_ij of the comment above."""
-    total, d = 0.0, e[i] - e[j]
-    for p in range(len(law.moduli)):
-        mu, alpha = law.moduli[p], law.exponents[p]
-        total += mu * (1.0 + expm1(alpha * e[j])) * _slope(alpha, d)
-    return total
-
-
-@pointwise
-def _bound(law: Ogden, e: Triple, stress: Triple, normal: Triple, cross: Triple) -> float:
-    """The bound, from w_ii - τ_i and from w_ij + k_ij of the pairs 12, 02, 01."""
-    a, b, c = cross[0] - stress[2], cross[1] - stress[2], cross[2] - stress[1]
+        a, b, c, m = expm1(alpha * e[0]), expm1(alpha * e[1]), expm1(alpha * e[2]), mu * alpha
+        y = (y[0] + mu * a, y[1] + mu * b, y[2] + mu * c)
+        slope = (slope[0] + m * (1.0 + a), slope[1] + m * (1.0 + b), slope[2] + m * (1.0 + c))
+    mean, third = (y[0] + y[1] + y[2]) / 3.0, (slope[0] + slope[1] + slope[2]) / 9.0
+    k12, k02, k01 = _shear(x, y, slope, 1, 2), _shear(x, y, slope, 0, 2), _shear(x, y, slope, 0, 1)
+    a = third - (slope[1] + slope[2]) / 3.0 + k12 - (y[2] - mean)
+    b = third - (slope[0] + slope[2]) / 3.0 + k02 - (y[2] - mean)
+    c = third - (slope[0] + slope[1]) / 3.0 + k01 - (y[1] - mean)
     alike = (a + b + c) / 3.0
     a, b, c = abs(a - alike), abs(b - alike), abs(c - alike)
-    most = max(normal[0] + b + c, normal[1] + a + c, normal[2] + a + b) - alike
-    across = max(
-        max(_shear(law, e, 0, 1), _shear(law, e, 1, 0)),
-        max(_shear(law, e, 0, 2), _shear(law, e, 2, 0)),
-        max(_shear(law, e, 1, 2), _shear(law, e, 2, 1)),
+    most = max(
+        slope[0] / 3.0 + third - (y[0] - mean) + b + c,
+        slope[1] / 3.0 + third - (y[1] - mean) + a + c,
+        slope[2] / 3.0 + third - (y[2] - mean) + a + b,
     )
-    return max(alike, 0.0) + max(most, across)
+    across = max(k12 * max(1.0, x[1] / x[2]), k02 * max(1.0, x[0] / x[2]), k01 * max(1.0, x[0] / x[1]))
+    return max(alike, 0.0) + max(most - alike, across)
+
+
+@pointwise
+def _shear(x: Triple, y: Triple, slope: Triple, i: int, j: int) -> float:
+    """k_ij of the comment above; k_ji is λ_i²/λ_j² times it."""
+    d = x[i] / x[j] - 1.0
+    return (y[i] - y[j]) / d if abs(d) > 1e-6 else 0.5 * slope[j]

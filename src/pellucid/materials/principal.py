@@ -16,13 +16,14 @@ NEGLIGIBLE = 1e-34  # square of an entry off the diagonal by the product of thos
 
 
 @pointwise
-def _angle(p: float, q: float, off: float) -> tuple[float, float, float]:
+def _turn(p: float, q: float, off: float) -> tuple[float, float, float]:
     """Cosine, sine and tangent of the turn that makes the entry `off` between the diagonal entries p and q vanish."""
-    if off == 0.0:
+    if off * off <= NEGLIGIBLE * abs(p * q):
         return 1.0, 0.0, 0.0
-    ratio = (q - p) / (2.0 * off)
-    t = (1.0 if ratio >= 0.0 else -1.0) / (abs(ratio) + sqrt(1.0 + ratio * ratio))
-    c = 1.0 / sqrt(1.0 + t * t)
+    d = q - p
+    size = abs(d) + sqrt(d * d + 4.0 * off * off)
+    t = (2.0 * off if d >= 0.0 else -2.0 * off) / size
+    c = size / sqrt(size * size + 4.0 * off * off)
     return c, t * c, t
 
 
@@ -43,13 +44,13 @@ def principal(a: Symmetric) -> tuple[Triple, Triple, Triple, Triple]:
     for _ in range(SWEEPS):
         if xy * xy <= NEGLIGIBLE * abs(x * y) and xz * xz <= NEGLIGIBLE * abs(x * z) and yz * yz <= NEGLIGIBLE * abs(y * z):
             break
-        c, s, t = _angle(x, y, xy)
+        c, s, t = _turn(x, y, xy)
         x, y, xy, xz, yz = x - t * xy, y + t * xy, 0.0, c * xz - s * yz, s * xz + c * yz
         u, v = _mixed(c, s, u, v)
-        c, s, t = _angle(x, z, xz)
+        c, s, t = _turn(x, z, xz)
         x, z, xz, xy, yz = x - t * xz, z + t * xz, 0.0, c * xy - s * yz, s * xy + c * yz
         u, w = _mixed(c, s, u, w)
-        c, s, t = _angle(y, z, yz)
+        c, s, t = _turn(y, z, yz)
         y, z, yz, xy, xz = y - t * yz, z + t * yz, 0.0, c * xy - s * xz, s * xy + c * xz
         v, w = _mixed(c, s, v, w)
     return (x, y, z), u, v, w
