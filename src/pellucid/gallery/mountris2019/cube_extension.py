@@ -23,9 +23,7 @@ DISTANCE = 0.05
 
 METRICS = (*SHARED, "bulge")
 
-CAPTIONS = {
-    "cube_extension": "How far the middle of a free face and a free edge have moved, and force on the top, beside finite elements."
-}
+CAPTIONS = {"cube_extension": "How far the free sides have moved, and the force on the top, beside finite elements."}
 
 
 def _lines(run: "Run") -> "dict[str, tuple[Array, Array]]":
