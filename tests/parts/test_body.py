@@ -57,7 +57,9 @@ def by_itself(kind, alone, gravity=(0.0, 0.0, 0.0)):
     actions = NodalActions(field, 2)
     actions.take_loads()
     field.set_actions(Supports(np.zeros((1, 3)), np.ones(1, np.int64)), actions.external(), gravity, small_mass=0.0, flip=1.0)
-    return whole.body[0].with_others(whole.body).build(Placement(whole.grid, field, Flip(), gravity, n_loads=2)), field
+    body = whole.body[0].with_others(whole.body).build(Placement(whole.grid, field, Flip(), gravity, n_loads=2))
+    body.complete()
+    return body, field
 
 
 def stepped(body, field, dt, act):

@@ -186,6 +186,11 @@ class Body(ABC):
         """
         return FaceShares.linear(faces)
 
+    def complete(self) -> None:
+        """All conditions are known: called once, before the first step. What depends on them is made now."""
+        if self.constraint is not None:
+            self.renew_totals()  # what bounds the step of a body may have changed
+
     @abstractmethod
     def renew_totals(self) -> None:
         """Find the totals of the state as it is, after conditions changed what bounds the step."""
@@ -238,6 +243,10 @@ class Body(ABC):
         """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""
         back = np.argsort(self.arrays["id"])
         return {name: self.field(name)[back] for name in self.field_names}
+
+    def facts(self) -> Mapping[str, float]:
+        """Numbers about its state by name, which the summary of a run shows, in SI units."""
+        return {}
 
     def kinetic_energies(self) -> np.ndarray:
         """Of each point [J], shape (n,)."""

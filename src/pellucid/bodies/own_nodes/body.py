@@ -136,13 +136,14 @@ class ExplicitNodes(NodalBody):
 
     def springs(self) -> Springs:
         """Its internal forces, at the places at which the step began."""
-        position, free = self.arrays["position"] - self._dt * self.arrays["velocity"], self.arrays["prescribed"] == 0
-        return Springs(position, self.motion.internal, self.motion.inertia, free)
+        position = self.arrays["position"] - self._dt * self.arrays["velocity"]
+        return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free)
 
     def unbalanced(self) -> tuple[float, float]:
         """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
         force = self.motion.forces()
-        return float(np.linalg.norm(force[self.arrays["prescribed"] == 0])), float(np.linalg.norm(force))
+        left = (force + self.motion.leading_forces(self._dt))[self.motion.free]
+        return float(np.linalg.norm(left)), float(np.linalg.norm(force))
 
     # contact
 

@@ -44,6 +44,7 @@ class NodeForces(NamedTuple):
     loads: np.ndarray  # (channels, n, 3) external forces [N]
     gravity: tuple[float, float, float]  # [m/s²]
     increment: np.ndarray  # (n, 3) of velocity, by contact [m/s]
+    lead: np.ndarray  # (2, n, 3) of velocity, by supports and motions that act on the field [m/s]; (0, 0, 0) where none does
     prescribed: np.ndarray  # (n, 3) 0 where free, else 1 + the row of `rows`
     rows: np.ndarray  # (rows, 3) prescribed velocities [m/s]
     motions: tuple[int, int]  # the first row of prescribed motions, and that behind the last; supports come before
@@ -91,7 +92,7 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
 @kernel(inner=True)
 def _advance_velocities_chunk(chunk, forces, drag, dt):
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
-    columns = FIRST_LOAD + len(loads)
+    columns, led = FIRST_LOAD + len(loads), len(forces.lead) > 0
     behind = columns + 1 + 3 * len(forces.rows)
     total = 0.0
     work[chunk, :] = 0.0
@@ -103,13 +104,17 @@ def _advance_velocities_chunk(chunk, forces, drag, dt):
             old, touch, external = forces.velocity[p, d], increment[p, d], 0.0
             for k in range(len(loads)):
                 external += loads[k, p, d]
+            of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if led else (0.0, 0.0)
             gained = dt * ((internal[p, d] + external) / m + share * gravity[d])
-            free = drag.keep * old + drag.gain * gained + touch
+            free = drag.keep * old + drag.gain * (gained + of_supports + of_motions) + touch
             forces.velocity[p, d], mean, reaction = _constrained(forces, p, d, old, free, drag.gain, dt, chunk)
+            reaction += m * (of_supports + of_motions)
             slowing = m * ((drag.keep - 1.0) * old + (drag.gain - 1.0) * gained) + (drag.gain - 1.0) * reaction
             work[chunk, INTERNAL] += dt * internal[p, d] * mean
             work[chunk, GRAVITY] += dt * m * (share * gravity[d]) * mean
             work[chunk, CONTACT] += m * touch * mean
+            work[chunk, SUPPORT] += m * of_supports * mean
+            work[chunk, MOTION] += m * of_motions * mean
             work[chunk, DAMPING] -= slowing * mean
             for k in range(len(loads)):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, p, d] * mean

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
+from pellucid.bodies.own_nodes.field_condition import FieldCondition
 from pellucid.bodies.own_nodes.kernels import (
     CHUNK,
     CONTACT_IMPULSE,
@@ -50,6 +51,8 @@ class NodalMotion:
         self._supports: Sequence[NodalSupport] = ()
         self._motions: list[str] = []
         self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
+        self._condition: FieldCondition | None = None
+        self._lead = np.zeros((0, 0, 0))
         self.inertia: np.ndarray = arrays["mass"]
         """Of the nodes [kg], shape (n,): their masses but where a steady state scales them (`scale_inertia`)."""
         self.drag = UNDAMPED
@@ -77,6 +80,37 @@ class NodalMotion:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
         first = len(self._supports)
         self._prescribed[first : first + len(velocity)] = velocity
+
+    def impose_on_field(self, condition: FieldCondition) -> None:
+        """Let the nodes go free, and lead them so that the field between them does what is prescribed."""
+        self._condition, self._lead = condition, np.zeros((2, *self.internal.shape))
+        self._constrain()
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The velocities of the supports, the motions and the thin axes over this step [m/s], shape (rows, 3)."""
+        return self._rows
+
+    @property
+    def motion_rows(self) -> tuple[int, int]:
+        """The first row of the motions, and that behind the last."""
+        return len(self._supports), len(self._supports) + len(self._motions)
+
+    @property
+    def free(self) -> np.ndarray:
+        """Along which directions the nodes follow no row themselves, shape (n, 3)."""
+        prescribed = self._arrays["prescribed"]
+        return np.asarray(prescribed == 0) if self._condition is None else np.ones(prescribed.shape, bool)
+
+    def groups(self) -> np.ndarray:
+        """The numbers in `prescribed`, shape (n, 3), with one number for all supports of one velocity along an axis."""
+        first = np.zeros((len(self._rows) + 1, 3), np.int64)
+        motions = range(*self.motion_rows)
+        for axis in range(3):
+            seen: dict[float, int] = {}
+            for row, velocity in enumerate(self._prescribed[:, axis].tolist()):
+                first[row + 1, axis] = row + 1 if row in motions else seen.setdefault(velocity, row + 1)
+        return np.asarray(np.take_along_axis(first, self._arrays["prescribed"], axis=0))
 
     def _constrain(self) -> None:
         """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
@@ -109,9 +143,10 @@ class NodalMotion:
             loads=self.loads,
             gravity=self.gravity,
             increment=self._increment,
-            prescribed=prescribed,
+            lead=self._lead,
+            prescribed=np.where(self.free, 0, prescribed),
             rows=self._rows,
-            motions=(n_supports, n_rows - 1),
+            motions=self.motion_rows,
             faces=faces,
             walls=walls,
             work=self._work,
@@ -145,7 +180,26 @@ class NodalMotion:
     def advance_velocities(self, dt: float) -> None:
         """New velocities from all forces and the increments by contact."""
         np.multiply(self._prescribed, self.load_rate, out=self._rows)
+        of_rows = self._find_lead(self._condition, dt) if self._condition is not None else np.zeros(0)
         kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
+        self._work[0, self._columns + 1 :][: of_rows.size] += of_rows.ravel()
+
+    def _find_lead(self, condition: FieldCondition, dt: float) -> np.ndarray:
+        """What free velocities lack, from a trial: then works are along the mean of old and new ones. Impulses of the rows."""
+        velocity = self._arrays["velocity"]
+        old = velocity.copy()
+        self._lead.fill(0.0)
+        kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
+        impulses, of_rows = condition.impulses(velocity, self.inertia, self._rows, dt)
+        self._lead[:] = impulses / (self.drag.gain * self.inertia[:, None])
+        velocity[:] = old
+        return of_rows / self.drag.gain
+
+    def leading_forces(self, dt: float) -> np.ndarray:
+        """Of supports and motions that act on the field, over a step dt [s] that was done [N], shape (n, 3)."""
+        return (
+            np.asarray(self.inertia[:, None] * self._lead.sum(axis=0) / dt) if len(self._lead) else np.zeros_like(self.internal)
+        )
 
     def subtract_velocities(self, loss: np.ndarray, dt: float) -> None:
         """Subtract velocities [m/s], shape (n, 3), that contact took from motion within a cell."""
