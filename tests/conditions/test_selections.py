@@ -124,6 +124,20 @@ def test_the_rim_of_a_membrane_is_held():
     assert (sheet.arrays["velocity"][~rim, 2] < 0.0).all()
 
 
+def test_the_rim_of_a_membrane_of_points_is_moved():
+    """Its points are sorted by cell: the rim is theirs whatever their order."""
+    hold = {"name": "rim", "body": "sheet", "part": "boundary", "hold": ["x", "y", "z"]}
+    sheet = {k: v for k, v in SHEET.items() if k != "field"} | {"kind": "membrane-points"}
+    sim = run(1, sheet, grid=GRID, gravity=(0, 0, -10), motion=[hold])
+    points = sim.bodies[0].frame()
+    rim = (np.isclose(points["position"][:, :2], 0.0) | np.isclose(points["position"][:, :2], 0.1)).any(axis=1)
+    assert rim.sum() == 16
+    assert not np.array_equal(sim.bodies[0].arrays["id"], np.arange(25)), "they are sorted"
+    driven = np.zeros(25, bool)
+    driven[sim.bodies[0].arrays["id"]] = sim.bodies[0].arrays["driven"] > 0
+    assert np.array_equal(driven, rim)
+
+
 def test_a_sphere_constrains_the_nodes_of_the_grid_and_of_bodies():
     ball = {"sphere": {"centre": (0, 0, 0), "radius": 0.06}}
     simulation = run(1, grid=GRID, support=[{"where": ball}])
