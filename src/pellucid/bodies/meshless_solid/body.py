@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, NodalApproximant
+from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
@@ -90,7 +90,7 @@ class MeshlessSolid(ExplicitNodes):
             evaluator = case.approximant.evaluator(mesh, disturbed)
         tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
         self.solid, self._bundle = tables.solid, Bundle(tables.solid)
-        self._evaluator = evaluator
+        self._evaluator: Evaluator = evaluator
         self._volume[:] = tables.node_volume
         self.arrays["mass"][:] = case.density * tables.node_volume
         self._at_nodes = values_at_nodes(mesh, evaluator)
@@ -168,7 +168,7 @@ class MeshlessSolid(ExplicitNodes):
         return self.mesh.sets
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """The means of its shape functions over outer faces, shape (f, 3)."""
+        """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
         return face_shares(self._evaluator, self.mesh.nodes, faces, cells_of_faces(self.mesh.cells, faces))
 
     # contact
