@@ -11,6 +11,7 @@ from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_file import SolidFile
+from pellucid.geometry.solid_meshes import SolidMesh
 
 LOWER, UPPER = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
 
@@ -97,6 +98,19 @@ def test_named_sets_of_nodes_are_read(tmp_path):
     meshlane.write(str(path), meshlane.Mesh(mesh.nodes, [("tetra", mesh.cells)], point_sets={"bottom": bottom}))
     sets = SolidFile(path=str(path)).mesh().sets
     assert sets["bottom"].tolist() == bottom.tolist()
+
+
+def test_a_mesh_is_made_once_while_its_file_does_not_change(tmp_path):
+    meshlane = pytest.importorskip("meshlane")
+    path = tmp_path / "box.vtk"
+    for n in (1, 2):
+        box = box_mesh(LOWER, UPPER, (n, n, n))
+        meshlane.write(str(path), meshlane.Mesh(box.nodes, [("tetra", box.cells)]))
+        source = SolidMesh(file={"path": str(path)})
+        assert len(source.mesh().cells) == len(box.cells)
+        assert source.mesh() is SolidMesh(file={"path": str(path)}).mesh()
+    table = {"lower": LOWER.tolist(), "upper": UPPER.tolist(), "cells": (1, 2, 3)}
+    assert SolidMesh(box=table).mesh() is SolidMesh(box=table).mesh()
 
 
 def test_a_file_without_tetrahedra_is_refused(tmp_path):

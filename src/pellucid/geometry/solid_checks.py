@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.simplex_mesh import SimplexMesh, faces_of_cells
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
 
@@ -69,8 +69,7 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _crowded(mesh: SimplexMesh) -> Iterator[Fault]:
-    every = np.concatenate([np.delete(mesh.cells, left_out, axis=1) for left_out in range(4)])
-    faces, count = np.unique(np.sort(every, axis=1), axis=0, return_counts=True)
+    faces, count = np.unique(faces_of_cells(mesh.cells), axis=0, return_counts=True)
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         nodes = faces[crowded[0]]

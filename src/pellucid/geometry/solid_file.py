@@ -1,20 +1,19 @@
 """Solids from files of tetrahedra: Gmsh, VTK, Abaqus, Nastran and what else meshlane reads, with their named sets of nodes."""
 
-from functools import lru_cache
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.geometry.mesh_files import read_mesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.model import InputFile, Model, Vector, parameter
+from pellucid.geometry.tetrahedral import Tetrahedral
+from pellucid.model import InputFile, Vector, parameter
 
 BELOW = ("vertex", "line", "line3", "triangle", "triangle6", "quad")  # what a file may hold beside tetrahedra
 
 
-class SolidFile(Model):
+class SolidFile(Tetrahedral):
     """A file of tetrahedra. Sets of nodes, and the nodes of sets of faces, can be named by conditions."""
 
     path: InputFile = parameter("", "Gmsh, VTK, Abaqus or Nastran file; a relative path starts from the case file's folder")
@@ -26,38 +25,21 @@ class SolidFile(Model):
         self.mesh()
         return self
 
-    def mesh(self) -> SimplexMesh:
-        """Its nodes and tetrahedra. Raises ValueError where the file cannot be read."""
-        file = Path(self.path)
-        if not file.is_file():
-            raise ValueError(f"there is no file {self.path}")
-        found = file.stat()
-        mesh = _read(self.path, found.st_mtime_ns, found.st_size)
-        return SimplexMesh(mesh.nodes * self.scale + np.array(self.offset), mesh.cells.copy(), mesh.sets)
-
-
-@lru_cache(maxsize=8)
-def _read(path: str, _changed: int, _size: int) -> SimplexMesh:
-    """The file's tetrahedra, read once for each of its states."""
-    if find_spec("meshlane") is None:
-        raise ValueError(f"reading {path} needs meshlane: pip install 'pellucid[mesh]'")
-    import meshlane
-
-    try:
-        mesh: Any = meshlane.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets
-        reason = str(error).strip() or type(error).__name__
-        raise ValueError(f"{path} cannot be read as a mesh: {reason}") from None
-    strange = sorted({block.type for block in mesh.cells} - {"tetra"} - set(BELOW))
-    if strange:
-        raise ValueError(f"{path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra of four corners alone")
-    cells = [np.asarray(block.data, np.int64) for block in mesh.cells if block.type == "tetra"]
-    if not sum(map(len, cells)):
-        raise ValueError(f"{path} holds no tetrahedron")
-    points = np.asarray(mesh.points, float)
-    if points.shape[1] != 3:
-        raise ValueError(f"{path} holds points in a plane; tetrahedra need three coordinates")
-    return SimplexMesh(points, np.concatenate(cells), _sets(mesh))
+    def make(self) -> SimplexMesh:
+        """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read."""
+        mesh = read_mesh(self.path, "a mesh")
+        strange = sorted({block.type for block in mesh.cells} - {"tetra"} - set(BELOW))
+        if strange:
+            raise ValueError(
+                f"{self.path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra of four corners alone"
+            )
+        cells = [np.asarray(block.data, np.int64) for block in mesh.cells if block.type == "tetra"]
+        if not sum(map(len, cells)):
+            raise ValueError(f"{self.path} holds no tetrahedron")
+        points = np.asarray(mesh.points, float)
+        if points.shape[1] != 3:
+            raise ValueError(f"{self.path} holds points in a plane; tetrahedra need three coordinates")
+        return SimplexMesh(points * self.scale + np.array(self.offset), np.concatenate(cells), _sets(mesh))
 
 
 def _sets(mesh: Any) -> dict[str, np.ndarray]:

@@ -7,6 +7,7 @@ from pellucid.geometry.choice import Choice
 from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_file import SolidFile
+from pellucid.geometry.tetrahedral import Tetrahedral
 
 
 class SolidMesh(Choice):
@@ -19,6 +20,6 @@ class SolidMesh(Choice):
     file: SolidFile | None = None
 
     def mesh(self) -> SimplexMesh:
-        """Its nodes and tetrahedra."""
-        made: SimplexMesh = self.chosen().mesh()
-        return made
+        """Its nodes and tetrahedra, made once; whoever asks shares them."""
+        chosen: Tetrahedral = self.chosen()
+        return chosen.mesh()

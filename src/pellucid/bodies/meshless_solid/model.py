@@ -1,7 +1,6 @@
 """Meshless solids as the user describes them."""
 
 from collections.abc import Iterator
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -53,13 +52,9 @@ class MeshlessSolidCase(BodyModel):
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
-    @cached_property
-    def _mesh(self) -> SimplexMesh:
-        return self.mesh.mesh()
-
     def mesh_in_order(self) -> SimplexMesh:
         """Its mesh, with the tetrahedra in an order in which neighbours stand near each other."""
-        mesh = self._mesh
+        mesh = self.mesh.mesh()
         return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))], mesh.sets)
 
     @property
@@ -101,11 +96,11 @@ class MeshlessSolidCase(BodyModel):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        return self._mesh.nodes.min(axis=0), self._mesh.nodes.max(axis=0)
+        return self.occupied().bounds()
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""
-        return len(self._mesh.nodes)
+        return len(self.mesh.mesh().nodes)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3)."""
@@ -140,7 +135,7 @@ class MeshlessSolidCase(BodyModel):
         if not self.approximant.interpolates:
             text = f'kind "{self.approximant.kind}" has no functions that take prescribed values at the nodes'
             yield Finding((*path, "approximant", "kind"), text, "use maximum entropy or linear functions")
-        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self._mesh))
+        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self.mesh.mesh()))
         if parts.grid is not None:
             if any(parts.grid.thin()):
                 text = "a meshless solid fills space, and this grid is one cell thick"
