@@ -58,10 +58,11 @@ class SimplexMesh:
         """The faces of the cells, edges of triangles: their nodes in ascending order, shape (f, d), and their two cells,
         shape (f, 2), the second -1 on the boundary."""
         corners = self.cells.shape[1]
-        owner = np.tile(np.arange(len(self.cells)), corners)
-        nodes, which = np.unique(faces_of_cells(self.cells), axis=0, return_inverse=True)
-        order = np.argsort(which.ravel(), kind="stable")
-        first = np.concatenate([[0], np.cumsum(np.bincount(which.ravel(), minlength=len(nodes)))])
+        every, owner = faces_of_cells(self.cells), np.tile(np.arange(len(self.cells)), corners)
+        order = np.lexsort(every.T[::-1])
+        new = np.any(np.diff(every[order], axis=0, prepend=-1), axis=1)
+        first = np.append(np.flatnonzero(new), len(every))
+        nodes = every[order[first[:-1]]]
         cells = np.full((len(nodes), 2), -1)
         cells[:, 0] = owner[order[first[:-1]]]
         shared = np.diff(first) > 1

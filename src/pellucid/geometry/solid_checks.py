@@ -1,4 +1,4 @@
-"""What is wrong with a mesh of tetrahedra: inverted, flat or repeated ones, lone nodes, faces with more than two."""
+"""What is wrong with a mesh of tetrahedra: inverted, flat or repeated ones, lone nodes, crowded faces, empty sets."""
 
 from collections.abc import Iterator
 
@@ -18,6 +18,7 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
         number = int(nowhere[0])
         yield f"node {number} is at {tuple(mesh.nodes[number].tolist())}, which is no place", "give it finite coordinates"
         return
+    yield from _empty_sets(mesh)
     yield from _lone(mesh)
     yield from _repeated(mesh)
     yield from _misshapen(mesh)
@@ -30,6 +31,13 @@ def _place(position: np.ndarray) -> str:
 
 def _count(n: int, verb: str, verbs: str) -> str:
     return f"1 {verb}" if n == 1 else f"{n} {verbs}"
+
+
+def _empty_sets(mesh: SimplexMesh) -> Iterator[Fault]:
+    empty = [f"`{name}`" for name, nodes in mesh.sets.items() if not len(nodes)]
+    if empty:
+        verb = "set has" if len(empty) == 1 else "sets have"
+        yield f"{_count(len(empty), verb, verb)} no node: {', '.join(empty)}", "list their nodes, or take them out of the file"
 
 
 def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
