@@ -11,7 +11,8 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.parts.body import NodalSupport
+from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import NodalSupport, Placement
 
 DENSITY = 1000.0
 
@@ -29,7 +30,7 @@ def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0,
         keys = ("name", "material", "thickness", "hourglass", "initial_velocity")
         body = SimpleNamespace(**{key: getattr(body, key) for key in keys}, mesh=lambda: Mesh(mesh.vertices.copy(), *mesh[1:]))
     field = VelocityField("own", Grid(whole.grid), moves_points=False)
-    return MembraneElements(body, whole.grid, field, gravity, n_loads=1)
+    return MembraneElements(body, Placement(whole.grid, field, Flip(), gravity, n_loads=1))
 
 
 def distorted(mesh, amount, seed=0, across=0.0):
@@ -80,12 +81,12 @@ def step(body, dt, pressure=0.0):
 
 def supported(places, axes, velocity=(0.0, 0.0, 0.0)):
     """A support that holds the nodes `places`, shape (n,), along some axes, such as "xz"."""
-    return NodalSupport(lambda position: places, tuple(axis in axes for axis in "xyz"), velocity, None)
+    return NodalSupport(places, tuple(axis in axes for axis in "xyz"), velocity, None)
 
 
 def wall(body, axis, end, velocity=(0.0, 0.0, 0.0)):
     """A face of the grid that lets no node through, and holds none at the start."""
-    return NodalSupport(lambda position: np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
+    return NodalSupport(np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
 
 
 def global_stress(body):

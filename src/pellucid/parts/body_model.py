@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, parameter
@@ -79,10 +80,23 @@ class BodyModel(Part):
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
         return False
 
+    def selectable(self) -> Selectable | None:
+        """What regions of conditions choose from at the start; None where that is known only when it is built."""
+        return None
+
     @property
     def is_rigid(self) -> bool:
         """Whether it moves as a rigid body."""
         return False
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether a drag slows its nodes."""
+        return False
+
+    def why_not_relaxed(self, alone: bool) -> Reason | None:
+        """Why it cannot be brought to a steady state, if so; `alone`: whether it has a velocity field to itself."""
+        return Reason(f'kind "{self.kind}" has no steady states', "leave [steady] out")
 
     def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
         """The same model with the others of its case, whose regions it may leave out."""

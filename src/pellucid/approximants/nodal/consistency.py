@@ -4,7 +4,8 @@ With shape functions p_a and their gradients at the quadrature points q of weigh
 e_a = ∮ p_a n dS - Σ_q w_q ∇p_a(q). The correction δ_aq = p_a(q) (η_a - [1, x_a] β_q), where β_q is the fit of η by an affine
 function at q with the weights p_a(q), changes neither partition of unity nor linear reproduction, and Σ_q w_q δ_aq = e_a
 is one symmetric system for η, semidefinite with the affine functions in its null space. It is the correction of least
-Σ_q w_q |δ_aq|²/p_a(q). (Chen, Hillman & Rüter 2013, Int. J. Numer. Methods Eng. 95, 387, state the condition.)
+Σ_q w_q |δ_aq|²/p_a(q); functions that may be negative have |p_a(q)| in place of p_a(q) here. (Chen, Hillman & Rüter 2013,
+Int. J. Numer. Methods Eng. 95, 387, state the condition.)
 """
 
 import numpy as np
@@ -12,35 +13,17 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pellucid.approximants.nodal.contract import Evaluator
-from pellucid.approximants.nodal.table import Rows, evaluate
+from pellucid.approximants.nodal.faces import face_shares
+from pellucid.approximants.nodal.table import Rows
+from pellucid.geometry.cells import outer_faces_of_cells, vector_areas
 from pellucid.geometry.simplex_mesh import SimplexMesh
-
-# shares of the corners of a triangle, exact to degree 4 (Cowper 1973, Int. J. Numer. Methods Eng. 7, 405), and weights
-_NEAR, _FAR = 0.108103018168070, 0.816847572980459
-_FACE = np.array(
-    [
-        *(np.full((3, 3), 0.445948490915965) + (_NEAR - 0.445948490915965) * np.eye(3)),
-        *(np.full((3, 3), 0.091576213509771) + (_FAR - 0.091576213509771) * np.eye(3)),
-    ]
-)
-_FACE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
 
 
 def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
     """∮ p_a n dS over the boundary of a mesh of tetrahedra [m²], shape (n, 3)."""
-    faces, owners = mesh.faces
-    boundary = mesh.boundary
-    corners = mesh.nodes[faces[boundary]]
-    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inside = mesh.nodes[mesh.cells[owners[boundary, 0]]].mean(axis=1) - corners[:, 0]
-    area *= -np.sign(np.einsum("fi,fi->f", area, inside))[:, None]
-    total = np.zeros((len(mesh.nodes), 3))
-    for share, weight in zip(_FACE, _FACE_WEIGHTS, strict=True):
-        rows = evaluate(evaluator, owners[boundary, 0], np.einsum("k,fki->fi", share, corners), gradients=False)
-        vector = weight * np.repeat(area, np.diff(rows.row), axis=0)
-        for axis in range(3):
-            total[:, axis] += np.bincount(rows.nodes, rows.values * vector[:, axis], len(mesh.nodes))
-    return total
+    faces, cells = outer_faces_of_cells(mesh.cells)
+    shares = face_shares(evaluator, mesh.nodes, faces, cells)
+    return shares.at_nodes(vector_areas(mesh.nodes, faces), len(mesh.nodes))
 
 
 def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: Rows, points: np.ndarray, weights: np.ndarray) -> None:
@@ -52,20 +35,21 @@ def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: Rows, points: np.ndar
     components = [row_start + axis * np.repeat(count, count) for axis in range(3)]
     for axis, places in enumerate(components):
         error[:, axis] -= np.bincount(rows.nodes, weights[point] * rows.gradients[places], n)
-    offset = mesh.nodes[rows.nodes] - points[point]
-    moment = np.zeros((len(points), 3, 3))
-    for i in range(3):
-        for j in range(3):
-            moment[:, i, j] = np.bincount(point, rows.values * offset[:, i] * offset[:, j], len(points))
-    # p_a [1, J^(-1/2) (x_a - x)]: the affine functions, orthonormal with the weights p_a
+    share = abs(rows.values)
+    linear = np.column_stack([np.ones(len(point)), mesh.nodes[rows.nodes] - points[point]])
+    moment = np.zeros((len(points), 4, 4))
+    for i in range(4):
+        for j in range(4):
+            moment[:, i, j] = np.bincount(point, share * linear[:, i] * linear[:, j], len(points))
+    # the affine functions, orthonormal with the weights |p_a|, times these
     half = np.linalg.inv(np.linalg.cholesky(moment))
-    affine = np.stack([rows.values, *(rows.values * np.einsum("mi,mi->m", half[point, i], offset) for i in range(3))])
+    affine = np.stack([share * np.einsum("mi,mi->m", half[point, i], linear) for i in range(4)])
     root = np.sqrt(weights)[point]
     entries = sparse.csr_array((np.concatenate(root * affine), _stacked(rows, 4)), shape=(4 * len(points), n))
-    system = sparse.diags_array(np.bincount(rows.nodes, weights[point] * rows.values, n)) - entries.T @ entries
+    system = sparse.diags_array(np.bincount(rows.nodes, weights[point] * share, n)) - entries.T @ entries
     eta = _solve(sparse.csc_array(system), error, mesh.nodes)
     for axis, places in enumerate(components):
-        correction = rows.values * eta[rows.nodes, axis]
+        correction = share * eta[rows.nodes, axis]
         for part in affine:
             correction -= part * np.bincount(point, part * eta[rows.nodes, axis], len(points))[point]
         rows.gradients[places] += correction

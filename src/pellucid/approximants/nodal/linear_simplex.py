@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import NO_FACES, OK, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 
@@ -44,4 +44,4 @@ def _shape_functions(functions, cell, x, active, scratch, values, gradients):
             values[a] += slope * (x[j] - functions.middle[cell, j])
             if gradients.shape[1] > 0:
                 gradients[j, a] = slope
-    return 0
+    return OK

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
-from pellucid.approximants.nodal.maximum_entropy import OK, entropy_gradients, entropy_weights, offsets, to_lengths
+from pellucid.approximants.nodal.maximum_entropy import entropy_functions, offsets
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 from pellucid.model import parameter
@@ -51,8 +51,4 @@ def _shape_functions(functions, cell, x, active, scratch, values, gradients):
             square += scratch.offset[i, d] * scratch.offset[i, d]
             scratch.slope[i, d] = -2.0 * ratio * ratio * scratch.offset[i, d]
         scratch.log_prior[i] = -ratio * ratio * square
-    failure = entropy_weights(n, functions.flat, scratch.offset, scratch.log_prior, values)
-    if failure == OK and gradients.shape[1] > 0:
-        entropy_gradients(n, functions.flat, scratch.offset, scratch.slope, values, gradients)
-        to_lengths(gradients, length)
-    return failure
+    return entropy_functions(length, functions.flat, scratch, values, gradients)

@@ -10,7 +10,7 @@ from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_model import MembraneCase
 from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
@@ -45,6 +45,11 @@ class MembraneElementsCase(MembraneCase):
         """Its nodes move by themselves where no other body shares their velocity field."""
         return alone
 
+    def why_not_relaxed(self, alone: bool) -> Reason | None:
+        """Other bodies in its velocity field: its nodes are those of the grid then."""
+        text = f"other bodies share the velocity field of {self.name}"
+        return None if alone else Reason(text, "give it a `field` of its own")
+
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""
         return len(parts.names(BodyModel)) > 1
@@ -56,8 +61,7 @@ class MembraneElementsCase(MembraneCase):
 
         if placement.velocity_field is not None and placement.velocity_field.moves_points:
             return ElementsOnGrid(self, *placement.on_grid(), placement.velocity_transfer)
-        where = placement.grid_case, placement.velocity_field
-        return MembraneElements(self, *where, placement.gravity, placement.n_loads)
+        return MembraneElements(self, placement)
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""

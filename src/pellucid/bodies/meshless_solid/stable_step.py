@@ -11,23 +11,23 @@ Forces = Callable[[np.ndarray, np.ndarray], None]
 """Fills internal forces [N] at displacements [m], both of shape (n, 3)."""
 
 
-def largest_frequency(forces: Forces, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray) -> float:
+def largest_frequency(forces: Forces, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray, extent: float) -> float:
     """The largest angular frequency [rad/s] of nodes with a mass [kg], shape (n,), that move where `free`, shape (n, 3).
 
-    The iteration starts from the same vector every time, so that a run that goes on from a checkpoint finds the same bound.
+    extent: of the solid [m]. The iteration starts from the same vector every time, so that a run that goes on from a checkpoint
+    finds the same bound.
     """
     mass = mass[:, None]
     vector = np.random.default_rng(0).standard_normal(displacement.shape) * free / np.sqrt(mass)
     here, there = np.empty_like(displacement), np.empty_like(displacement)
     forces(displacement, here)
-    step = SMALL * max(float(np.ptp(displacement, axis=0).max()), float(np.cbrt(mass.sum() / mass.min())) * 1e-3)
     square = 0.0
     for _ in range(ITERATIONS):
         size = float(np.sqrt(np.sum(mass * vector * vector)))
         if size == 0.0:
             return 0.0
         vector = vector / size
-        scale = step / float(abs(vector).max())
+        scale = SMALL * extent / float(abs(vector).max())
         forces(displacement + scale * vector, there)
         pull = free * (here - there) / scale
         square = float(np.sum(vector * pull))

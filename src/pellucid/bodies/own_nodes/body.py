@@ -1,0 +1,190 @@
+"""What bodies with their own nodes share that advance these explicitly: conditions, contact on the grid, checkpoint."""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pellucid.approximants import grid_functions
+from pellucid.bodies.own_nodes.kernels import Drag
+from pellucid.bodies.own_nodes.motion import NodalMotion
+from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.surface import ContactBody
+from pellucid.energy import StepWork, Totals
+from pellucid.grid.points import NO_VOLUME
+from pellucid.jit.bundle import Bundle
+from pellucid.parts.body import NodalBody, NodalSupport, Placement, Springs
+
+FREE = (False, False, False)
+
+
+class ExplicitNodes(NodalBody):
+    """Nodes that move by their own forces; the grid, where there is one, serves contact.
+
+    A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
+    A kind of body finds the internal forces, `motion.internal`, and its stresses and energies.
+    """
+
+    damping = 0.0
+    """Rate of a drag in proportion to mass and velocity [1/s]."""
+
+    def __init__(
+        self,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        mass: np.ndarray,
+        placement: Placement,
+        volume: np.ndarray = NO_VOLUME,
+    ) -> None:
+        """position, velocity: shape (n, 3) [m], [m/s], kept as they are; mass and, but for membranes, volume: shape (n,)."""
+        n, grid_case = len(mass), placement.grid_case
+        self.arrays = {
+            "id": np.arange(n),
+            "position": position,
+            "velocity": velocity,
+            "mass": mass,
+            "prescribed": np.zeros((n, 3), np.int64),
+        }
+        self.velocity_field = placement.velocity_field
+        self.grid = placement.velocity_field.grid if placement.velocity_field else None
+        thin = grid_case.thin() if grid_case else FREE
+        velocity[:, np.array(thin)] = 0.0
+        self.coupling: GridCoupling | None = None
+        if grid_case is not None and placement.velocity_field is not None:
+            self.functions = grid_functions(
+                grid_case.functions, (2, 2, 2), thin
+            )  # nodes have no extent: GIMP takes half a cell
+            self.coupling = GridCoupling(placement.velocity_field, self.functions, position, velocity, mass, volume)
+        increment = self.coupling.increment if self.coupling else np.zeros((n, 3))
+        self.motion = NodalMotion(self.arrays, self.grid, thin, placement.gravity, placement.n_loads, increment)
+        self._left_grid: tuple[int, int] | None = None
+        self._dt = 0.0
+        self.totals = Totals()
+
+    # conditions
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """A support constrains its nodes; none passes a face of the grid that is a wall."""
+        self.motion.add_supports(supports)
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Let nodes follow prescribed motions."""
+        self.motion.add_motions(names, numbers, axes)
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+        self.motion.set_motion_velocities(velocity)
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Add external forces on the nodes [N], shape (n, 3), over this step."""
+        self.motion.add_external_force(force, column)
+
+    # the step
+
+    def begin(self, dt: float) -> None:
+        """Forget the external forces of the last step; renew the index where a node left its slab."""
+        self._dt = dt
+        self.motion.slow(self.damping, dt)
+        if self.coupling:
+            self.coupling.sort_if_needed()
+        self.motion.loads.fill(0.0)
+
+    def predict(self, dt: float) -> None:
+        """Mass, momentum and all forces to the nodes of the grid, where there is one."""
+        if self.coupling:
+            self.coupling.scatter(self.motion.forces())
+
+    def correct(self, remap: bool) -> None:
+        """New velocities of the nodes; where `remap`, their momentum mapped to the grid again, and the damping of membranes
+        within cells."""
+        pressed = self.coupling is not None and bool(self.coupling.gather().any())
+        self.motion.advance_velocities(self._dt)
+        if self.constraint is not None:
+            self.constraint.prescribe_velocities()
+        if remap and self.coupling:
+            self.coupling.scatter_momentum()
+            if pressed and self.is_surface:
+                self.motion.subtract_velocities(self.coupling.subcell_loss(), self._dt)
+        self.motion.sum_momentum(self.totals)
+
+    def update(self, dt: float) -> None:
+        """New positions of the nodes; a kind of body goes on with its stresses, energies and bound on the step."""
+        self.motion.advance_positions(dt)
+        self._left_grid = self.coupling.check_positions() if self.coupling else None
+
+    def renew_totals(self) -> None:
+        """Find the totals of the state as it is."""
+        self.motion.top_speed = self.constraint.top_speed if self.constraint is not None else 0.0
+        self.motion.sum_momentum(self.totals)
+        self.update(0.0)
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the node, where a fault was found in this step."""
+        for fault in (self.motion.fault(), self._left_grid):
+            if fault is not None:
+                self.stop(*fault, n_steps, time)
+
+    def work(self) -> StepWork:
+        """Work and impulses of this step."""
+        return self.motion.work()
+
+    # steady states
+
+    def relax(self, keep: float, gain: float, load_rate: float) -> None:
+        """Damp the coming step."""
+        self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
+
+    def springs(self) -> Springs:
+        """Its internal forces, at the places at which the step began."""
+        position = self.arrays["position"] - self._dt * self.arrays["velocity"]
+        return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free)
+
+    def unbalanced(self) -> tuple[float, float]:
+        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
+        force = self.motion.forces()
+        left = (force + self.motion.leading_forces(self._dt))[self.motion.free]
+        return float(np.linalg.norm(left)), float(np.linalg.norm(force))
+
+    # contact
+
+    @property
+    def on_grid(self) -> ContactBody | None:
+        """Itself, where there is a grid: its nodes then have an index by cell."""
+        return self if self.coupling else None
+
+    def _coupled(self) -> GridCoupling:
+        if self.coupling is None:
+            raise ValueError(f"body {self.name} was given no grid")
+        return self.coupling
+
+    @property
+    def mapped(self) -> Bundle:
+        """The nodes as the kernels of `pellucid.grid.transfer` take them."""
+        return self._coupled().mapped
+
+    @property
+    def n_slabs(self) -> int:
+        """Number of slabs into which the index of the nodes is divided."""
+        return self._coupled().n_slabs
+
+    @abstractmethod
+    def half_width(self) -> tuple[float, float, float]:
+        """How far the body reaches beyond its nodes; see `pellucid.contact.surface`."""
+
+    # checkpoint
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Arrays of the nodes and elements, and the index of the nodes by cell."""
+        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
+        by_cell = self.coupling.state_arrays() if self.coupling else {}
+        index = {f"index/{name}": array for name, array in by_cell.items()}
+        return {**self.arrays, **elements, **index}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        for name, array in self.arrays.items():
+            array[...] = arrays[name]
+        for name, array in self.element_arrays.items():
+            array[...] = arrays[f"elements/{name}"]
+        if self.coupling:
+            self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
