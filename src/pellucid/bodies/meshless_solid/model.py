@@ -1,7 +1,7 @@
 """Meshless solids as the user describes them."""
 
 from collections.abc import Iterator
-from functools import cached_property
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -107,11 +107,7 @@ class MeshlessSolidCase(BodyModel):
 
     def selectable(self) -> Selectable | None:
         """Its nodes, its outer faces and the sets of its mesh."""
-        return self._selectable
-
-    @cached_property
-    def _selectable(self) -> Selectable:
-        return Selectable.of_solid(self.mesh.mesh())
+        return _selectable(self.mesh.mesh())
 
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""
@@ -172,3 +168,9 @@ class MeshlessSolidCase(BodyModel):
                 text = "a meshless solid fills space, and this grid is one cell thick"
                 yield Finding((*path, self.place), text, "let the grid be more than one cell along every axis")
             yield from place_problems((*path, self.place), self.bounds(), parts.grid, self.is_surface)
+
+
+@lru_cache(maxsize=8)
+def _selectable(mesh: SimplexMesh) -> Selectable:
+    """Found once for each mesh: reading a case asks for it several times."""
+    return Selectable.of_solid(mesh)
