@@ -37,7 +37,6 @@ def clamped(**body):
             {"material": {"kind": "linear-elastic", **{k: TISSUE[k] for k in TISSUE if k != "kind"}}},
             "no energy of the deformation",
         ),
-        ({"approximant": {"kind": "moving-least-squares"}}, "no functions that take prescribed values at the nodes"),
         ({"mesh": {"box": BOX["box"] | {"cells": (3, 0, 3)}}}, "cells must be 1 or more along y, not 0"),
         ({"mesh": {"box": BOX["box"] | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
         ({"points_per_cell": 5}, "points_per_cell"),
