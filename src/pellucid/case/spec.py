@@ -120,7 +120,7 @@ class Case(Model):
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
-    pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
+    pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())

@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, parameter
@@ -78,6 +79,10 @@ class BodyModel(Part):
     def owns_nodes(self, alone: bool) -> bool:
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
         return False
+
+    def selectable(self) -> Selectable | None:
+        """What regions of conditions choose from at the start; None where that is known only when it is built."""
+        return None
 
     @property
     def is_rigid(self) -> bool:

@@ -13,26 +13,17 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pellucid.approximants.nodal.contract import Evaluator
-from pellucid.approximants.nodal.table import Rows, evaluate
-from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.approximants.nodal.faces import face_shares
+from pellucid.approximants.nodal.table import Rows
+from pellucid.geometry.cells import outer_faces_of_cells, vector_areas
 from pellucid.geometry.simplex_mesh import SimplexMesh
 
 
 def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
     """∮ p_a n dS over the boundary of a mesh of tetrahedra [m²], shape (n, 3)."""
-    faces, owners = mesh.faces
-    boundary = mesh.boundary
-    corners = mesh.nodes[faces[boundary]]
-    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inside = mesh.nodes[mesh.cells[owners[boundary, 0]]].mean(axis=1) - corners[:, 0]
-    area *= -np.sign(np.einsum("fi,fi->f", area, inside))[:, None]
-    total = np.zeros((len(mesh.nodes), 3))
-    for share, weight in zip(TRIANGLE, TRIANGLE_WEIGHTS, strict=True):
-        rows = evaluate(evaluator, owners[boundary, 0], np.einsum("k,fki->fi", share, corners), gradients=False)
-        vector = weight * np.repeat(area, np.diff(rows.row), axis=0)
-        for axis in range(3):
-            total[:, axis] += np.bincount(rows.nodes, rows.values * vector[:, axis], len(mesh.nodes))
-    return total
+    faces, cells = outer_faces_of_cells(mesh.cells)
+    shares = face_shares(evaluator, mesh.nodes, faces, cells)
+    return shares.at_nodes(vector_areas(mesh.nodes, faces), len(mesh.nodes))
 
 
 def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: Rows, points: np.ndarray, weights: np.ndarray) -> None:

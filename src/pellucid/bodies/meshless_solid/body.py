@@ -5,7 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, NodalApproximant
+from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
+from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
@@ -14,7 +15,8 @@ from pellucid.bodies.meshless_solid.stable_step import largest_frequency
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.cells import Cells, cells_of_faces
+from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
@@ -88,6 +90,7 @@ class MeshlessSolid(ExplicitNodes):
             evaluator = case.approximant.evaluator(mesh, disturbed)
         tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
         self.solid, self._bundle = tables.solid, Bundle(tables.solid)
+        self._evaluator: Evaluator = evaluator
         self._volume[:] = tables.node_volume
         self.arrays["mass"][:] = case.density * tables.node_volume
         self._at_nodes = values_at_nodes(mesh, evaluator)
@@ -156,6 +159,17 @@ class MeshlessSolid(ExplicitNodes):
         """Of the averages where the volume ratio is averaged, else of the points."""
         sums = self.solid.node_sums if len(self.solid.block_volume) else self.solid.sums
         return float(sums[:, LEAST_J].min())
+
+    # conditions
+
+    @property
+    def node_sets(self) -> Mapping[str, np.ndarray]:
+        """Those of its mesh."""
+        return self.mesh.sets
+
+    def face_shares(self, faces: np.ndarray) -> FaceShares:
+        """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
+        return face_shares(self._evaluator, self.mesh.nodes, faces, cells_of_faces(self.mesh.cells, faces))
 
     # contact
 

@@ -14,6 +14,7 @@ from pellucid.bodies.placing import place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
+from pellucid.geometry.region import Selectable
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
@@ -107,6 +108,14 @@ class MeshlessSolidCase(BodyModel):
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""
         return True
+
+    def selectable(self) -> Selectable | None:
+        """Its nodes, its outer faces and the sets of its mesh."""
+        return self._selectable
+
+    @cached_property
+    def _selectable(self) -> Selectable:
+        return Selectable.of_solid(self._mesh)
 
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""

@@ -64,7 +64,7 @@ class ExplicitNodes(NodalBody):
     # conditions
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains the nodes that it selects at the start; none passes a face of the grid that is a wall."""
+        """A support constrains its nodes; none passes a face of the grid that is a wall."""
         self.motion.add_supports(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:

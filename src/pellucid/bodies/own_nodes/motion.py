@@ -67,7 +67,7 @@ class NodalMotion:
     # supports and prescribed motions
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains the nodes that it selects at the start; none passes a face of the grid that is a wall."""
+        """A support constrains its nodes; none passes a face of the grid that is a wall."""
         self._supports = supports
         self._constrain()
 
@@ -120,7 +120,7 @@ class NodalMotion:
         prescribed.fill(0)
         walls = np.zeros((3, 2), np.int64)
         for row, support in enumerate(self._supports, start=1):
-            prescribed[np.ix_(support.selects(position), np.flatnonzero(support.axes))] = row
+            prescribed[np.ix_(support.nodes, np.flatnonzero(support.axes))] = row
             if support.wall is not None:
                 walls[support.wall] = row
         for number, axes in enumerate(self._axes, start=1):
