@@ -44,14 +44,14 @@ class Tissue(NamedTuple):
 
 
 def held(where, axes="xyz", velocity=(0.0, 0.0, 0.0)):
-    """A support on the nodes that a function of their places selects."""
-    return NodalSupport(where, ("x" in axes, "y" in axes, "z" in axes), velocity, None)
+    """A support, for nodes at given places, on those that a function of these selects."""
+    return lambda places: NodalSupport(where(places), ("x" in axes, "y" in axes, "z" in axes), velocity, None)
 
 
 def solid(mesh, *supports, **settings):
     """A body whose conditions are known."""
     body = MeshlessSolid(Tissue(mesh, **settings), Placement(None, None, Flip(), (0.0, 0.0, 0.0), 0))
-    body.add_supports(supports)
+    body.add_supports([support(mesh.nodes) for support in supports])
     body.complete()
     return body
 
