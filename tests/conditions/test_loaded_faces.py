@@ -132,13 +132,13 @@ def test_pressure_all_round_has_no_resultant_however_it_is_deformed():
 def test_its_moment_then_vanishes_with_the_mesh():
     """Of a bent bar: the shares are those of the field, the areas those of flat faces; the difference is of second order."""
     moments = []
-    for n in (1, 2):
+    for n in (1, 3):
         mesh = {"box": MESH["box"] | {"cells": (2 * n, 2 * n, 4 * n)}}
         start, force = loads(made(BAR | {"mesh": mesh}, pressure=[{"body": "bar", "value": 7.0}]), bent)
         about = np.cross(start + bent(start), force).sum(axis=0)
         moments.append(np.linalg.norm(about) / (EDGES[2] * abs(force).sum()))
-    assert moments[0] < 1e-3
-    assert moments[1] < 0.5 * moments[0]
+    assert moments[0] < 1e-4
+    assert moments[1] < 0.3 * moments[0]  # a ninth, had the coarse mesh its order already
 
 
 def test_linear_functions_have_no_moment_at_all():
