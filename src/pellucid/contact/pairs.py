@@ -15,6 +15,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 SWEEPS = 4  # where several pairs share nodes, the impulses of one change the approach of another
+ANSWERS = 8  # times that bodies whose motion is not that of the grid answer to impulses
 SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
 
 
@@ -63,6 +64,10 @@ class ContactPair:
         first = (one.velocity, one.velocity_increment, one.strain_velocity)
         second = (other.velocity, other.velocity_increment, other.strain_velocity)
         impulses.resolve(self._chunks, self._kind, self._friction, *where, first, second, *self._mobility, self._impulse)
+
+    def in_contact(self) -> list[ContactBody]:
+        """The bodies of both velocity fields, where these touch anywhere."""
+        return [body for side in self._bodies for body in side] if self.detection.normal.any() else []
 
     def project(self) -> None:
         """The same for the velocities that strain the points, which does no work."""
@@ -123,14 +128,22 @@ class ContactPairs:
     def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
         """Impulses on the nodes after their momentum was advanced, and what they did; of their own work only that on nodes
         that are constrained, since that on points is known when these have moved."""
-        for _ in range(self._sweeps):
-            for pair in self._pairs:
-                pair.resolve()
+        self._sweep()
+        touching = list(dict.fromkeys(chain.from_iterable(pair.in_contact() for pair in self._pairs)))
+        for _ in range(ANSWERS):
+            if not any([body.answer_contact() for body in touching]):
+                break
+            self._sweep()
         total = np.zeros(self._row)
         for pair in self._pairs:
             total += pair.works(gravity, dt, self._row)
         named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(step_work(total, self._columns), named)
+
+    def _sweep(self) -> None:
+        for _ in range(self._sweeps):
+            for pair in self._pairs:
+                pair.resolve()
 
     def with_work_on_points(self, done: ContactWork) -> ContactWork:
         """What was done with the work of the impulses on points, when their momentum is mapped to the nodes again.

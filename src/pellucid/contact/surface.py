@@ -44,3 +44,6 @@ class ContactBody(Protocol):
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
+
+    def answer_contact(self) -> bool:
+        """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""

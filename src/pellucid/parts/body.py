@@ -212,6 +212,11 @@ class Body(ABC):
         """Its points on the grid, where others may touch it; nothing where it was given none."""
         return None
 
+    @property
+    def met(self) -> ContactBody | None:
+        """What others meet of it by contact: itself, or its surface."""
+        return self.on_grid
+
     def vector_areas(self) -> np.ndarray:
         """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
         return np.zeros((0, 3))
@@ -219,6 +224,10 @@ class Body(ABC):
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
         return None
+
+    def answer_contact(self) -> bool:
+        """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
+        return False
 
     # results
 

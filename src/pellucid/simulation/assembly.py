@@ -42,7 +42,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
 
 def pairs_of(fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact]) -> list[ContactPair]:
     """Every two velocity fields with the contact of the case; without friction where it names none."""
-    bodies = {field: [body.on_grid for body, own in built.values() if own is field and body.on_grid] for field in fields}
+    bodies = {field: [body.met for body, own in built.values() if own is field and body.met] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
     pairs = []
     for one, other in combinations(fields, 2):

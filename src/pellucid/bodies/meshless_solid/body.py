@@ -11,9 +11,12 @@ from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
+from pellucid.bodies.meshless_solid.skin import Skin
+from pellucid.bodies.meshless_solid.skin_points import skin_points
 from pellucid.bodies.meshless_solid.stable_step import largest_frequency
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.surface import ContactBody
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells, cells_of_faces
 from pellucid.geometry.face_shares import FaceShares
@@ -62,6 +65,7 @@ class MeshlessSolid(ExplicitNodes):
         self._law, self._density = case.law(), case.density
         n = len(self.mesh.nodes)
         self._volume, self._chunks = np.zeros(n), (n + CHUNK - 1) // CHUNK
+        self.skin: Skin | None = None
         self._frequency = 0.0  # the largest [rad/s], renewed now and then
         velocity = case.initial_velocity(self.mesh.nodes)
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
@@ -94,6 +98,7 @@ class MeshlessSolid(ExplicitNodes):
         self._volume[:] = tables.node_volume
         self.arrays["mass"][:] = case.density * tables.node_volume
         self._at_nodes = values_at_nodes(mesh, evaluator)
+        self.skin = self._make_skin(evaluator) if self.coupling else None
         self._residuals = prescribed.residuals(self._at_nodes, evaluator)
         self._correction: ForceCorrection | None = None
         if not direct and len(prescribed.nodes):
@@ -109,6 +114,8 @@ class MeshlessSolid(ExplicitNodes):
     def update(self, dt: float) -> None:
         """New positions; forces and energy there."""
         super().update(dt)
+        if self.skin:
+            self.skin.update()
         self.prescribed.displacement += dt * self.motion.rows
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
@@ -173,6 +180,37 @@ class MeshlessSolid(ExplicitNodes):
 
     # contact
 
+    def _make_skin(self, evaluator: Evaluator) -> Skin:
+        coupling, mass = self._coupled(), self.arrays["mass"]
+        field = coupling.velocity_field
+        points = skin_points(self.mesh, evaluator, mass, field.grid.lattice.cell)
+        return Skin(self.name, coupling, self.arrays, self._volume, self._at_nodes, points)
+
+    @property
+    def met(self) -> ContactBody | None:
+        """Its surface."""
+        return self.skin
+
+    def begin(self, dt: float) -> None:
+        """Forget the external forces of the last step; renew indices where points left their slabs."""
+        super().begin(dt)
+        if self.skin:
+            self.skin.begin()
+
+    def predict(self, dt: float) -> None:
+        """Mass, momentum and all forces of the surface to the grid, where there is one, with the drag on the nodes."""
+        if self.skin:
+            self.skin.scatter(self.motion.forces() + self.motion.drag_forces(dt))
+
+    def gather(self) -> np.ndarray:
+        """The velocity increments of contact over this step [m/s], shape (n, 3)."""
+        return self.skin.gather() if self.skin else super().gather()
+
+    def scatter_momentum(self) -> None:
+        """Momentum of the surface to the grid, after the nodes' velocities changed."""
+        if self.skin:
+            self.skin.scatter_momentum()
+
     def half_width(self) -> tuple[float, float, float]:
         """None: nodes lie on the surface."""
         return 0.0, 0.0, 0.0
@@ -182,13 +220,16 @@ class MeshlessSolid(ExplicitNodes):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Those of the nodes, what was prescribed so far, and the bound on the step."""
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
-        return {**super().state_arrays(), **prescribed, "frequency": np.array([self._frequency])}
+        skin = self.skin.state_arrays() if self.skin else {}
+        return {**super().state_arrays(), **skin, **prescribed, "frequency": np.array([self._frequency])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
         self._frequency = float(arrays["frequency"][0])
         self.prescribed.displacement[:] = arrays["prescribed_displacement"]
+        if self.skin:
+            self.skin.restore(arrays)
         self._find_forces()
 
     def cells(self) -> Cells:

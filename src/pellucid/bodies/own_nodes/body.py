@@ -97,12 +97,12 @@ class ExplicitNodes(NodalBody):
     def correct(self, remap: bool) -> None:
         """New velocities of the nodes; where `remap`, their momentum mapped to the grid again, and the damping of membranes
         within cells."""
-        pressed = self.coupling is not None and bool(self.coupling.gather().any())
+        pressed = self.coupling is not None and bool(self.gather().any())
         self.motion.advance_velocities(self._dt)
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
         if remap and self.coupling:
-            self.coupling.scatter_momentum()
+            self.scatter_momentum()
             if pressed and self.is_surface:
                 self.motion.subtract_velocities(self.coupling.subcell_loss(), self._dt)
         self.motion.sum_momentum(self.totals)
@@ -156,6 +156,14 @@ class ExplicitNodes(NodalBody):
         if self.coupling is None:
             raise ValueError(f"body {self.name} was given no grid")
         return self.coupling
+
+    def gather(self) -> np.ndarray:
+        """The velocity increments of contact over this step [m/s], shape (n, 3)."""
+        return self._coupled().gather()
+
+    def scatter_momentum(self) -> None:
+        """Momentum to the grid, after the nodes' velocities changed."""
+        self._coupled().scatter_momentum()
 
     @property
     def mapped(self) -> Bundle:

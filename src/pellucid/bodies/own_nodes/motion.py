@@ -177,6 +177,12 @@ class NodalMotion:
             force = force + self._arrays["mass"][:, None] * np.array(self.gravity)
         return np.asarray(force)
 
+    def drag_forces(self, dt: float) -> np.ndarray:
+        """Mean forces of the drag on free nodes over a step dt [s] [N], shape (n, 3); see `pellucid.bodies.own_nodes.kernels`."""
+        keep, gain = self.drag
+        momentum = self.inertia[:, None] * self._arrays["velocity"]
+        return np.asarray((keep - 1.0) / dt * momentum + (gain - 1.0) * self.forces())
+
     def advance_velocities(self, dt: float) -> None:
         """New velocities from all forces and the increments by contact."""
         np.multiply(self._prescribed, self.load_rate, out=self._rows)

@@ -1,0 +1,139 @@
+"""Meshless solids in contact on the grid, with points, membranes and each other."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_cases import SOLID, advance, box, simulation
+
+TESTS = Path(__file__).parent.parent
+WATER = {"kind": "fluid", "density": 1000.0, "viscosity": 1.0, "eos": {"kind": "tait", "sound_speed": 5.0}}
+LOUD = {"warn": 1e3, "stop": 1e4}  # impact on a coarse grid costs energy, which is looked at apart
+
+
+def tissue(lower=(1, 1, 1), upper=(5, 5, 3), cells=(4, 4, 2), name="tissue", **more):
+    """A block that is a meshless solid in a field of its own."""
+    mesh = {"box": {"lower": lower, "upper": upper, "cells": cells}}
+    return {"name": name, "field": name, "kind": "meshless-solid", "mesh": mesh, "material": SOLID} | more
+
+
+def ball(material=SOLID, **more):
+    """A ball of points that flies at the block."""
+    sphere = {"sphere": {"centre": (3.1, 2.9, 4.05), "radius": 1.0}}
+    return box((0, 0, 0), (1, 1, 1), material, name="ball", field="ball") | {"shape": sphere, "velocity": (0.1, 0, -1)} | more
+
+
+def falling_sheet():
+    """A sheet of elements that flies at the block."""
+    rectangle = {"corner": (2, 2, 3.1), "first_edge": (2, 0, 0), "second_edge": (0, 2, 0), "points": (5, 5)}
+    skin = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+    return {
+        "name": "sheet",
+        "field": "sheet",
+        "kind": "membrane-elements",
+        "surface": {"rectangle": rectangle},
+        "thickness": 0.1,
+        "material": skin,
+        "velocity": (0.1, 0, -1),
+    }
+
+
+def second_block():
+    return tissue((2, 2, 3.05), (4, 4, 5.05), (2, 2, 2), "second", velocity=(0.1, 0.05, -1))
+
+
+OTHERS = {"points": ball, "membrane": falling_sheet, "solid": second_block, "fluid": lambda: ball(WATER)}
+
+
+def meeting(other, threads=1, **more):
+    """A block and what flies at it, in nothing else."""
+    settings = {"counts": (6, 6, 7), "end": 10.0, "courant": 0.2, "energy": LOUD} | more
+    touch = {"name": "touch", "between": ["tissue", other["name"]], "kind": "coulomb", "friction": 0.3}
+    return simulation(tissue(), other, contact=[touch], threads=threads, **settings)
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_momentum_is_kept_to_rounding_and_contact_takes_energy(other):
+    sim = meeting(OTHERS[other]())
+    start = [body.totals.momentum for body in sim.bodies]
+    advance(sim, 60)
+    gain = [body.totals.momentum - before for body, before in zip(sim.bodies, start, strict=True)]
+    push, scale = sim.reactions()["touch"], np.abs(start[1]).max()
+    assert push[2] < -0.2 * scale
+    assert sim.conservation()["momentum"] < 1e-12
+    assert gain[0] == pytest.approx(push, abs=1e-11 * scale)
+    assert gain[1] == pytest.approx(-push, abs=1e-11 * scale)
+    assert sim.energies()["contact_work"] < 0.0
+
+
+PROGRAM = """
+import hashlib, json, sys
+sys.path[:0] = {paths!r}
+from contact.test_contact_of_solids import OTHERS, advance, meeting
+prints = []
+for threads in (1, 2, 4):
+    for other in OTHERS.values():
+        sim = meeting(other(), threads=threads)
+        assert sim.threads == threads
+        advance(sim, 25)
+        digest = hashlib.sha256()
+        for name, array in sorted(sim.state_arrays().items()):
+            digest.update(name.encode() + array.tobytes())
+        prints.append(digest.hexdigest() + json.dumps([sim.energies(), sim.conservation()]))
+print(json.dumps(prints))
+"""
+
+
+def test_threads_do_not_change_a_bit():
+    program = PROGRAM.format(paths=[str(TESTS), str(TESTS / "contact"), *sys.path])
+    done = subprocess.run(
+        [sys.executable, "-c", program.replace("contact.test", "test")],
+        env=os.environ | {"NUMBA_NUM_THREADS": "4"},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+    assert done.returncode == 0, done.stderr
+    prints = json.loads(done.stdout)
+    one, two, four = (prints[k : k + len(OTHERS)] for k in range(0, len(prints), len(OTHERS)))
+    assert one == two
+    assert one == four
+    assert len(set(one)) == len(OTHERS)
+
+
+def pressed(depth=0.1, rise=2.0, hold=3.0, **body):
+    """A block without lateral strain, its bottom held, pressed by a plate of elements that is driven; and the height of it."""
+    block = tissue((1, 1, 0), (3, 3, 2), (2, 2, 2), damping=4.0, **body)
+    block["material"] = SOLID | {"poisson_ratio": 0.0}
+    rectangle = {"corner": (0.5, 0.5, 2.06), "first_edge": (3, 0, 0), "second_edge": (0, 3, 0), "points": (7, 7)}
+    plate = falling_sheet() | {"name": "plate", "field": "plate", "surface": {"rectangle": rectangle}, "velocity": (0, 0, 0)}
+    push = {"kind": "ramp", "distance": -(depth + 0.01), "duration": rise}
+    motion = {"name": "push", "body": "plate", "hold": ["x", "y"], "displacement": {"z": push}}
+    floor = {"name": "floor", "body": "tissue", "where": {"box": {"lower": (-1, -1, -1e-6), "upper": (9, 9, 1e-6)}}}
+    touch = {"name": "touch", "between": ["tissue", "plate"]}
+    settings = {"counts": (4, 4, 4), "support": [floor | {"fix": ["x", "y", "z"]}], "motion": [motion], "contact": [touch]}
+    sim = simulation(block, plate, end=rise + hold, energy=LOUD, **settings)
+    return sim
+
+
+@pytest.mark.parametrize("approximant", ["cell-based-maximum-entropy", "linear-simplex"])
+def test_a_lasting_load_is_borne_without_creep(approximant):
+    """Under a plate that has stopped, the force is that of uniaxial strain: P = μ(s - 1/s) with λ = 0, and stays."""
+    depth, height, area, modulus = 0.1, 2.0, 4.0, 1e4
+    sim = pressed(depth, approximant={"kind": approximant})
+    impulse = {}
+    while sim.time < 5.0:
+        sim.step()
+        impulse[sim.time] = -sim.reactions()["touch"][2]
+    times, pushed = np.array(list(impulse)), np.array(list(impulse.values()))
+    force = [(np.interp(end, times, pushed) - np.interp(end - 1.0, times, pushed)) for end in (4.0, 5.0)]
+    stretch = 1.0 - depth / height
+    exact = 0.5 * modulus * (1.0 / stretch - stretch) * area
+    top = sim.bodies[0].places()[sim.bodies[0].mesh.nodes[:, 2] > height - 1e-9, 2]
+    print(force, exact, top)
+    assert force[1] == pytest.approx(force[0], rel=0.01)
+    assert force[1] == pytest.approx(exact, rel=0.03)
