@@ -15,7 +15,8 @@ from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 SWEEPS = 4  # where several pairs share nodes, the impulses of one change the approach of another
-ANSWERS = 8  # times that bodies whose motion is not that of the grid answer to impulses
+ANSWERS = 24  # times at most that bodies whose motion is not that of the grid answer to impulses,
+SETTLED = 1e-3  # unless what they take more is this share of all
 SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
 
 
@@ -79,6 +80,10 @@ class ContactPair:
         """On the first velocity field over this step [N s], shape (3,)."""
         return self._impulse.sum(axis=0)
 
+    def size(self) -> float:
+        """Of the impulses at the nodes, added up whatever their directions [N s]."""
+        return float(np.abs(self._impulse).sum())
+
     def works(self, gravity: tuple[float, float, float], dt: float, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
         works = np.zeros((self._chunks, row))
@@ -130,15 +135,23 @@ class ContactPairs:
         that are constrained, since that on points is known when these have moved."""
         self._sweep()
         touching = list(dict.fromkeys(chain.from_iterable(pair.in_contact() for pair in self._pairs)))
+        given = self._size()
         for _ in range(ANSWERS):
-            if not any([body.answer_contact() for body in touching]):
+            answers = [body.answer_contact() for body in touching]
+            if not any(answers):
                 break
             self._sweep()
+            before, given = given, self._size()
+            if given - before <= SETTLED * given:
+                break
         total = np.zeros(self._row)
         for pair in self._pairs:
             total += pair.works(gravity, dt, self._row)
         named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(step_work(total, self._columns), named)
+
+    def _size(self) -> float:
+        return float(sum(pair.size() for pair in self._pairs))
 
     def _sweep(self) -> None:
         for _ in range(self._sweeps):

@@ -183,7 +183,7 @@ class MeshlessSolid(ExplicitNodes):
     def _make_skin(self, evaluator: Evaluator) -> Skin:
         coupling, mass = self._coupled(), self.arrays["mass"]
         field = coupling.velocity_field
-        points = skin_points(self.mesh, evaluator, mass, field.grid.lattice.cell)
+        points = skin_points(self.mesh, evaluator, mass, 1.5 * field.grid.lattice.cell)
         return Skin(self.name, coupling, self.arrays, self._volume, self._at_nodes, points)
 
     @property

@@ -1,9 +1,9 @@
 """Contact of a body whose nodes span a field: through the material on its surface.
 
-Others touch the material, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not the numbers x_a, which may lie off the surface. Points on
-the outer faces (`pellucid.bodies.meshless_solid.skin_points`), with velocities Σ_a S_ka v_a, go to the grid: the material within
-a cell of the surface is not held, as it would be were all nodes mapped. What contact gives the points comes back by the same
-shares, m_a Δv_a = Σ_k S_ka m_k Δv_k, which keeps momentum since Σ_a S_ka = 1.
+Others touch the material, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not the numbers x_a, which may lie off the surface. Points
+on the outer faces (`skin_points`), with velocities Σ_a S_ka v_a, go to the grid: the material within a cell of the surface is
+not held, as it would be were all nodes mapped. What contact gives the points comes back by the same shares,
+m_a Δv_a = Σ_k S_ka m_k Δv_k, which keeps momentum since Σ_a S_ka = 1.
 
 The velocity of a node of the grid is a mean, and mapping an increment to the points and back gives part of it alone:
 Δv_I = Σ_k N_I m_k (SΔv)_k / m_I. Were that left, points under a lasting load would creep into the other body. So the nodes of

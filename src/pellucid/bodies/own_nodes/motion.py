@@ -178,7 +178,7 @@ class NodalMotion:
         return np.asarray(force)
 
     def drag_forces(self, dt: float) -> np.ndarray:
-        """Mean forces of the drag on free nodes over a step dt [s] [N], shape (n, 3); see `pellucid.bodies.own_nodes.kernels`."""
+        """Forces of the drag on free nodes, means over a step dt [s]: shape (n, 3) [N]."""
         keep, gain = self.drag
         momentum = self.inertia[:, None] * self._arrays["velocity"]
         return np.asarray((keep - 1.0) / dt * momentum + (gain - 1.0) * self.forces())

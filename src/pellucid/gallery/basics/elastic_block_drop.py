@@ -1,0 +1,117 @@
+"""A block without lateral strain bounces on a floor: the exact impact of a bar on a rigid wall."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"bounce": "Velocity of the centre of mass, and the force on the floor."}
+
+METRICS = ("force", "turn", "rebound", "energy")
+
+
+class Impact(NamedTuple):
+    """A bar that meets a rigid wall: from the touch until 2 L/c it feels the force ρ c v A, and leaves as fast as it came.
+
+    Source: Timoshenko & Goodier, Theory of Elasticity, section 167.
+    """
+
+    length: float  # [m]
+    area: float  # [m²]
+    wave_speed: float  # [m/s]
+    density: float  # [kg/m³]
+    speed: float  # [m/s]
+    touch: float  # [s]
+    spacing: float  # of the nodes along the bar [m]
+
+    @classmethod
+    def of(cls, run: "Run") -> "Impact":
+        """That of a run."""
+        body = run.case.body[0]
+        if not isinstance(body, MeshlessSolidCase) or body.mesh.box is None:
+            raise TypeError("the exact impact is that of a box of a meshless solid")
+        low, high = (np.array(corner) for corner in body.bounds())
+        size, speed = high - low, -body.velocity[2]
+        fall = float(low[2]) - run.case.grid.lower[2]
+        along = body.mesh.box.cells[2]
+        wave = body.wave_speeds()[0]
+        length = float(size[2])
+        return cls(length, float(size[0] * size[1]), wave, body.density, speed, fall / speed, length / along)
+
+    @property
+    def duration(self) -> float:
+        """Of the touch [s]."""
+        return 2.0 * self.length / self.wave_speed
+
+    @property
+    def force(self) -> float:
+        """On the floor [N]."""
+        return self.density * self.wave_speed * self.speed * self.area
+
+    @property
+    def front(self) -> float:
+        """How much of the duration the front takes at its end: lumped masses h apart slow waves by (kh)²/24, which widens a
+        front to (c t h²/8)^(1/3) (as an Airy function, Whitham, Linear and Nonlinear Waves, section 11.5)."""
+        return float((0.125 * (self.spacing / (2.0 * self.length)) ** 2) ** (1.0 / 3.0))
+
+    def velocity(self, time: "np.ndarray") -> "np.ndarray":
+        """Of the centre of mass [m/s]."""
+        return np.asarray(np.clip(2.0 * (time - self.touch) / self.duration - 1.0, -1.0, 1.0) * self.speed)
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Force on the floor, when the block stands still, how fast it leaves, energy."""
+    exact, history = Impact.of(run), run.history
+    time, velocity, push = (np.asarray(history[name], dtype=float) for name in ("time", "velocity_z", "force"))
+    step = np.diff(time, prepend=0.0)  # a row has the mean force since the row before
+    since = (time - exact.touch) / exact.duration
+    middle = (since > 0.2) & (since <= 0.8)
+    force = float(push[middle] @ step[middle] / step[middle].sum())
+    k = int(np.argmax(velocity > 0.0))
+    turn = float(np.interp(0.0, velocity[k - 1 : k + 1], time[k - 1 : k + 1])) - exact.touch
+    rebound, energy = float(velocity[-1]), abs(float(run.summary["conservation"]["energy"]))
+    # the reference is linear in the strain v/c; the nodes on the floor, half a spacing of the mass, stop at once
+    strain, stopped = exact.speed / exact.wave_speed, 0.5 * exact.spacing / exact.length
+    half = 0.5 * exact.duration
+    return {
+        "force": Metric(
+            force, exact.force, abs(force / exact.force - 1.0), strain + stopped, "N", "mean over the middle of the touch"
+        ),
+        "turn": Metric(
+            turn, half, abs(turn / half - 1.0), strain + stopped, "s", "from the touch until the block stands still"
+        ),
+        "rebound": Metric(
+            rebound,
+            exact.speed,
+            abs(rebound / exact.speed - 1.0),
+            2.0 * exact.front,
+            "m/s",
+            "velocity at the end: the front comes back widened, and its tail stays in the block as vibration",
+        ),
+        "energy": Metric(energy, 0.0, energy, 0.02, "", "relative error of the energy balance at the end"),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Velocity of the centre of mass, and the force on the floor."""
+    exact, history = Impact.of(run), run.history
+    time = np.asarray(history["time"], dtype=float)
+    figure = new_figure(10.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    left.plot(time, exact.velocity(time), color="black", linewidth=1, label="exact")
+    left.plot(time, history["velocity_z"], "--", color=COLOURS[1], label="nodes")
+    label(left, "time", "velocity of the centre of mass", "s", "m/s")
+    inside = (time > exact.touch) & (time <= exact.touch + exact.duration)
+    right.plot(time, np.where(inside, exact.force, 0.0), color="black", linewidth=1)
+    right.plot(time, history["force"], color=COLOURS[1], linewidth=0.8)
+    label(right, "time", "force on the floor", "s", "N")
+    left.legend()
+    return {"bounce": figure}
