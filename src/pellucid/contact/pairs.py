@@ -134,7 +134,7 @@ class ContactPairs:
         """Impulses on the nodes after their momentum was advanced, and what they did; of their own work only that on nodes
         that are constrained, since that on points is known when these have moved."""
         self._sweep()
-        touching = list(dict.fromkeys(chain.from_iterable(pair.in_contact() for pair in self._pairs)))
+        touching = {id(body): body for pair in self._pairs for body in pair.in_contact()}.values()
         given = self._size()
         for _ in range(ANSWERS):
             answers = [body.answer_contact() for body in touching]
