@@ -44,7 +44,7 @@ class Tissue(NamedTuple):
 
 
 def held(where, axes="xyz", velocity=(0.0, 0.0, 0.0)):
-    """A support, for nodes at given places, on those that a function of these selects."""
+    """A support on the nodes that a function of their places selects: the support, from these places."""
     return lambda places: NodalSupport(where(places), ("x" in axes, "y" in axes, "z" in axes), velocity, None)
 
 

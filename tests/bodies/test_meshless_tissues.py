@@ -26,8 +26,9 @@ def test_forces_are_the_derivative_of_the_energy_with_averaged_volume_ratios(nam
     case = block(HYPERELASTIC[name].model_dump()).body[0]
     assert case.averages_volume, "at a Poisson's ratio of 0.45"
     law = case.law()
-    solid, _ = make_tables(case.mesh_in_order(), case.approximant, law, 4, True, True)
-    nodes, bundle = case.mesh_in_order().nodes, Bundle(solid)
+    mesh = case.mesh_in_order()
+    solid, _ = make_tables(mesh, case.approximant.evaluator(mesh), law, 4, True, True)
+    nodes, bundle = mesh.nodes, Bundle(solid)
 
     def forces(u):
         found = np.zeros_like(nodes)

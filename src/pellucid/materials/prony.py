@@ -62,7 +62,7 @@ class PronyBranch(Model):
 
 
 class PronyMaterial(ViscoelasticMaterial):
-    """Viscoelastic solid whose isochoric stress relaxes by a Prony series (finite linear viscoelasticity): after sudden strain
+    """Viscoelastic solid whose isochoric stress relaxes by a Prony series (finite linear viscoelasticity): in a sudden strain
     it is 1 + Σβ times that of the hyperelastic solid to which it relaxes."""
 
     kind: Literal["prony"] = "prony"

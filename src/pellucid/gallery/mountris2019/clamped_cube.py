@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
+
 METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_nodes", "ebc_residual_between")
 
 
@@ -70,9 +72,7 @@ def _scatter(run: "Run") -> Metric:
     start, pressure = run.fields(name, 0.0)["position"], run.fields(name)["pressure"]
     edge = float(np.ptp(start[:, 2]))
     middle = 0.5 * (start.min(axis=0) + start.max(axis=0))
-    pairs = np.unique(
-        np.sort(run.cells(name).tetrahedra[:, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]].reshape(-1, 2)), axis=0
-    )
+    pairs = np.unique(np.sort(run.cells(name).tetrahedra[:, EDGES].reshape(-1, 2)), axis=0)
     count, total = np.zeros(len(start)), np.zeros(len(start))
     for one, other in (pairs.T, pairs.T[::-1]):
         np.add.at(total, one, pressure[other])

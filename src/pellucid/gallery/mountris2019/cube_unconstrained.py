@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.mountris2019.curves import form_of, residuals
+from pellucid.gallery.mountris2019.curves import elasticity, form_of, residuals
 from pellucid.references.stretched_block import Stretched, stretched
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -25,9 +25,9 @@ METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_re
 def _exact(run: "Run") -> "tuple[Stretched, float, float]":
     """The exact state of the case, the edge of the cube [m] and the stretch along z."""
     body, motion = run.case.body[0], run.case.motion[0]
-    law, edge = body.material, float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
+    edge = float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
     along = 1.0 + motion.functions()[2](run.case.time.end) / edge
-    return stretched(form_of(run), law.young_modulus, law.poisson_ratio, along), edge, along
+    return stretched(form_of(run), *elasticity(run), along), edge, along
 
 
 def _displacements(run: "Run") -> "tuple[Array, Array]":
