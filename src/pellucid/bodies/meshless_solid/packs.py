@@ -14,6 +14,7 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES
+from pellucid.tensors import cofactor, determinant
 
 CHUNK = 256  # packs that one thread takes at a time
 DIGITS = 24  # of a number in single precision
@@ -97,10 +98,11 @@ def _turn(n, lane, nodes, position, g, K):
             x = position[nodes[k], i] - position[nodes[0], i]
             for j in range(3):
                 D[i, j] += x * g[(3 * k + j) * LANES + lane]
-    D = np.linalg.inv(D)
+    E = (D[0, 0], D[0, 1], D[0, 2], D[1, 0], D[1, 1], D[1, 2], D[2, 0], D[2, 1], D[2, 2])
+    over, C = 1.0 / determinant(E), cofactor(E)
     for i in range(3):
         for j in range(3):
-            K[(3 * i + j) * LANES + lane] = D[i, j] - (i == j)
+            K[(3 * i + j) * LANES + lane] = over * C[3 * j + i] - (i == j)
 
 
 @kernel(inner=True)

@@ -53,14 +53,14 @@ def make_tables(
     packs = pack_lists(evaluator.active, n_points)
     gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage)
     del rows
-    blocks, place = make_blocks(packs, n)
+    blocks, places = make_blocks(packs, n)
     n_packs = len(packs.first) - 1
     lanes = np.zeros(LANES * n_packs)
     lanes[: len(weights)] = weights
     solid = Solid(
         law=law,
         n_points=n_points,
-        gradients=Functions(packs.first, place, gradients),
+        gradients=Functions(packs.first, places, gradients),
         turns=turns,
         corners=_corners(mesh, blocks, n_points, weights),
         weights=lanes,
