@@ -81,12 +81,12 @@ def step(body, dt, pressure=0.0):
 
 def supported(places, axes, velocity=(0.0, 0.0, 0.0)):
     """A support that holds the nodes `places`, shape (n,), along some axes, such as "xz"."""
-    return NodalSupport(lambda position: places, tuple(axis in axes for axis in "xyz"), velocity, None)
+    return NodalSupport(places, tuple(axis in axes for axis in "xyz"), velocity, None)
 
 
 def wall(body, axis, end, velocity=(0.0, 0.0, 0.0)):
     """A face of the grid that lets no node through, and holds none at the start."""
-    return NodalSupport(lambda position: np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
+    return NodalSupport(np.zeros(body.n_points, bool), (False, False, False), velocity, (axis, end))
 
 
 def global_stress(body):

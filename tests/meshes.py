@@ -1,4 +1,6 @@
-"""Meshes that tests share: squares and cubes with nodes shifted at random, of triangles and tetrahedra."""
+"""Meshes that tests share: squares, cubes and an L with nodes shifted at random, of triangles and tetrahedra."""
+
+from itertools import permutations
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -26,3 +28,25 @@ def points_within(mesh, n, seed=0):
     cells = rng.integers(len(mesh.cells), size=n)
     shares = rng.dirichlet(np.full(mesh.dimension + 1, 2.0), n)
     return cells, np.einsum("ka,kad->kd", shares, mesh.nodes[mesh.cells[cells]])
+
+
+def l_shape(n, seed=1, shift=0.2):
+    """The box of edges 2, 2 and 1 without its quarter where x and y are above 1, with n cubes of six tetrahedra along 1.
+
+    Nodes within are shifted at random, but for those on the planes x = 1 and y = 1.
+    """
+    counts = np.array([2 * n, 2 * n, n])
+    cubes = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
+    cubes = cubes[(cubes[:, :2] < n).any(axis=1)]
+    steps = np.eye(3, dtype=int)
+    cells = []
+    for order in permutations(range(3)):  # from the lowest corner of a cube to the highest, an axis at a time
+        path = np.cumsum([np.zeros(3, int), *(steps[axis] for axis in order)], axis=0)
+        odd = np.linalg.det(steps[list(order)]) < 0
+        cells.append(cubes[:, None] + path[[1, 0, 2, 3] if odd else [0, 1, 2, 3]])
+    corners = np.concatenate(cells).reshape(-1, 3)
+    lattice, which = np.unique(corners, axis=0, return_inverse=True)
+    nodes = lattice / n
+    inner = ((lattice > 0) & (lattice < counts)).all(axis=1) & (lattice[:, :2] != n).all(axis=1)
+    nodes[inner] += np.random.default_rng(seed).uniform(-shift, shift, (int(inner.sum()), 3)) / n
+    return SimplexMesh(nodes, which.reshape(-1, 4))

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, FIRST_LOAD = range(8)
+INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, FIRST_LOAD = range(9)
 """Columns of a row of works that kernels of nodes and bodies fill; INTERNAL is the work of internal forces, which exchanges
 kinetic and stored energy. From FIRST_LOAD on come those of the channels of external forces."""
 
@@ -26,7 +26,9 @@ class Channel(NamedTuple):
 GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
     Channel, ("gravity_work", "support_work", "motion_work", "contact_work")
 )
-ABSORBED_ENERGY, IMPACT_HEAT = Channel("absorbed_energy", -1.0), Channel("impact_heat", -1.0)
+ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT = (
+    Channel(name, -1.0) for name in ("absorbed_energy", "impact_heat", "damping_heat")
+)
 FIXED_COLUMNS: Mapping[Channel, int] = {
     GRAVITY_WORK: GRAVITY,
     SUPPORT_WORK: SUPPORT,
@@ -34,6 +36,7 @@ FIXED_COLUMNS: Mapping[Channel, int] = {
     CONTACT_WORK: CONTACT,
     ABSORBED_ENERGY: ABSORBED,
     IMPACT_HEAT: IMPACT,
+    DAMPING_HEAT: DAMPING,
 }
 """Of the channels that kernels of nodes and bodies fill."""
 ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}
@@ -168,8 +171,18 @@ class EnergyBudget:
         self.energy_scale = self.kinetic
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
-    def record(self, bodies: Sequence[Balanced], done: StepWork, contact_impulses: Mapping[str, np.ndarray], dt: float) -> None:
-        """Add a step: the bodies at its end, its work, and the impulses of named contacts, (3,) each [N s]."""
+    def record(
+        self,
+        bodies: Sequence[Balanced],
+        done: StepWork,
+        contact_impulses: Mapping[str, np.ndarray],
+        dt: float,
+        weight: float = 1.0,
+    ) -> None:
+        """Add a step: the bodies at its end, its work, and the impulses of named contacts, (3,) each [N s].
+
+        weight: what its impulses count in the reactions, where the time of the loads is not that of the steps.
+        """
         kinetic, stored = self._energies(bodies)
         internal, external = float(done.works[INTERNAL]), 0.0
         for channel, column in self.channels.items():
@@ -180,21 +193,21 @@ class EnergyBudget:
         self.time_integration += stored - self.stored + internal
         self.artificial_heat += dt * sum(body.totals.heating for body in bodies)
         self.kinetic, self.stored = kinetic, stored
-        self._record_impulses(done, contact_impulses, dt)
+        self._record_impulses(done, contact_impulses, dt, weight)
         exchanged = abs(stored - self.initial["stored"]) + sum(abs(amount) for amount in self.sums.values())
         self.energy_scale = max(self.energy_scale, kinetic + exchanged)
         size = sum(body.totals.momentum_size for body in bodies)
         self.momentum_scale = max(self.momentum_scale, size, float(np.abs(self.impulse).max()))
 
-    def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float) -> None:
+    def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
         self.impulse += done.reactions.sum(axis=0) + dt * done.gravity_mass * self.gravity + done.impulse
         so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(done.reactions)
-        self.support_impulses = (np.array(so_far) + done.reactions).tolist()
+        self.support_impulses = (np.array(so_far) + weight * done.reactions).tolist()
         for name, impulse in done.motions.items():
             self.impulse += impulse
-            self._add_named(name, impulse)
+            self._add_named(name, weight * impulse)
         for name, impulse in contacts.items():
-            self._add_named(name, impulse)
+            self._add_named(name, weight * impulse)
 
     def _add_named(self, name: str, impulse: np.ndarray) -> None:
         self.named_impulses[name] = (np.array(self.named_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()

@@ -1,8 +1,10 @@
 """What is wrong with a case, at a place of its data."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+
+from pellucid.errors import CaseError, Problem
 
 Path = tuple[str | int, ...]
 """The way to a value through tables and lists: ("body", 0, "shape")."""
@@ -29,6 +31,13 @@ class Disagreement(ValueError):
     def __init__(self, findings: list[Finding]) -> None:
         self.findings = findings
         super().__init__("; ".join(f"{'.'.join(map(str, found.path))}: {found.text}" for found in findings))
+
+
+def refuse(findings: Iterable[Finding]) -> None:
+    """Raise CaseError where there are findings, which only the run could make."""
+    problems = [Problem(found.text, ".".join(map(str, found.path)), remedy=found.remedy) for found in findings]
+    if problems:
+        raise CaseError(problems)
 
 
 def listed(names: Sequence[str]) -> str:

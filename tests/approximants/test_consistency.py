@@ -9,9 +9,12 @@ from pellucid.approximants.nodal.consistency import boundary_integrals, correct
 from pellucid.approximants.nodal.table import evaluate
 from pellucid.geometry.quadrature import TETRAHEDRON
 
+# of the gradients themselves: quadratic moments are regular by a penalty of 1e-7, which costs that many digits
+ROUNDING = {"modified-moving-least-squares": 1e-8}
+
 
 @pytest.mark.parametrize("points", [1, 4])
-@pytest.mark.parametrize("kind", ["cell-based-maximum-entropy", "local-maximum-entropy"])
+@pytest.mark.parametrize("kind", [kind for kind in NODAL_APPROXIMANTS.entries if kind != "linear-simplex"])
 def test_the_divergence_theorem_holds_after_the_correction(kind, points):
     mesh = irregular(3, 3)
     evaluator = NODAL_APPROXIMANTS.entries[kind]().evaluator(mesh)
@@ -29,12 +32,12 @@ def test_the_divergence_theorem_holds_after_the_correction(kind, points):
         return abs(total - exact).max() / abs(exact).max()
 
     assert error() > 1e-3, "quadrature alone is not consistent"
-    correct(mesh, evaluator, rows, places, weights)
+    correct(mesh, evaluator, rows, weights)
     assert error() < 1e-11
     for k in range(len(places)):
         nodes, _, slopes = rows.at(k)
-        assert slopes.sum(axis=1) == pytest.approx(0.0, abs=1e-11)
-        assert slopes @ mesh.nodes[nodes] == pytest.approx(np.eye(3), abs=1e-11)
+        assert slopes.sum(axis=1) == pytest.approx(0.0, abs=ROUNDING.get(kind, 1e-11))
+        assert slopes @ mesh.nodes[nodes] == pytest.approx(np.eye(3), abs=ROUNDING.get(kind, 1e-11))
 
 
 def test_linear_functions_are_consistent_as_they_are():

@@ -114,8 +114,7 @@ class SpringLattice(NodalBody):
         return -self._K @ (self.arrays["position"] - self.arrays["start"])
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        position = self.arrays["position"]
-        self._supports = [(support.selects(position)[:, None] & np.array(support.axes), support) for support in supports]
+        self._supports = [(support.nodes[:, None] & np.array(support.axes), support) for support in supports]
         self._work = no_work(self._columns, len(supports))
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:

@@ -70,9 +70,9 @@ def test_a_case_built_in_python_is_checked_as_a_whole(text: str) -> None:
 
 def test_intervals_of_output_have_defaults(text: str) -> None:
     case = loads(text)
-    assert case.history_interval() == pytest.approx(case.time.end / 200)
-    assert case.frame_interval() == pytest.approx(case.time.end / 10)
-    assert case.with_settings({"output.frames": 0.025}).frame_interval() == 0.025
+    assert case.output.rows_every(case.time.end) == pytest.approx(case.time.end / 200)
+    assert case.output.frames_every(case.time.end) == pytest.approx(case.time.end / 10)
+    assert case.with_settings({"output.frames": 0.025}).output.frames_every(case.time.end) == 0.025
 
 
 def test_the_quick_variant_takes_the_quick_settings(text: str) -> None:

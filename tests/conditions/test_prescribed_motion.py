@@ -173,7 +173,7 @@ def test_a_rigid_body_that_strikes_water_loses_what_the_water_gains():
         ({"body": "blok"}, "no body has this name; there are block"),
         ({"hold": ["y"]}, "y stands in both"),
         ({"hold": [], "displacement": {}}, "prescribes no direction"),
-        ({"part": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}}, "no point of the body lies in this shape"),
+        ({"part": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}}, "no point of body block lies in it at the start"),
     ],
 )
 def test_motions_that_make_no_sense(change, words):

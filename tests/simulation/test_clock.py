@@ -102,7 +102,7 @@ def test_a_restored_clock_goes_on():
     for stable in (0.1, 0.07, 0.2):
         clock.advance(clock.next_step([body(stable)]))
     other = Clock(clock.case)
-    other.restore(clock.state_numbers())
+    other.restore(clock.state_numbers(), clock.state_arrays())
     assert vars(other) == vars(clock)
 
 

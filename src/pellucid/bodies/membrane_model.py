@@ -10,6 +10,7 @@ from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.inside import Inside
+from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials import MembraneMaterial
@@ -36,6 +37,10 @@ class MembraneCase(BodyModel):
     def occupied(self) -> Geometry:
         """What it encloses."""
         return Inside(surface=self.surface)
+
+    def selectable(self) -> Selectable:
+        """Its nodes or points, its elements in triangles, its rim."""
+        return Selectable.of_membrane(*self.surface.triangulate())
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
         """A surface that is open, or flat, has no inside."""

@@ -18,6 +18,8 @@ class Place(NamedTuple):
     base: type[Model]
     adapter: TypeAdapter[Any]
     is_list: bool
+    is_optional: bool
+    """Whether a case can do without the table."""
 
 
 @cache
@@ -27,10 +29,11 @@ def places(case: type[BaseModel]) -> dict[str, Place]:
     for attribute, field in case.model_fields.items():
         item = field.annotation
         is_list = get_origin(item) is tuple and get_args(item)[-1] is ...
+        is_optional = field.default is None
         item = get_args(item)[0] if is_list else _without_none(item)
         base = get_args(item)[0] if get_origin(item) is Annotated else item
         if isinstance(base, type) and issubclass(base, Model):
-            found[field.alias or attribute] = Place(attribute, base, TypeAdapter(item), is_list)
+            found[field.alias or attribute] = Place(attribute, base, TypeAdapter(item), is_list, is_optional)
     return found
 
 
@@ -39,7 +42,8 @@ def parts_of(case: BaseModel) -> Parts:
     sections = {}
     for key, place in places(type(case)).items():
         value = getattr(case, place.attribute)
-        sections[key] = Section(place.base, value if place.is_list else [value], place.is_list, value is not None)
+        one = [] if value is None else [value]
+        sections[key] = Section(place.base, value if place.is_list else one, place.is_list, value is not None)
     return Parts(sections)
 
 
@@ -51,6 +55,8 @@ def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:
             # what is no list may still hold the part that another names
             written = data.get(key, [])
             items = [_sound(item, place) for item in written] if isinstance(written, list) else [None]
+        elif place.is_optional and data.get(key) is None:
+            items = []
         else:
             items = [_sound(data.get(key, {}), place)]
         sections[key] = Section(place.base, items, place.is_list, key in data)

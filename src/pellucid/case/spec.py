@@ -11,6 +11,7 @@ from pellucid.case.checking import changed
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
+from pellucid.case.steady import SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.loads import AnyLoad
@@ -44,7 +45,9 @@ class TimeCase(Part):
     flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A fixed step that cannot be stable even at the start."""
+        """A fixed step that cannot be stable even at the start, or beside steady states, which choose their own."""
+        if self.step is not None and parts.one(SteadyCase) is not None:
+            yield Finding((*path, "step"), "steady states choose the step of their relaxation", "leave it out")
         if self.step is None or parts.grid is None:
             return
         for body in parts.of(BodyModel):
@@ -61,6 +64,14 @@ class OutputCase(Part):
     history: float | None = parameter("s", "time between rows of history.csv; without it end/200", None, gt=0)
     frames: float | None = parameter("s", "time between frames of the fields; without it end/10", None, gt=0)
     checkpoint: float = parameter("s", "wall-clock time between checkpoints", 30.0, gt=0)
+
+    def rows_every(self, end: float) -> float:
+        """Time between rows of the history [s] of a run to `end` [s]."""
+        return self.history or end / 200
+
+    def frames_every(self, end: float) -> float:
+        """Time between frames of the fields [s] of a run to `end` [s]."""
+        return self.frames or end / 10
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """More instants than anyone can want: their places in the files are laid out when the run begins."""
@@ -104,11 +115,12 @@ class Case(Model):
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
     grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
+    steady: SteadyCase | None = parameter("", "steady states, instead of motions in time", None)
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
-    pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes", ())
+    pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
@@ -158,14 +170,6 @@ class Case(Model):
         rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         return {Rigid: rigid} | {base: several for base, several in parts.items() if issubclass(base, Condition)}
-
-    def history_interval(self) -> float:
-        """Time between rows of the history [s]."""
-        return self.output.history or self.time.end / 200
-
-    def frame_interval(self) -> float:
-        """Time between frames of the fields [s]."""
-        return self.output.frames or self.time.end / 10
 
     def with_settings(self, settings: Mapping[str, Any]) -> "Case":
         """The case with values put at dotted keys, such as {"grid.cell": 0.02, "body.driver.velocity": [1, 0, 0]}.

@@ -55,8 +55,7 @@ class ActiveConditions:
         for kind, conditions in case.conditions().items():
             self._active += kind.activate(conditions, assembly)
         for member in members.values():
-            if member.body.constraint is not None:
-                member.body.renew_totals()  # what bounds the step of a body may have changed
+            member.body.complete()
 
     def begin(self, time: float, dt: float) -> None:
         """Set the actions of the step that begins at `time` [s]."""

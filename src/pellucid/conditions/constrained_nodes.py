@@ -1,15 +1,17 @@
 """Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Protocol
 
 import numpy as np
 
 from pellucid.errors import CaseError, Problem
+from pellucid.findings import refuse
+from pellucid.geometry.region import NOWHERE, Selectable, Where, chosen_nodes, faults
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
-from pellucid.parts.assembly import NO_AXES
-from pellucid.parts.body import NodalSupport
+from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
+from pellucid.parts.body import NodalBody, NodalSupport
 
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 
@@ -18,19 +20,39 @@ class ConstrainsNodes(Protocol):
     """A support, as nodes need it."""
 
     @property
+    def body(self) -> str | None: ...
+    @property
     def velocity(self) -> tuple[float, float, float]: ...
-    def box(self) -> tuple[np.ndarray, np.ndarray] | None: ...
+    def region(self) -> Where | None: ...
     def face(self) -> tuple[int, int] | None: ...
     def axes(self) -> tuple[bool, bool, bool]: ...
 
 
-def constrain_nodes(grid: Grid, supports: Sequence[ConstrainsNodes]) -> Supports:
-    """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes."""
+def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> None:
+    """Let supports constrain the nodes of all grids and those of bodies with their own. Raises CaseError for one without."""
+    owners = [member for member in assembly.bodies.values() if isinstance(member.body, NodalBody)]
+    own = [[nodal_support(member, support, number) for number, support in enumerate(supports)] for member in owners]
+    found = {number for of_body in own for number, support in enumerate(of_body) if support.nodes.any()}
+    for actions in assembly.actions:
+        actions.supports = constrain_nodes(actions.field.grid, supports, found)
+    for number, support in enumerate(supports):
+        if number not in found and support.body is None and not assembly.actions:
+            text = "constrains nothing: no node of a body lies in it at the start"
+            raise CaseError(Problem(text, f"support.{number}.where", remedy=NOWHERE))
+    for member, of_body in zip(owners, own, strict=True):
+        member.body.add_supports(of_body)
+
+
+def constrain_nodes(grid: Grid, supports: Sequence[ConstrainsNodes], elsewhere: Collection[int] = ()) -> Supports:
+    """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes.
+
+    elsewhere: the numbers of supports that constrain nodes of bodies, and may leave out those of the grid.
+    """
     index, position = grid.where()
     constrained = grid.nodes.constrained
     for number, support in enumerate(supports):
-        inside = nodes_of(support, grid, position)
-        if not inside.any():
+        inside = nodes_of(support, grid, Selectable(position)) if support.body is None else np.zeros(len(position), bool)
+        if not inside.any() and support.body is None and number not in elsewhere:
             raise CaseError(
                 Problem(
                     "constrains no node of the grid: the box lies between nodes or beyond the grid",
@@ -47,22 +69,28 @@ def constrain_nodes(grid: Grid, supports: Sequence[ConstrainsNodes]) -> Supports
     return Supports(velocity, np.array([*faces, True], dtype=np.int64))
 
 
-def nodal_support(grid: Grid | None, support: ConstrainsNodes) -> NodalSupport:
-    """A support for bodies with their own nodes; a face of the grid that it constrains along its normal is a wall to them."""
-    face, axes = support.face(), support.axes()
+def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:
+    """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
+
+    Raises CaseError where it names this body and a region with none of its nodes.
+    """
+    face, axes, region, of = support.face(), support.axes(), support.region(), member.body.selectable()
+    if region is not None and support.body == member.body.name:
+        refuse(faults(region, of, ("support", number, "where"), member.body.name, member.active_axes))
+    if support.body not in (None, member.body.name):
+        return NodalSupport(np.zeros(len(of.position), bool), axes, support.velocity, None)
+    grid = member.velocity_field.grid if member.velocity_field else None
     wall = face if face is not None and axes[face[0]] else None
-    return NodalSupport(lambda position: nodes_of(support, grid, position), axes, support.velocity, wall)
+    return NodalSupport(nodes_of(support, grid, of), axes, support.velocity, wall)
 
 
-def nodes_of(support: ConstrainsNodes, grid: Grid | None, position: np.ndarray) -> np.ndarray:
-    """Which nodes at positions [m], shape (n, 3), a support constrains, shape (n,): those of the grid or a body's own."""
-    box = support.box()
-    if box is not None:
-        lower, upper = box
+def nodes_of(support: ConstrainsNodes, grid: Grid | None, of: Selectable) -> np.ndarray:
+    """Which nodes a support constrains, shape (n,): those of the grid or a body's own."""
+    region, face, position = support.region(), support.face(), of.position
+    if region is not None:
+        x, y, z = grid.thin if grid else NO_AXES
         reach = REACH * grid.lattice.cell if grid else 0.0
-        inside = (position >= lower - reach) & (position <= upper + reach)
-        return np.asarray(np.all(inside[:, ~np.array(grid.thin if grid else NO_AXES)], axis=1))
-    face = support.face()
+        return chosen_nodes(region, of, (not x, not y, not z), reach)
     if face is None or grid is None:
         return np.ones(len(position), bool)
     axis, end = face

@@ -10,7 +10,7 @@ from pellucid.conditions.signals.checked import checked_displacement, displaceme
 from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
-from pellucid.geometry.shapes import Shape
+from pellucid.geometry.region import Where, faults
 from pellucid.model import Model, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
@@ -35,7 +35,7 @@ class Motion(Condition):
     unique_name: ClassVar[bool] = True
     name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str = parameter("", "name of the body")
-    part: Shape | None = parameter("", "only the points inside this shape at the start; without it the whole body", None)
+    part: Where | None = parameter("", "only the points in this region at the start; without it the whole body", None)
     hold: tuple[Axis, ...] = parameter("", "directions along which the points stay where they are", ())
     displacement: Displacements = parameter("", "displacement as a function of time", Displacements())
 
@@ -58,6 +58,8 @@ class Motion(Condition):
         body = parts.named(BodyModel, self.body)
         if body is not None and (reason := body.why_no_motion()):
             yield Finding((*path, "body"), *reason)
+        elif body is not None and self.part is not None and (nodes := body.selectable()) is not None:
+            yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
     def _signal_problems(self, path: Path) -> Iterator[Finding]:
         """Signals that fail at the start."""

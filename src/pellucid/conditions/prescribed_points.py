@@ -1,7 +1,6 @@
 """Prescribed motions in a run: constraints on the points of a body, and on the nodes that these reach."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -10,12 +9,12 @@ from pellucid.conditions import driven_points
 from pellucid.conditions.signals.contract import Displacement
 from pellucid.energy import IMPACT, MOTION, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.shapes import Shape
+from pellucid.findings import refuse
+from pellucid.geometry.region import Where, chosen_nodes, faults
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
-from pellucid.parts.body import Body
 from pellucid.reductions import ordered_sum
 
 
@@ -25,7 +24,7 @@ class FollowedMotion(Protocol):
     @property
     def name(self) -> str: ...
     @property
-    def part(self) -> Shape | None: ...
+    def part(self) -> Where | None: ...
     def functions(self) -> Mapping[int, Displacement]: ...
     def top_speed(self) -> float: ...
 
@@ -50,7 +49,7 @@ class PrescribedPoints(ActiveCondition):
         self._energy = np.zeros((MOST_SLABS, 2))
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
-        driven = self._marked(body, motions, thin)
+        driven = self._marked(member, motions)
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         self._bundle: Bundle | None = None
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
@@ -59,16 +58,14 @@ class PrescribedPoints(ActiveCondition):
         body.constrain(self)
 
     @staticmethod
-    def _marked(body: Body, motions: Sequence[FollowedMotion], thin: Sequence[bool]) -> np.ndarray:
+    def _marked(member: AssembledBody, motions: Sequence[FollowedMotion]) -> np.ndarray:
+        body, of = member.body, member.body.selectable()
         driven = np.zeros(body.n_points, np.int64)
-        x, y, z = (not flat for flat in thin)
         for number, motion in enumerate(motions, start=1):
             inside = np.ones(body.n_points, bool)
             if motion.part is not None:
-                inside = body.selected(partial(motion.part.geometry().contains, active=(x, y, z)))
-            if not inside.any():
-                text, remedy = "no point of the body lies in this shape at the start", "make it larger or move it"
-                raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy=remedy))
+                refuse(faults(motion.part, of, ("motion", motion.name, "part"), body.name, member.active_axes))
+                inside = chosen_nodes(motion.part, of, member.active_axes)
             if driven[inside].any():
                 other = motions[int(driven[inside].max()) - 1].name
                 text = f"some points of body {body.name} already follow the motion {other}"
@@ -85,11 +82,15 @@ class PrescribedPoints(ActiveCondition):
         return self._bundle
 
     def begin(self, time: float, dt: float) -> None:
-        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements."""
+        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements.
+
+        None where time stands still, as that of the loads does while a body comes to rest.
+        """
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
                 self._displacement[number, axis] = function(time + dt)
-                self._velocity[number, axis] = (self._displacement[number, axis] - function(time)) / dt
+                moved = self._displacement[number, axis] - function(time)
+                self._velocity[number, axis] = moved / dt if dt > 0.0 else 0.0
         self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)

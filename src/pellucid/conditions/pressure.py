@@ -1,10 +1,12 @@
-"""Pressure that follows a membrane."""
+"""Pressure that follows a membrane or the faces of a solid."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pellucid.conditions.smooth_step import smooth_step
+from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
+from pellucid.conditions.smooth_step import risen
 from pellucid.findings import Finding, Path
+from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
@@ -16,32 +18,49 @@ if TYPE_CHECKING:
 
 
 class Pressure(Condition):
-    """A pressure difference on a membrane, along its normal wherever that points."""
+    """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
 
-    body: str = parameter("", "name of a membrane")
-    value: float = parameter("Pa", "pressure behind the membrane minus that before it: it pushes along the normal")
+    body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
+    value: float = parameter(
+        "Pa", "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one"
+    )
+    where: Where | None = parameter("", "which faces of a solid; without it all of its outer ones", None)
     rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or has no normal."""
+        """A body that is not there or has no normal, faces that are not there."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
-        if body is not None and not body.is_surface:
-            text = f"body {self.body} is no membrane: it has no normal to push along"
-            yield Finding((*path, "body"), text, "name a body of kind membrane-points or membrane-elements")
+        if body is None:
+            return
+        if body.is_surface and self.where is not None:
+            text = f"body {self.body} is a membrane, on all of which a pressure acts"
+            yield Finding((*path, "where"), text, "leave `where` out; it is for faces of a solid")
+        elif not body.is_surface and body.selectable() is None:
+            text = f"body {self.body} is no membrane and has no mesh: it has no normal to push along"
+            yield Finding((*path, "body"), text, "name a membrane or a meshless-solid")
+        elif not body.is_surface:
+            place = (*path, "body" if self.where is None else "where")
+            yield from face_problems(self.where or "boundary", place, self.body, parts)
 
     def load_channel(self) -> str:
         """Shared with other loads."""
         return "load_work"
 
     @classmethod
-    def activate(cls, conditions: Sequence["Pressure"], assembly: "Assembly") -> Sequence["ActivePressure"]:
+    def activate(cls, conditions: Sequence["Pressure"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """One for each."""
-        return [ActivePressure(pressure, assembly) for pressure in conditions]
+        return [pressure.active(assembly, number) for number, pressure in enumerate(conditions)]
+
+    def active(self, assembly: "Assembly", number: int) -> ActiveCondition:
+        """What acts in a run; number: its place among the pressures of the case."""
+        if assembly.bodies[self.body].body.is_surface:
+            return ActivePressure(self, assembly)
+        return ActiveFacePressure(self, assembly, number)
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
-        return self.value * (smooth_step(time / self.rise) if self.rise > 0.0 else 1.0)
+        return self.value * risen(time, self.rise)
 
 
 class ActivePressure(ActiveCondition):
@@ -54,3 +73,16 @@ class ActivePressure(ActiveCondition):
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         self._body.add_pressure(self._pressure.at(time), self._column)
+
+
+class ActiveFacePressure(ActiveCondition):
+    """A pressure on faces of a solid that is built."""
+
+    def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
+        member, where = assembly.bodies[pressure.body], pressure.where or "boundary"
+        self._faces, self._pressure = LoadedFaces(member, where, ("pressure", number, "where")), pressure
+        self._column = assembly.load_column(pressure.body, pressure.load_channel())
+
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        self._faces.body.add_external_force(self._faces.pressure(self._pressure.at(time)), self._column)

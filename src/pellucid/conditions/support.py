@@ -7,9 +7,11 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from pellucid.findings import Finding, Path
-from pellucid.geometry.shapes import Box
-from pellucid.model import Model, Vector, parameter
+from pellucid.geometry.region import Region, Where, faults, needs_mesh
+from pellucid.grid.model import GridCase
+from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -20,17 +22,16 @@ Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 Axis = Literal["x", "y", "z"]
 
 
-class BoxRegion(Model):
-    """The nodes inside a box."""
-
-    box: Box
-
-
 class Support(Condition):
     """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall."""
 
     name: str | None = parameter("", "name for probes of its reaction", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
-    where: Literal["all-nodes"] | Face | BoxRegion = parameter("", "which nodes: all-nodes, a face of the grid, or a box")
+    body: str | None = parameter(
+        "",
+        "a body with nodes of its own: only these are constrained; without it those of the grid and of all such bodies",
+        None,
+    )
+    where: Literal["all-nodes"] | Face | Where = parameter("", "which nodes: all-nodes, a face of the grid, or a region")
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
     velocity: Vector = parameter("m/s", "velocity of the constrained directions", (0.0, 0.0, 0.0))
 
@@ -43,35 +44,47 @@ class Support(Condition):
 
     @model_validator(mode="after")
     def _normal_needs_a_face(self) -> "Support":
-        if self.fix == "normal" and (not isinstance(self.where, str) or self.where == "all-nodes"):
+        if self.fix == "normal" and self.face() is None:
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
+        if self.body is None and (region := self.region()) is not None and needs_mesh(region):
+            raise ValueError('named sets, normals and "boundary" are those of a body: add its name as `body`')
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A face of a grid that is not there, a box in which there is no node."""
+        """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-        grid = parts.grid
-        if grid is None or not isinstance(self.where, BoxRegion):
+        if self.body is not None:
+            yield from self._body_problems(self.body, path, parts)
+        elif parts.grid is not None and isinstance(self.where, Region) and self.where.box is not None:
+            yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)
+
+    def _body_problems(self, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
+        yield from parts.unknown(BodyModel, (*path, "body"), name)
+        body, region = parts.named(BodyModel, name), self.region()
+        if body is None:
             return
-        lower, upper = self.where.box.bounds()
+        if not body.owns_nodes(sum(other.field == body.field for other in parts.of(BodyModel)) == 1):
+            text = f"body {name} has no nodes of its own: it moves with those of the grid"
+            yield Finding((*path, "body"), text, "leave `body` out, so that the nodes of the grid are constrained")
+        elif region is not None and (nodes := body.selectable()) is not None:
+            yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
+
+    @staticmethod
+    def _box_problems(path: Path, lower: np.ndarray, upper: np.ndarray, grid: GridCase) -> Iterator[Finding]:
         ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
         for axis, low, high, grid_low, grid_high, thin in ends:
             if not thin and (high < low or high < grid_low or low > grid_high):
                 box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
                 text = f"the box contains no node: {axis} from {box}, the grid's from {nodes}"
-                yield Finding((*path, "where", "box"), text, "let the box overlap the grid")
+                yield Finding(path, text, "let the box overlap the grid")
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
-        from pellucid.conditions.constrained_nodes import constrain_nodes, nodal_support
+        from pellucid.conditions.constrained_nodes import constrain_all
 
-        for actions in assembly.actions:
-            actions.supports = constrain_nodes(actions.field.grid, conditions)
-        for member in assembly.bodies.values():
-            grid = member.velocity_field.grid if member.velocity_field else None
-            member.body.add_supports([nodal_support(grid, support) for support in conditions])
+        constrain_all(conditions, assembly)
         return ()
 
     def reaction(self) -> str | None:
@@ -80,15 +93,15 @@ class Support(Condition):
 
     def constrains_face(self, face: str) -> bool:
         """Whether it constrains this face of the grid."""
-        return self.where == face
+        return self.where == face and self.body is None
 
     def face_velocity(self, face: str) -> Vector | None:
         """Its velocity [m/s], if it constrains this face of the grid along its normal."""
         return self.velocity if self.constrains_face(face) and self.axes()["xyz".index(face[0])] else None
 
-    def box(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Lower and upper corner [m] of the box in which it constrains nodes, if it is one."""
-        return self.where.box.bounds() if isinstance(self.where, BoxRegion) else None
+    def region(self) -> Where | None:
+        """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""
+        return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are constrained."""
@@ -97,6 +110,6 @@ class Support(Condition):
 
     def face(self) -> tuple[int, int] | None:
         """The axis and the end, 0 lower and 1 upper, of the face of the grid on which it is, if it is on one."""
-        if isinstance(self.where, BoxRegion) or self.where == "all-nodes":
+        if isinstance(self.where, Region) or self.where in ("all-nodes", "boundary"):
             return None
         return "xyz".index(self.where[0]), ("lower", "upper").index(self.where[2:])

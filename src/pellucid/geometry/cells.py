@@ -42,6 +42,25 @@ def cut_in_two(quads: np.ndarray) -> np.ndarray:
 
 def outer_faces(tetrahedra: np.ndarray) -> np.ndarray:
     """The faces that belong to one tetrahedron only, with outward normals, shape (m, 3)."""
+    return outer_faces_of_cells(tetrahedra)[0]
+
+
+def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same, and the tetrahedron of each, shape (m,)."""
     faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
     _, which, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return faces[count[which.ravel()] == 1]
+    outer = np.flatnonzero(count[which.ravel()] == 1)
+    return faces[outer], outer // 4
+
+
+def cells_of_faces(tetrahedra: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The tetrahedra of outer faces, shape (f, 3), in any order of their corners: shape (f,)."""
+    every, cells = outer_faces_of_cells(tetrahedra)
+    keys = {tuple(face): cell for face, cell in zip(np.sort(every, axis=1).tolist(), cells.tolist(), strict=True)}
+    return np.array([keys[tuple(face)] for face in np.sort(faces, axis=1).tolist()], np.int64)
+
+
+def vector_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Areas of triangles between places [m], shape (n, 3), along their normals [m²], shape (m, 3)."""
+    a, b, c = places[triangles[:, 0]], places[triangles[:, 1]], places[triangles[:, 2]]
+    return np.asarray(0.5 * np.cross(b - a, c - a))

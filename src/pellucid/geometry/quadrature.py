@@ -48,3 +48,15 @@ TETRAHEDRON = {
     32: _in_parts(_four(), _eight_parts()),
 }
 """Points of each rule by their number, as shares of the corners, shape (points, 4); all of one weight, 1/points."""
+
+# exact to degree 4 (Cowper 1973, Int. J. Numer. Methods Eng. 7, 405)
+_NEAR, _FAR = 0.108103018168070, 0.816847572980459
+TRIANGLE = np.array(
+    [
+        *(np.full((3, 3), 0.445948490915965) + (_NEAR - 0.445948490915965) * np.eye(3)),
+        *(np.full((3, 3), 0.091576213509771) + (_FAR - 0.091576213509771) * np.eye(3)),
+    ]
+)
+"""Points on a triangle, as shares of the corners, shape (6, 3)."""
+TRIANGLE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
+"""Of these points, as shares of the area, shape (6,)."""

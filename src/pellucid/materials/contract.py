@@ -19,6 +19,10 @@ class BodyMaterial(Model):
     kind: str
     density: float = parameter("kg/m^3", "initial density", gt=0)
 
+    @abstractmethod
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of plane pressure and shear waves at the start [m/s]."""
+
 
 class PointMaterial(BodyMaterial):
     """A material of material points: the parameters that the user gives, its law, and its state at the start.
@@ -36,10 +40,6 @@ class PointMaterial(BodyMaterial):
     @abstractmethod
     def initial_state(self) -> PointState:
         """The state of every point at the start."""
-
-    @abstractmethod
-    def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s]."""
 
     def signals(self, length: float) -> tuple[float, float]:
         """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""

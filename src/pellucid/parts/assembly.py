@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pellucid.energy import Channel, WorkLayout
+from pellucid.geometry.geometry import ActiveAxes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -28,6 +29,12 @@ class AssembledBody(NamedTuple):
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick."""
         return self.actions.field.grid.thin if self.actions else NO_AXES
+
+    @property
+    def active_axes(self) -> ActiveAxes:
+        """The other axes, along which shapes have an extent."""
+        x, y, z = self.thin
+        return not x, not y, not z
 
 
 class Assembly(NamedTuple):

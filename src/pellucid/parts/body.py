@@ -6,7 +6,7 @@ of motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); th
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -15,19 +15,18 @@ from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
+from pellucid.geometry.face_shares import FaceShares
+from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 
-Selection = Callable[[np.ndarray], np.ndarray]
-"""Which of some positions [m], shape (n, 3), it selects, shape (n,)."""
-
 
 class NodalSupport(NamedTuple):
     """A support on nodes of a body that has its own."""
 
-    selects: Selection
+    nodes: np.ndarray  # (n,) whether it constrains a node
     axes: tuple[bool, bool, bool]  # constrained directions
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
@@ -62,6 +61,33 @@ class PointConstraint(Protocol):
 
     def prescribe_positions(self) -> None:
         """After the points moved: their positions."""
+
+
+class Springs(NamedTuple):
+    """What nodes resist with."""
+
+    position: np.ndarray  # (n, 3) [m]
+    force: np.ndarray  # (n, 3) internal forces there [N]
+    inertia: np.ndarray  # (n,) [kg]
+    free: np.ndarray  # (n, 3) which directions are not prescribed
+
+
+class Relaxable(Protocol):
+    """A body that can be brought to rest in equilibrium."""
+
+    arrays: dict[str, np.ndarray]
+
+    def relax(self, keep: float, gain: float, load_rate: float) -> None:
+        """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
+
+        load_rate: how fast the loads change, in simulated time over that of the step.
+        """
+
+    def springs(self) -> Springs:
+        """Its internal forces of the last step, and the places where they were found."""
+
+    def unbalanced(self) -> tuple[float, float]:
+        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
 
 
 class Body(ABC):
@@ -139,9 +165,31 @@ class Body(ABC):
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
-    def selected(self, selection: Selection) -> np.ndarray:
-        """Which of its points a selection takes where they are now, shape (n,), in the order in which they are stored."""
-        return selection(self.arrays["position"])
+    @property
+    def node_sets(self) -> Mapping[str, np.ndarray]:
+        """The sets of nodes that its mesh names, by the numbers of the nodes; most bodies have none."""
+        return {}
+
+    def selectable(self) -> Selectable:
+        """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
+        place = np.argsort(self.arrays["id"])
+        faces, position = place[self.cells().surface()], self.arrays["position"]
+        if self.is_surface:
+            return Selectable.of_membrane(position, faces)
+        sets = {name: place[nodes] for name, nodes in self.node_sets.items()}
+        return Selectable(position, faces, np.unique(faces), sets)
+
+    def face_shares(self, faces: np.ndarray) -> FaceShares:
+        """How what acts on triangles of its surface, shape (f, 3), of those that are selectable, goes to its nodes.
+
+        It is asked for when all conditions are known: its functions may depend on them.
+        """
+        return FaceShares.linear(faces)
+
+    def complete(self) -> None:
+        """All conditions are known: called once, before the first step. What depends on them is made now."""
+        if self.constraint is not None:
+            self.renew_totals()  # what bounds the step of a body may have changed
 
     @abstractmethod
     def renew_totals(self) -> None:
@@ -195,6 +243,10 @@ class Body(ABC):
         """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""
         back = np.argsort(self.arrays["id"])
         return {name: self.field(name)[back] for name in self.field_names}
+
+    def facts(self) -> Mapping[str, float]:
+        """Numbers about its state by name, which the summary of a run shows, in SI units."""
+        return {}
 
     def kinetic_energies(self) -> np.ndarray:
         """Of each point [J], shape (n,)."""

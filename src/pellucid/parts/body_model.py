@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, parameter
@@ -67,6 +68,10 @@ class BodyModel(Part):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, good to a layer of them; None where the case has no grid."""
 
+    def table_bytes(self) -> float:
+        """Memory that it takes beside its points, tables of shape functions [bytes]."""
+        return 0.0
+
     @abstractmethod
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
@@ -79,10 +84,23 @@ class BodyModel(Part):
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
         return False
 
+    def selectable(self) -> Selectable | None:
+        """What regions of conditions choose from at the start; None where that is known only when it is built."""
+        return None
+
     @property
     def is_rigid(self) -> bool:
         """Whether it moves as a rigid body."""
         return False
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether a drag slows its nodes."""
+        return False
+
+    def why_not_relaxed(self, alone: bool) -> Reason | None:
+        """Why it cannot be brought to a steady state, if so; `alone`: whether it has a velocity field to itself."""
+        return Reason(f'kind "{self.kind}" has no steady states', "leave [steady] out")
 
     def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
         """The same model with the others of its case, whose regions it may leave out."""

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, NamedTuple, TypeVar
 
 from pellucid.findings import Finding, Path, hint, listed
+from pellucid.geometry.geometry import ActiveAxes
 from pellucid.grid.model import GridCase
 from pellucid.model import Model
 from pellucid.users_code import failure, place_of
@@ -67,6 +68,12 @@ class Parts:
     def grid(self) -> GridCase | None:
         """The grid, if it is there and right in itself."""
         return self.one(GridCase)
+
+    @property
+    def active_axes(self) -> ActiveAxes:
+        """The axes along which the grid is more than one cell thick; all where there is none."""
+        x, y, z = self.grid.thin() if self.grid else (False, False, False)
+        return not x, not y, not z
 
     @property
     def lacks_grid(self) -> bool:

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pellucid.case.spec import STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body
@@ -27,29 +29,46 @@ class Clock:
         self.time = 0.0
         self.dt = 0.0
         self.largest = 0.0
+        self.weight = 1.0
+        """What the impulses of the last step count in the reactions so far."""
 
     def next_step(self, bodies: Sequence[Body]) -> float:
         """The length of the coming step [s]; the last one ends at the end of the case.
 
         Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed.
         """
-        body = max(bodies, key=lambda body: body.totals.rate)
-        stable = min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest)
+        stable, name = self.stable_step(bodies)
         if self.case.step is not None:
-            self._check_fixed(self.case.step, stable, body.name)
+            self._check_fixed(self.case.step, stable, name)
             remaining = self.case.end / self.case.step - self.n_steps
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
         dt = min(self.case.courant * stable, self.case.end)
-        self.largest = max(self.largest, dt)
-        if dt < COLLAPSED * self.largest:
-            raise RunStopped(
-                f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{body.name}` collapsed to {dt:.3g} s, "
-                f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s); something moves or stiffens without bound"
-            )
+        self.check_collapse(dt, name)
         remaining = self.case.end - self.time
         if remaining <= dt * (1.0 + 1e-9):
             return remaining
         return min(dt, 0.5 * remaining)  # no sliver at the end
+
+    def stable_step(self, bodies: Sequence[Body]) -> tuple[float, str]:
+        """The largest stable step [s], and the body that bounds it."""
+        body = max(bodies, key=lambda body: body.totals.rate)
+        return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
+
+    def check_collapse(self, dt: float, name: str) -> None:
+        """Raise RunStopped where the step that a body allows is nothing beside the largest so far."""
+        self.largest = max(self.largest, dt)
+        if dt < COLLAPSED * self.largest:
+            raise RunStopped(
+                f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{name}` collapsed to {dt:.3g} s, "
+                f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s); something moves or stiffens without bound"
+            )
+
+    def span(self, dt: float) -> tuple[float, float]:
+        """From when on [s], and how long [s], the loads act over the coming step."""
+        return self.time, dt
+
+    def pace(self, dt: float) -> None:
+        """Tell the bodies how to move over the coming step: by their own inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a step."""
@@ -73,11 +92,23 @@ class Clock:
             raise CaseError(Problem(text, "time.step", step, remedy))
         raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: time.step = {step:g} s, but {text} now; {remedy}")
 
-    def state_numbers(self) -> dict[str, float]:
+    def progress(self) -> float:
+        """How far the run is [s]."""
+        return self.time
+
+    def facts(self) -> dict[str, Any]:
+        """What the summary tells of the analysis."""
+        return {}
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Arrays that a checkpoint keeps."""
+        return {}
+
+    def state_numbers(self) -> dict[str, Any]:
         """What a checkpoint keeps."""
         return {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:
+    def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         self.n_steps, self.time = numbers["n_steps"], numbers["time"]
         self.dt, self.largest = numbers["dt"], numbers["largest"]

@@ -15,7 +15,7 @@ import numpy as np
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, EnergyBudget, total_work
+from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, EnergyBudget, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
@@ -27,6 +27,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points
 POINTS_PER_THREAD = 10_000  # at least; with fewer, threads cost more than they save
 CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
+CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
@@ -87,7 +89,8 @@ class Simulation:
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
-        layout = layout_of(case, (CONTACT_WORK,) if several else ())
+        damped = case.steady is not None or any(body.is_damped for body in case.body)
+        layout = layout_of(case, [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if damped else [])])
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         self.bodies = [built[body.name][0] for body in case.body]
@@ -104,7 +107,8 @@ class Simulation:
         self.has_contact = len(pairs) > 0
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
-        self.clock = Clock(case.time, sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf)
+        longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
+        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else Clock(case.time, longest)
         self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()
@@ -160,7 +164,7 @@ class Simulation:
             self._contact = self.contact_pairs.with_work_on_points(self._contact)
         works = [*self._works, *self.conditions.works(), *(body.work() for body in self.nodal_bodies)]
         done = total_work(works, self._columns)
-        self.budget.record(self.bodies, done, self._contact.impulses, dt)
+        self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
@@ -168,7 +172,8 @@ class Simulation:
         self.sort()
         for body in self.bodies:
             body.begin(dt)
-        self.conditions.begin(self.time, dt)
+        self.clock.pace(dt)
+        self.conditions.begin(*self.clock.span(dt))
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
@@ -203,7 +208,7 @@ class Simulation:
     def _show(self, progress: Progress) -> None:
         points = sum(body.n_points for body in self.bodies)
         error = self.budget.energy_error()
-        progress.update(step=self.n_steps, time=self.time, dt=self.dt, points=points, energy_error=error)
+        progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)
 
     def _check_energy(self) -> None:
         error = abs(self.budget.energy_error())
@@ -274,7 +279,8 @@ class Simulation:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
-        return {f"{body.name}/{name}": array for body in self.bodies for name, array in body.state_arrays().items()}
+        arrays = {f"{body.name}/{name}": array for body in self.bodies for name, array in body.state_arrays().items()}
+        return {**arrays, **{f"{CLOCK}/{name}": array for name, array in self.clock.state_arrays().items()}}
 
     def state_numbers(self) -> dict[str, Any]:
         """Every number that the next step depends on, for JSON."""
@@ -291,11 +297,14 @@ class Simulation:
             raise UsageError(
                 "the checkpoint was written by another version of pellucid: go on with that one, or start the run again"
             )
+
+        def of(owner: str) -> dict[str, np.ndarray]:
+            prefix = f"{owner}/"
+            return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
         for body in self.bodies:
-            prefix = f"{body.name}/"
-            own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-            body.restore(own)
+            body.restore(of(body.name))
             body.totals.restore(numbers["bodies"][body.name])
-        self.clock.restore(numbers["clock"])
+        self.clock.restore(numbers["clock"], of(CLOCK))
         self.budget.restore(numbers["balance"])
         self._warned = set(numbers["warned"])

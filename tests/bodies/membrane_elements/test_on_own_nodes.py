@@ -283,8 +283,8 @@ def test_prescribed_directions_take_what_holds_them():
 
 
 def test_prescribed_motions_do_what_supports_of_their_velocity_do_and_it_is_counted_as_theirs():
-    """The same bits of velocities; works along the prescribed velocity and impulses go to the motions, and the axes alone that
-    a motion prescribes are led."""
+    """The same bits of velocities; works along the mean velocity and impulses go to the motions, and the axes alone that a
+    motion prescribes are led."""
     ends = []
     for moved in (False, True):
         body = body_of(element_sheet())
@@ -311,7 +311,8 @@ def test_prescribed_motions_do_what_supports_of_their_velocity_do_and_it_is_coun
     assert given.tolist() == held_given.tolist()
     assert taken.tolist() == held_taken.tolist()
     assert held_works[MOTION] == 0.0 < works[MOTION]
-    assert works[MOTION] == pytest.approx(0.1 * given[0], rel=1e-12)
+    jerk = 0.5 * body.arrays["mass"][right].sum() * 0.1**2  # in the first step the mean is half the prescribed velocity
+    assert works[MOTION] == pytest.approx(0.1 * given[0] - jerk, rel=1e-12)
     assert works[SUPPORT] + works[MOTION] == pytest.approx(held_works[SUPPORT], rel=1e-12)
     assert works[INTERNAL] == held_works[INTERNAL]
     assert totals.kinetic == pytest.approx(works[INTERNAL] + works[SUPPORT] + works[MOTION], rel=1e-12)

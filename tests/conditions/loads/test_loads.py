@@ -8,7 +8,7 @@ from small_cases import advance, box, simulation
 
 from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import Load, PointsView, checked_forces
-from pellucid.energy import Channel, WorkLayout
+from pellucid.energy import FIRST_LOAD, Channel, WorkLayout
 from pellucid.errors import CaseError, RunStopped
 from pellucid.parts.assembly import AssembledBody, Assembly
 
@@ -65,19 +65,19 @@ def test_a_body_force_pushes_every_mass_and_rises_smoothly():
     for time, share in ((0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (3.0, 1.0)):
         body.forces.clear()
         begin([body], [load], time)
-        assert np.array_equal(body.forces[7], body.arrays["mass"][:, None] * share * np.array([0.0, 2.0, 0.0]))
+        assert np.array_equal(body.forces[FIRST_LOAD], body.arrays["mass"][:, None] * share * np.array([0.0, 2.0, 0.0]))
     sudden = load.model_copy(update={"rise": 0.0})
     begin([body], [sudden], 0.0)
-    assert body.forces[7][:, 1].sum() == pytest.approx(4.0 * body.arrays["mass"].sum())
+    assert body.forces[FIRST_LOAD][:, 1].sum() == pytest.approx(4.0 * body.arrays["mass"].sum())
 
 
 def test_loads_push_their_own_body_and_book_in_their_own_column():
     one, two = Body("one"), Body("two")
     loads = [BodyForce(body="two", acceleration=(1, 0, 0)), Spring(body="one"), BodyForce(body="one", acceleration=(1, 0, 0))]
     begin([one, two], loads, 2.0)
-    assert set(two.forces) == {7}
-    assert np.array_equal(one.forces[8], -2.0 * one.arrays["position"])
-    assert np.array_equal(one.forces[7][:, 0], one.arrays["mass"])
+    assert set(two.forces) == {FIRST_LOAD}
+    assert np.array_equal(one.forces[FIRST_LOAD + 1], -2.0 * one.arrays["position"])
+    assert np.array_equal(one.forces[FIRST_LOAD][:, 0], one.arrays["mass"])
 
 
 @pytest.mark.parametrize(

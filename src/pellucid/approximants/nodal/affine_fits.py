@@ -1,8 +1,8 @@
-"""Affine fits of functions of the nodes at quadrature points, with the shape functions as weights, and the system for them.
+"""Affine fits of functions of the nodes at quadrature points, and the system for what they leave.
 
-With s = Σ_b p_b η_b, J = Σ_b p_b (x_b - x) ⊗ (x_b - x) and t = J⁻¹ Σ_b p_b (x_b - x) η_b, the fit of η at x is s + t·(x_b - x);
-what it leaves, times the shape functions and summed over the points, is
-A_ab = Σ_q w_q p_a (δ_ab - p_b (1 + (x_a - x)·J⁻¹(x_b - x))).
+The weights of a fit are c_a = |p_a| of the shape functions. With C = Σ_b c_b, the centre y = Σ_b c_b x_b / C and
+J = Σ_b c_b (x_b - y) ⊗ (x_b - y), the fit of η is Σ_b c_b η_b / C + t·(x - y), t = J⁻¹ Σ_b c_b (x_b - y) η_b; what it leaves,
+times the weights and summed over the points, is A η, A_ab = Σ_q w_q c_a (δ_ab - c_b (1/C + (x_a - y)·J⁻¹(x_b - y))).
 """
 
 from typing import NamedTuple
@@ -30,46 +30,57 @@ class Fits(NamedTuple):
     nodes: Lists  # the entries of `cells` that are of each node
     cell: np.ndarray  # of each entry
     n_points: int  # of a cell
-    points: np.ndarray  # (m, 3) [m]
-    weights: np.ndarray  # (m,) [m³]
+    weights: np.ndarray  # (m,) of the points [m³]
+    over: np.ndarray  # (m,) 1/C
+    centre: np.ndarray  # (m, 3) y [m]
     inverse: np.ndarray  # (m, 3, 3) J⁻¹ [1/m²]
-    values: np.ndarray  # as rows of shape functions have them
+    shares: np.ndarray  # c_a, as rows of shape functions have their values
     gradients: np.ndarray
 
 
-def make_fits(position: np.ndarray, cells: Lists, rows: Rows, points: np.ndarray, weights: np.ndarray) -> Bundle:
-    """Fits at quadrature points [m], shape (m, 3), with weights [m³], shape (m,), as many points in each cell."""
+def make_fits(position: np.ndarray, cells: Lists, rows: Rows, weights: np.ndarray) -> Bundle:
+    """Fits at quadrature points with weights [m³], shape (m,), as many in each cell."""
     n_cells, entries = len(cells.first) - 1, np.argsort(cells.items, kind="stable").astype(np.int32)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.items, minlength=len(position)))])
     cell = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(cells.first))
-    inverse = np.empty((len(points), 3, 3))
-    arrays = np.ascontiguousarray(points), np.ascontiguousarray(weights), inverse, rows.values, rows.gradients
-    fits = Bundle(Fits(position, cells, Lists(first, entries), cell, len(points) // n_cells, *arrays))
-    _find_inverses(-(-n_cells // CELLS), fits)
+    m, shares = len(weights), rows.values if rows.values.min() >= 0.0 else abs(rows.values)
+    found = np.empty(m), np.empty((m, 3)), np.empty((m, 3, 3))
+    lists = cells, Lists(first, entries), cell
+    fits = Bundle(Fits(position, *lists, m // n_cells, np.ascontiguousarray(weights), *found, shares, rows.gradients))
+    _find_fits(-(-n_cells // CELLS), fits)
     return fits
 
 
 @kernel(inner=True)
-def _inverses_chunk(chunk, fits):
-    first, nodes, nq = fits.cells.first, fits.cells.items, fits.n_points
+def _fits_chunk(chunk, fits):
+    first, position, nq = fits.cells.first, fits.position, fits.n_points
     for cell in range(CELLS * chunk, min(CELLS * (chunk + 1), len(first) - 1)):
-        n = first[cell + 1] - first[cell]
+        nodes = fits.cells.items[first[cell] : first[cell + 1]]
+        n = len(nodes)
         for q in range(nq):
-            point, row, J = nq * cell + q, nq * first[cell] + q * n, np.zeros((3, 3))
+            point, row, total, y, J = nq * cell + q, nq * first[cell] + q * n, 0.0, np.zeros(3), np.zeros((3, 3))
+            for k in range(n):
+                total += fits.shares[row + k]
+                for i in range(3):
+                    y[i] += fits.shares[row + k] * position[nodes[k], i]
+            y /= total
             for k in range(n):
                 for i in range(3):
-                    x = fits.values[row + k] * (fits.position[nodes[first[cell] + k], i] - fits.points[point, i])
+                    x = fits.shares[row + k] * (position[nodes[k], i] - y[i])
                     for j in range(3):
-                        J[i, j] += x * (fits.position[nodes[first[cell] + k], j] - fits.points[point, j])
+                        J[i, j] += x * (position[nodes[k], j] - y[j])
             M = (J[0, 0], J[0, 1], J[0, 2], J[1, 0], J[1, 1], J[1, 2], J[2, 0], J[2, 1], J[2, 2])
             over, C = 1.0 / determinant(M), cofactor(M)
+            fits.over[point] = 1.0 / total
+            for i in range(3):
+                fits.centre[point, i] = y[i]
             for k in range(9):
                 fits.inverse[point, k // 3, k % 3] = over * C[k]  # symmetric, as J is
 
 
 @kernel()
-def _find_inverses(chunks, fits):
-    parallel_for(_inverses_chunk, chunks, fits)
+def _find_fits(chunks, fits):
+    parallel_for(_fits_chunk, chunks, fits)
 
 
 @kernel(inner=True)
@@ -116,8 +127,8 @@ def _count_chunk(chunk, fits, count):
 @kernel(inner=True)
 def _add_cell(a, entry, fits, longest, s, row):
     """Add what the cell of an entry of node a has to row a; s: scratch of three columns and four numbers to each point."""
-    cell, nq, position, points, inverse = fits.cell[entry], fits.n_points, fits.position, fits.points, fits.inverse
-    values, weights = fits.values, fits.weights
+    cell, nq, position, centre, inverse = fits.cell[entry], fits.n_points, fits.position, fits.centre, fits.inverse
+    shares, weights, over = fits.shares, fits.weights, fits.over
     start = fits.cells.first[cell]
     nodes = fits.cells.items[start : fits.cells.first[cell + 1]]
     n, factors, own = len(nodes), 3 * longest, 0.0
@@ -126,16 +137,14 @@ def _add_cell(a, entry, fits, longest, s, row):
             s[i * longest + k] = position[nodes[k], i] - position[a, i]
     for q in range(nq):
         point = nq * cell + q
-        weight = weights[point] * values[nq * start + q * n + entry - start]
+        weight = weights[point] * shares[nq * start + q * n + entry - start]
         own += weight
-        for i in range(4):
-            s[factors + 4 * q + i] = 0.0
-        s[factors + 4 * q] = weight
+        s[factors + 4 * q] = weight * over[point]
         for i in range(3):
             slope = 0.0
             for j in range(3):
-                slope += weight * inverse[point, i, j] * (position[a, j] - points[point, j])
-            s[factors + 4 * q] += slope * (position[a, i] - points[point, i])
+                slope += weight * inverse[point, i, j] * (position[a, j] - centre[point, j])
+            s[factors + 4 * q] += slope * (position[a, i] - centre[point, i])
             s[factors + 4 * q + 1 + i] = slope
     whole = n // LANES * LANES
     for k in range(0, whole, LANES):
@@ -143,14 +152,14 @@ def _add_cell(a, entry, fits, longest, s, row):
         for q in range(nq):
             at = factors + 4 * q
             fit = spread(s, at) + spread(s, at + 1) * x + spread(s, at + 2) * y + spread(s, at + 3) * z
-            part += load(values, nq * start + q * n + k) * fit
+            part += load(shares, nq * start + q * n + k) * fit
         store(s, k, part)
     for k in range(whole, n):
         part = 0.0
         for q in range(nq):
             at = factors + 4 * q
             fit = s[at] + s[at + 1] * s[k] + s[at + 2] * s[longest + k] + s[at + 3] * s[2 * longest + k]
-            part += values[nq * start + q * n + k] * fit
+            part += shares[nq * start + q * n + k] * fit
         s[k] = part
     for k in range(n):
         row[nodes[k]] -= s[k]
@@ -210,23 +219,23 @@ def _correct_chunk(chunk, fits, eta):
             mean, x = np.zeros(3), np.empty(3)
             moment[:] = 0.0
             for k in range(n):
-                node, p = nodes[first[cell] + k], fits.values[row + k]
+                node, c = nodes[first[cell] + k], fits.shares[row + k]
                 for i in range(3):
-                    mean[i] += p * eta[node, i]
+                    mean[i] += c * eta[node, i]
                     for j in range(3):
-                        moment[i, j] += p * (fits.position[node, j] - fits.points[point, j]) * eta[node, i]
+                        moment[i, j] += c * (fits.position[node, j] - fits.centre[point, j]) * eta[node, i]
             for i in range(3):
                 for j in range(3):
                     slope[i, j] = 0.0
                     for k in range(3):
                         slope[i, j] += moment[i, k] * fits.inverse[point, k, j]
             for k in range(n):
-                node, p = nodes[first[cell] + k], fits.values[row + k]
+                node, c = nodes[first[cell] + k], fits.shares[row + k]
                 for j in range(3):
-                    x[j] = fits.position[node, j] - fits.points[point, j]
+                    x[j] = fits.position[node, j] - fits.centre[point, j]
                 for i in range(3):
-                    fitted = mean[i] + slope[i, 0] * x[0] + slope[i, 1] * x[1] + slope[i, 2] * x[2]
-                    fits.gradients[3 * row + i * n + k] += p * (eta[node, i] - fitted)
+                    fitted = fits.over[point] * mean[i] + slope[i, 0] * x[0] + slope[i, 1] * x[1] + slope[i, 2] * x[2]
+                    fits.gradients[3 * row + i * n + k] += c * (eta[node, i] - fitted)
 
 
 @kernel()
@@ -235,5 +244,5 @@ def _correct(chunks, fits, eta):
 
 
 def apply_correction(fits: Bundle, eta: np.ndarray) -> None:
-    """Add p_a (η_a - its fit) to the gradients, for η of shape (n, 3)."""
+    """Add c_a (η_a - its fit) to the gradients, for η of shape (n, 3)."""
     _correct(-(-(len(fits.cells.first) - 1) // CELLS), fits, eta)

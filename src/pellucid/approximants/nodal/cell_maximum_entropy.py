@@ -9,14 +9,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import FACE_BLOCK, NO_FACES, Evaluator, NodalApproximant, shape_functions
 from pellucid.approximants.nodal.distance import triangle_trim, trimmed_distance
-from pellucid.approximants.nodal.maximum_entropy import OK, entropy_gradients, entropy_weights, offsets, to_lengths
+from pellucid.approximants.nodal.maximum_entropy import entropy_functions, offsets
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 
-BLOCK = 32  # faces whose distances are found side by side
 VANISHING = 1e-13  # distance in sizes of the ring below which a point lies on its boundary
 
 
@@ -44,6 +43,11 @@ class CellMaximumEntropyModel(NodalApproximant):
     rings: int = parameter("", "rings of cells about a node in its support; one is the linear simplex", 2, ge=1, le=3)
     smoothness: float = parameter("", "power s of the distance in the prior", 2.0, ge=1, le=8)
     shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
+
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Counted."""
+        return {1: 4.0, 2: 35.0, 3: 116.0}[self.rings]
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions of nodes that are not on a constrained face vanish there, so that the field takes the prescribed value."""
@@ -92,17 +96,17 @@ def _along(plane, x):
 @pointwise
 def _weigh_block(alpha, s):
     """Replace the distances f, p1, p2, p3 of a block of faces by ρ⁻³ times the derivatives of ρ by them, and ρ⁻²."""
-    for i in range(BLOCK):  # columns a constant apart, no branch, no sum: the compiler takes several faces at a time
+    for i in range(FACE_BLOCK):  # columns a constant apart, no branch, no sum: the compiler takes several faces at a time
         f = s[i]
-        t, by_f, by_1, by_2, by_3 = triangle_trim(f, s[BLOCK + i], s[2 * BLOCK + i], s[3 * BLOCK + i], alpha)
+        t, by_f, by_1, by_2, by_3 = triangle_trim(f, s[FACE_BLOCK + i], s[2 * FACE_BLOCK + i], s[3 * FACE_BLOCK + i], alpha)
         rho, of_f, of_t = trimmed_distance(f, t)
         over = 1.0 / max(rho, VANISHING)
         cube = over * over * over
         s[i] = cube * (of_f + of_t * by_f)
-        s[BLOCK + i] = cube * of_t * by_1
-        s[2 * BLOCK + i] = cube * of_t * by_2
-        s[3 * BLOCK + i] = cube * of_t * by_3
-        s[4 * BLOCK + i] = over * over
+        s[FACE_BLOCK + i] = cube * of_t * by_1
+        s[2 * FACE_BLOCK + i] = cube * of_t * by_2
+        s[3 * FACE_BLOCK + i] = cube * of_t * by_3
+        s[4 * FACE_BLOCK + i] = over * over
 
 
 @pointwise
@@ -110,18 +114,18 @@ def _triangle_prior(fn, x, a, s):
     """Σ ρ⁻² over the faces of node a, and Σ ρ⁻³ ∇ρ, in sizes of the ring."""
     over = 1.0 / fn.size[a]
     total = gx = gy = gz = 0.0
-    for start in range(fn.first[a], fn.first[a + 1], BLOCK):
-        n = min(BLOCK, fn.first[a + 1] - start)
+    for start in range(fn.first[a], fn.first[a + 1], FACE_BLOCK):
+        n = min(FACE_BLOCK, fn.first[a + 1] - start)
         for i in range(n):
             planes = fn.planes[fn.faces[start + i]]
             for k in range(4):
-                s[k * BLOCK + i] = over * _along(planes[k], x)
+                s[k * FACE_BLOCK + i] = over * _along(planes[k], x)
         _weigh_block(fn.shape, s)
         for i in range(n):
             planes = fn.planes[fn.faces[start + i]]
-            total += s[4 * BLOCK + i]
+            total += s[4 * FACE_BLOCK + i]
             for k in range(4):
-                weight = s[k * BLOCK + i]
+                weight = s[k * FACE_BLOCK + i]
                 gx, gy, gz = gx + weight * planes[k, 0], gy + weight * planes[k, 1], gz + weight * planes[k, 2]
     return total, gx, gy, gz
 
@@ -166,8 +170,4 @@ def _shape_functions(functions, cell, x, active, scratch, values, gradients):
         factor = length / functions.size[active[i]]
         scratch.log_prior[i] = prior
         scratch.slope[i, 0], scratch.slope[i, 1], scratch.slope[i, 2] = factor * gx, factor * gy, factor * gz
-    failure = entropy_weights(n, functions.flat, scratch.offset, scratch.log_prior, values)
-    if failure == OK and gradients.shape[1] > 0:
-        entropy_gradients(n, functions.flat, scratch.offset, scratch.slope, values, gradients)
-        to_lengths(gradients, length)
-    return failure
+    return entropy_functions(length, functions.flat, scratch, values, gradients)

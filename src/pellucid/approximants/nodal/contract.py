@@ -4,7 +4,7 @@ Which nodes are active is a matter of the cell: all points of a cell share one l
 """
 
 from abc import abstractmethod
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,14 @@ from pellucid.model import Model
 from pellucid.registry import Family, OneOf
 
 NO_FACES = np.zeros(0, np.int64)
+FACE_BLOCK, FACE_COLUMNS = 32, 5  # faces whose distances are found side by side, and what is kept of each
+
+OK, NOT_CONVERGED, NO_PRIOR, SINGULAR_MOMENTS = range(4)
+FAILURES = {
+    NOT_CONVERGED: "no weights of maximum entropy in 100 iterations: it lies outside the convex hull of its nodes",
+    NO_PRIOR: "no node has a weight there",
+    SINGULAR_MOMENTS: "the moment matrix has no inverse: too few neighbours, or all of them on one plane",
+}
 
 
 class Scratch(NamedTuple):
@@ -24,24 +32,34 @@ class Scratch(NamedTuple):
     log_prior: np.ndarray  # (n,)
     slope: np.ndarray  # (n, 3)
     moments: np.ndarray  # (4, 10, 10)
-    faces: np.ndarray  # (160,), columns of 32 faces
+    faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,)
 
 
 class Evaluator(NamedTuple):
-    """An approximant for a mesh: the nodes of each cell, and the parameters of its functions, a NamedTuple of its own."""
+    """An approximant for a mesh: the nodes of each cell, in ascending order, and the parameters of its functions, a NamedTuple
+    of its own."""
 
     active: Lists
     functions: Any
+    positive: bool = True
+    """Whether no function is negative anywhere."""
 
 
 class NodalApproximant(Model):
     """A nodal approximant as the user describes it. A new one is a subclass with a `kind` of its own."""
 
     kind: str
+    remedy: ClassVar[str] = "make the tetrahedra there less flat, or use another approximant"
+    """What to do where it has no functions."""
 
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Its functions for a mesh; constrained: numbers of the boundary faces on which conditions prescribe the field."""
+
+    @property
+    @abstractmethod
+    def nodes_in_a_cell(self) -> float:
+        """About how many nodes are active in a tetrahedron within an irregular mesh: for estimates of memory."""
 
     @property
     def interpolates(self) -> bool:
@@ -55,14 +73,7 @@ AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]
 
 @generic
 def shape_functions(functions: Any, cell: int, x: Any, active: Any, scratch: Any, values: Any, gradients: Any) -> Any:
-    """Fill values (n,) and gradients (3, n) of the active nodes (n,) at a place x of a cell; a code of `FAILURES`, 0 if none.
+    """Fill values (n,) and gradients (3, n) of the active nodes (n,) at a place x of a cell; `OK` or a code of `FAILURES`.
 
     Gradients with no columns are left out.
     """
-
-
-FAILURES = {
-    1: "the weights of maximum entropy were not found in 100 iterations: it lies outside the convex hull of its nodes",
-    2: "no node has a weight there",
-    3: "the moment matrix has no inverse: too few neighbours, or all of them on one plane",
-}

@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import NO_FACES, OK, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 
@@ -20,6 +20,11 @@ class LinearSimplexModel(NodalApproximant):
     """Linear triangles or tetrahedra."""
 
     kind: Literal["linear-simplex"] = "linear-simplex"
+
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Its corners."""
+        return 4.0
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions of the corners; constrained faces change nothing."""
@@ -44,4 +49,4 @@ def _shape_functions(functions, cell, x, active, scratch, values, gradients):
             values[a] += slope * (x[j] - functions.middle[cell, j])
             if gradients.shape[1] > 0:
                 gradients[j, a] = slope
-    return 0
+    return OK

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
-from pellucid.approximants.nodal.maximum_entropy import OK, entropy_gradients, entropy_weights, offsets, to_lengths
+from pellucid.approximants.nodal.maximum_entropy import entropy_functions, offsets
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 from pellucid.model import parameter
@@ -31,6 +31,11 @@ class LocalMaximumEntropyModel(NodalApproximant):
     kind: Literal["local-maximum-entropy"] = "local-maximum-entropy"
     locality: float = parameter("", "γ: how local the functions are", 2.4, ge=0.5, le=10)
 
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Counted at γ = 2.4; supports grow as its root falls."""
+        return 262.0 * (2.4 / self.locality) ** 1.5
+
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions whose supports end where the prior is negligible; constrained faces change nothing."""
         from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
@@ -51,8 +56,4 @@ def _shape_functions(functions, cell, x, active, scratch, values, gradients):
             square += scratch.offset[i, d] * scratch.offset[i, d]
             scratch.slope[i, d] = -2.0 * ratio * ratio * scratch.offset[i, d]
         scratch.log_prior[i] = -ratio * ratio * square
-    failure = entropy_weights(n, functions.flat, scratch.offset, scratch.log_prior, values)
-    if failure == OK and gradients.shape[1] > 0:
-        entropy_gradients(n, functions.flat, scratch.offset, scratch.slope, values, gradients)
-        to_lengths(gradients, length)
-    return failure
+    return entropy_functions(length, functions.flat, scratch, values, gradients)

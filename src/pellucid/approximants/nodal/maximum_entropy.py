@@ -6,6 +6,7 @@ p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the le
 
 from math import exp, inf, log, sqrt
 
+from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK
 from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
@@ -13,8 +14,6 @@ CLOSE = 1e-13  # of Σ p_a (x - x_a), in the lengths by which the offsets are di
 FLAT = 1e-15  # of tr J, added to its diagonal: on a face of the convex hull J has no inverse
 EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
 SHORTEST = 1e-10  # of a step of the line search
-
-OK, NOT_CONVERGED, NO_PRIOR = range(3)
 
 
 @pointwise
@@ -145,3 +144,14 @@ def to_lengths(gradients, length):
     for j in range(3):
         for a in range(gradients.shape[1]):
             gradients[j, a] /= length
+
+
+@pointwise
+def entropy_functions(length, flat, scratch, values, gradients):
+    """Fill values (n,) and gradients (3, n) [1/m] from offsets, priors and slopes of these in units of a length [m]; a code."""
+    n = len(values)
+    failure = entropy_weights(n, flat, scratch.offset, scratch.log_prior, values)
+    if failure == OK and gradients.shape[1] > 0:
+        entropy_gradients(n, flat, scratch.offset, scratch.slope, values, gradients)
+        to_lengths(gradients, length)
+    return failure

@@ -3,18 +3,17 @@
 Sources: Belytschko, Lu & Gu 1994, Int. J. Numer. Methods Eng. 37, 229; Joldes et al. 2015, Appl. Math. Comput. 266, 893.
 """
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import NO_FACES, OK, SINGULAR_MOMENTS, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 
 PENALTY = 1e-7  # on quadratic coefficients, in lengths of the support and for weights of order one
 SINGULAR = 1e-13  # pivot below which the moment matrix counts as singular, of its diagonal
-SINGULAR_MOMENTS = 3
 
 
 class MovingLeastSquares(NamedTuple):
@@ -26,21 +25,24 @@ class MovingLeastSquares(NamedTuple):
     radius: np.ndarray  # (n,) of the supports [m]
 
 
-class MovingLeastSquaresModel(NodalApproximant):
-    """Moving least squares with a linear basis."""
+class LeastSquaresModel(NodalApproximant):
+    """What the approximants by moving least squares share."""
 
-    kind: Literal["moving-least-squares"] = "moving-least-squares"
+    terms: ClassVar[int]
+    """Of the basis in space."""
+    remedy: ClassVar[str] = "raise `approximant.dilatation`, so that supports have more neighbours, or use another approximant"
+
     dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
-
-    @property
-    def terms(self) -> int:
-        """Of the basis in space."""
-        return 4
 
     @property
     def interpolates(self) -> bool:
         """Never."""
         return False
+
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Counted at a dilatation of 1.6."""
+        return 88.0 * (self.dilatation / 1.6) ** 3
 
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions with quartic weights; constrained faces change nothing."""
@@ -48,18 +50,23 @@ class MovingLeastSquaresModel(NodalApproximant):
 
         radius = self.dilatation * mesh.spacing
         functions = MovingLeastSquares(mesh.dimension == 2, self.terms, mesh.nodes, radius)
-        return Evaluator(nodes_in_reach(mesh, radius), functions)
+        return Evaluator(nodes_in_reach(mesh, radius), functions, positive=False)
 
 
-class ModifiedMovingLeastSquaresModel(MovingLeastSquaresModel):
+class MovingLeastSquaresModel(LeastSquaresModel):
+    """Moving least squares with a linear basis."""
+
+    terms: ClassVar[int] = 4
+
+    kind: Literal["moving-least-squares"] = "moving-least-squares"
+
+
+class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
     """Modified moving least squares: a quadratic basis, with a small penalty on the quadratic coefficients."""
 
-    kind: Literal["modified-moving-least-squares"] = "modified-moving-least-squares"  # type: ignore[assignment]
+    terms: ClassVar[int] = 10
 
-    @property
-    def terms(self) -> int:
-        """Of the basis in space."""
-        return 10
+    kind: Literal["modified-moving-least-squares"] = "modified-moving-least-squares"
 
 
 @pointwise
@@ -168,7 +175,25 @@ def _least_squares(fn, x, active, scratch, values, gradients):
                 for r in range(m):
                     change += by[j, r] * basis[r]
                 gradients[j, i] = (weight * change + scratch.slope[i, j] * total) / length
-    return 0
+    _add_up_to_one(values, gradients)
+    return OK
+
+
+@pointwise
+def _add_up_to_one(values, gradients):
+    """Divide by the sum, which is one but for the rounding of the moments: what is left of it would give a body momentum."""
+    total = 0.0
+    for i in range(len(values)):
+        total += values[i]
+    for i in range(len(values)):
+        values[i] /= total
+    if gradients.shape[1] > 0:
+        for j in range(3):
+            change = 0.0
+            for i in range(len(values)):
+                change += gradients[j, i]
+            for i in range(len(values)):
+                gradients[j, i] = (gradients[j, i] - values[i] * change) / total
 
 
 @point_function(shape_functions, MovingLeastSquares)

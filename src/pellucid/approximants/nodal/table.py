@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import FAILURES, Evaluator, Scratch, shape_functions
+from pellucid.approximants.nodal.contract import FACE_BLOCK, FACE_COLUMNS, FAILURES, Evaluator, Scratch, shape_functions
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
@@ -46,7 +46,8 @@ class Rows(NamedTuple):
 @kernel(inner=True)
 def _evaluate_chunk(chunk, points):
     n = points.longest
-    scratch = Scratch(np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), np.zeros(160))
+    faces = np.zeros(FACE_COLUMNS * FACE_BLOCK)
+    scratch = Scratch(np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), faces)
     none = np.empty((3, 0))
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.cell))):
         cell, start, end = points.cell[k], points.row[k], points.row[k + 1]

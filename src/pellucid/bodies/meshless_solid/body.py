@@ -5,18 +5,22 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NodalApproximant
+from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
+from pellucid.approximants.nodal.faces import face_shares
+from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, deformation_gradients, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
+from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.stable_step import largest_frequency
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.own_nodes.body import ExplicitNodes
-from pellucid.errors import RunStopped
-from pellucid.geometry.cells import Cells
+from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.geometry.cells import Cells, cells_of_faces
+from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement
+from pellucid.parts.body import Placement, Springs
 
 RENEWED = 200  # steps between estimates of the largest frequency, which strain changes
 OVERESTIMATE = 1.05  # of that frequency: power iteration approaches it from below
@@ -28,7 +32,11 @@ class SolidOfNodes(Protocol):
     @property
     def name(self) -> str: ...
     @property
+    def place(self) -> str: ...
+    @property
     def approximant(self) -> NodalApproximant: ...
+    @property
+    def essential_conditions(self) -> str: ...
     @property
     def points_per_cell(self) -> int: ...
     @property
@@ -37,28 +45,60 @@ class SolidOfNodes(Protocol):
     def averages_volume(self) -> bool: ...
     @property
     def density(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
     def mesh_in_order(self) -> SimplexMesh: ...
     def law(self) -> Law: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
 class MeshlessSolid(ExplicitNodes):
-    """Nodes with shape functions over a background mesh."""
+    """Nodes with shape functions over a background mesh, which are made when all conditions are known (`complete`)."""
 
     energy_kind = "strain"
 
     def __init__(self, case: SolidOfNodes, placement: Placement) -> None:
-        self.name, self.mesh = case.name, case.mesh_in_order()
-        tables = make_tables(
-            self.mesh, case.approximant, case.law(), case.points_per_cell, case.consistent, case.averages_volume
-        )
-        self.solid, self._law, self._density = tables.solid, case.law(), case.density
-        self._bundle, self._volume = Bundle(self.solid), tables.node_volume
-        self._chunks = (len(self.mesh.nodes) + CHUNK - 1) // CHUNK
+        self.name, self.mesh, self.damping, self._case = case.name, case.mesh_in_order(), case.damping, case
+        self._law, self._density = case.law(), case.density
+        n = len(self.mesh.nodes)
+        self._volume, self._chunks = np.zeros(n), (n + CHUNK - 1) // CHUNK
         self._frequency = 0.0  # the largest [rad/s], renewed now and then
-        velocity, mass = case.initial_velocity(self.mesh.nodes), case.density * tables.node_volume
-        super().__init__(self.mesh.nodes.copy(), velocity, mass, placement, tables.node_volume)
+        velocity = case.initial_velocity(self.mesh.nodes)
+        super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
+
+    def complete(self) -> None:
+        """Shape functions, masses and totals: the functions may depend on where supports and motions prescribe the field.
+
+        Raises `CaseError` where the approximant has no functions, or the field cannot be made to follow.
+        """
+        motion = self.motion
+        self.prescribed = PrescribedField(self.mesh, self.arrays["prescribed"], motion.groups(), len(motion.rows))
+        try:
+            self._make_functions(self._case)
+        except ValueError as error:
+            key = f"body.{self.name}.{self._case.place}"
+            raise CaseError(Problem(str(error), key, remedy=self._case.approximant.remedy)) from None
+        if self._correction is not None:
+            motion.impose_on_field(self._correction)
         self.renew_totals()
+
+    def _make_functions(self, case: SolidOfNodes) -> None:
+        mesh, prescribed, direct = self.mesh, self.prescribed, case.essential_conditions == "direct"
+        evaluator = case.approximant.evaluator(mesh)
+        disturbed = prescribed.disturbed_faces(evaluator) if direct else NO_FACES
+        if len(disturbed):
+            evaluator = case.approximant.evaluator(mesh, disturbed)
+        tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
+        self.solid, self._bundle = tables.solid, Bundle(tables.solid)
+        self._evaluator: Evaluator = evaluator
+        self._volume[:] = tables.node_volume
+        self.arrays["mass"][:] = case.density * tables.node_volume
+        self._at_nodes = values_at_nodes(mesh, evaluator)
+        self._residuals = prescribed.residuals(self._at_nodes, evaluator)
+        self._correction: ForceCorrection | None = None
+        if not direct and len(prescribed.nodes):
+            how = self.motion.inertia, self.motion.motion_rows, case.essential_conditions == "ebciem"
+            self._correction = ForceCorrection(prescribed, self._at_nodes, evaluator, self.arrays["position"], *how)
 
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""
@@ -69,8 +109,13 @@ class MeshlessSolid(ExplicitNodes):
     def update(self, dt: float) -> None:
         """New positions; forces and energy there."""
         super().update(dt)
+        self.prescribed.displacement += dt * self.motion.rows
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+
+    def springs(self) -> Springs:
+        """Its internal forces, where the step ended."""
+        return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self) -> None:
         """Internal forces and energy at the positions of the nodes."""
@@ -85,8 +130,8 @@ class MeshlessSolid(ExplicitNodes):
     def _renew_frequency(self) -> None:
         """The largest frequency about the present strain, which bounds the step."""
         position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
-        free = self.arrays["prescribed"] == 0
-        found = largest_frequency(self._forces_at, position - self.mesh.nodes, self.arrays["mass"], free, extent)
+        displacement, mass = position - self.mesh.nodes, self.arrays["mass"]
+        found = largest_frequency(self._forces_at, displacement, mass, self.motion.free, extent)
         self._frequency = OVERESTIMATE * found
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
@@ -116,6 +161,17 @@ class MeshlessSolid(ExplicitNodes):
         sums = self.solid.node_sums if len(self.solid.block_volume) else self.solid.sums
         return float(sums[:, LEAST_J].min())
 
+    # conditions
+
+    @property
+    def node_sets(self) -> Mapping[str, np.ndarray]:
+        """Those of its mesh."""
+        return self.mesh.sets
+
+    def face_shares(self, faces: np.ndarray) -> FaceShares:
+        """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
+        return face_shares(self._evaluator, self.mesh.nodes, faces, cells_of_faces(self.mesh.cells, faces))
+
     # contact
 
     def half_width(self) -> tuple[float, float, float]:
@@ -125,18 +181,29 @@ class MeshlessSolid(ExplicitNodes):
     # checkpoint and results
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Those of the nodes, and the bound on the step."""
-        return {**super().state_arrays(), "frequency": np.array([self._frequency])}
+        """Those of the nodes, what was prescribed so far, and the bound on the step."""
+        prescribed = {"prescribed_displacement": self.prescribed.displacement}
+        return {**super().state_arrays(), **prescribed, "frequency": np.array([self._frequency])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
         self._frequency = float(arrays["frequency"][0])
+        self.prescribed.displacement[:] = arrays["prescribed_displacement"]
         self._find_forces()
 
     def cells(self) -> Cells:
         """Its tetrahedra."""
         return Cells(tetrahedra=self.mesh.cells)
+
+    def places(self) -> np.ndarray:
+        """Where the material is that started at the nodes [m], shape (n, 3)."""
+        return np.asarray(self.mesh.nodes + self._at_nodes @ (self.arrays["position"] - self.mesh.nodes))
+
+    def facts(self) -> dict[str, float]:
+        """How far the field is from what supports and motions prescribe [m], at nodes of the boundary and between them."""
+        found = self._residuals.largest(self.arrays["position"] - self.mesh.nodes)
+        return {f"ebc_residual_{name}": value for name, value in found.items()}
 
     @property
     def field_names(self) -> list[str]:
@@ -144,7 +211,12 @@ class MeshlessSolid(ExplicitNodes):
         return list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """A field of the nodes; stresses are means over the cells about a node."""
+        """A field at the nodes. Position and velocity are those of the material there, Σ p_b(x_a) u_b, which the functions
+        span and the numbers of the nodes alone are not; stresses are means over the cells about a node."""
         if name == "kinetic_energy":
             return self.kinetic_energies()
+        if name == "position":
+            return self.places()
+        if name == "velocity":
+            return np.asarray(self._at_nodes @ self.arrays["velocity"])
         return self.arrays[name] if name in MOTION else nodal_field(name, self.mesh, self.solid, self._law, self._density)

@@ -11,10 +11,10 @@ from pellucid.approximants.nodal.contract import AnyNodalApproximant
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
-from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
+from pellucid.geometry.region import Selectable
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
@@ -30,7 +30,8 @@ from pellucid.parts.part import Parts
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
-UNFIT = "make the tetrahedra there less flat, or use another approximant"
+ENTRY_BYTES = 60  # of a node at a quadrature point: shape function, gradient and number, and what a step keeps of them
+QUADRATURE_BYTES = 300  # place, fit, deformation gradient
 NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
 
 
@@ -43,12 +44,21 @@ class MeshlessSolidCase(BodyModel):
     mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")
     material: Material = parameter("", "what it is made of: a hyperelastic solid")
     approximant: AnyNodalApproximant = parameter("", "its shape functions", CellMaximumEntropyModel())
+    essential: Literal["direct", "ebciem", "sebciem"] | None = parameter(
+        "",
+        "how supports and motions prescribe the field: as values of the nodes, or by forces, at the nodes (sebciem) or spread "
+        "over faces (ebciem); without it direct where the functions of nodes off a face vanish on it, else sebciem",
+        None,
+    )
     points_per_cell: Literal[1, 4, 8, 16, 32] = parameter("", "quadrature points of a tetrahedron", 4)
     consistent: bool = parameter("", "whether gradients are corrected so that their quadrature is consistent", True)
     volume_averaging: bool | None = parameter(
         "",
         "whether the volume ratio is averaged about the nodes, against locking; without it, from a Poisson's ratio of 0.4",
         None,
+    )
+    damping: float = parameter(
+        "1/s", "rate of a drag in proportion to mass and velocity; steady states choose their own", 0.0, ge=0
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
@@ -70,6 +80,11 @@ class MeshlessSolidCase(BodyModel):
         return float(getattr(self.material, "poisson_ratio", 0.5)) >= NEARLY_INCOMPRESSIBLE
 
     @property
+    def essential_conditions(self) -> str:
+        """How supports and motions prescribe the field."""
+        return self.essential or ("direct" if self.approximant.interpolates else "sebciem")
+
+    @property
     def density(self) -> float:
         """At rest [kg/m³]."""
         return self.material.density
@@ -82,14 +97,27 @@ class MeshlessSolidCase(BodyModel):
         """Its nodes."""
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
-        try:
-            return MeshlessSolid(self, placement)
-        except ValueError as error:  # no shape functions somewhere
-            raise CaseError(Problem(str(error), f"body.{self.name}.{self.place}", remedy=UNFIT)) from None
+        return MeshlessSolid(self, placement)
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether a drag slows its nodes."""
+        return self.damping > 0.0
+
+    def why_not_relaxed(self, alone: bool) -> None:
+        """Nothing hinders it."""
 
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""
         return True
+
+    def selectable(self) -> Selectable | None:
+        """Its nodes, its outer faces and the sets of its mesh."""
+        return self._selectable
+
+    @cached_property
+    def _selectable(self) -> Selectable:
+        return Selectable.of_solid(self._mesh)
 
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""
@@ -106,6 +134,11 @@ class MeshlessSolidCase(BodyModel):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""
         return len(self._mesh.nodes)
+
+    def table_bytes(self) -> float:
+        """Of its shape functions at the quadrature points, at the most while they are made [bytes]."""
+        points = len(self._mesh.cells) * self.points_per_cell
+        return points * (ENTRY_BYTES * self.approximant.nodes_in_a_cell + QUADRATURE_BYTES)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3)."""
@@ -137,11 +170,15 @@ class MeshlessSolidCase(BodyModel):
         if not isinstance(self.material, HyperelasticMaterial):
             text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
             yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')
-        if not self.approximant.interpolates:
-            text = f'kind "{self.approximant.kind}" has no functions that take prescribed values at the nodes'
-            yield Finding((*path, "approximant", "kind"), text, "use maximum entropy or linear functions")
+        if self.essential_conditions == "direct" and not self.approximant.interpolates:
+            text = f'the functions of kind "{self.approximant.kind}" do not take values that are prescribed at the nodes'
+            yield Finding((*path, "essential"), text, 'use "ebciem" or "sebciem", or leave it out')
         yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self._mesh))
         if parts.grid is not None:
+            if self.essential_conditions != "direct":
+                text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"
+                remedy = 'use maximum entropy or linear functions with "direct", or leave the grid out'
+                yield Finding((*path, "essential"), text, remedy)
             if any(parts.grid.thin()):
                 text = "a meshless solid fills space, and this grid is one cell thick"
                 yield Finding((*path, self.place), text, "let the grid be more than one cell along every axis")

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.consistency import correct
-from pellucid.approximants.nodal.contract import NodalApproximant
+from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import evaluate
 from pellucid.bodies.meshless_solid.forces import CHUNK, PACKS, Blocks, Functions, Solid, internal_forces
@@ -25,7 +25,7 @@ class Tables(NamedTuple):
 
 def make_tables(
     mesh: SimplexMesh,
-    approximant: NodalApproximant,
+    evaluator: Evaluator,
     law: Any,
     n_points: int,
     consistent: bool,
@@ -38,14 +38,17 @@ def make_tables(
     about the corners; storage: the type of numbers in which gradients are kept, singles or doubles. Raises ValueError where
     the approximant has no functions, or gives a node no volume.
     """
-    evaluator, shares = approximant.evaluator(mesh), TETRAHEDRON[n_points]
+    shares = TETRAHEDRON[n_points]
     places = np.einsum("qk,cki->cqi", shares, mesh.nodes[mesh.cells]).reshape(-1, 3)
     weights = np.repeat(mesh.volumes / n_points, n_points)
     rows = evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), places)
     if consistent:
-        correct(mesh, evaluator, rows, places, weights)
+        correct(mesh, evaluator, rows, weights)
     n = len(mesh.nodes)
-    node_volume = np.bincount(rows.nodes, rows.values * np.repeat(weights, np.diff(rows.row)), n)
+    if evaluator.positive:
+        node_volume = np.bincount(rows.nodes, rows.values * np.repeat(weights, np.diff(rows.row)), n)
+    else:  # such sums could be negative: the corners of a cell share it
+        node_volume = np.bincount(mesh.cells.ravel(), np.repeat(mesh.volumes / 4.0, 4), n)
     lost = np.flatnonzero(node_volume <= 0.0)
     if len(lost):
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])

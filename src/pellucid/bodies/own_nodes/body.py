@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pellucid.approximants import grid_functions
+from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.points import NO_VOLUME
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import NodalBody, NodalSupport, Placement
+from pellucid.parts.body import NodalBody, NodalSupport, Placement, Springs
 
 FREE = (False, False, False)
 
@@ -23,6 +24,9 @@ class ExplicitNodes(NodalBody):
     A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
     A kind of body finds the internal forces, `motion.internal`, and its stresses and energies.
     """
+
+    damping = 0.0
+    """Rate of a drag in proportion to mass and velocity [1/s]."""
 
     def __init__(
         self,
@@ -60,7 +64,7 @@ class ExplicitNodes(NodalBody):
     # conditions
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains the nodes that it selects at the start; none passes a face of the grid that is a wall."""
+        """A support constrains its nodes; none passes a face of the grid that is a wall."""
         self.motion.add_supports(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
@@ -80,6 +84,7 @@ class ExplicitNodes(NodalBody):
     def begin(self, dt: float) -> None:
         """Forget the external forces of the last step; renew the index where a node left its slab."""
         self._dt = dt
+        self.motion.slow(self.damping, dt)
         if self.coupling:
             self.coupling.sort_if_needed()
         self.motion.loads.fill(0.0)
@@ -122,6 +127,23 @@ class ExplicitNodes(NodalBody):
     def work(self) -> StepWork:
         """Work and impulses of this step."""
         return self.motion.work()
+
+    # steady states
+
+    def relax(self, keep: float, gain: float, load_rate: float) -> None:
+        """Damp the coming step."""
+        self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
+
+    def springs(self) -> Springs:
+        """Its internal forces, at the places at which the step began."""
+        position = self.arrays["position"] - self._dt * self.arrays["velocity"]
+        return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free)
+
+    def unbalanced(self) -> tuple[float, float]:
+        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
+        force = self.motion.forces()
+        left = (force + self.motion.leading_forces(self._dt))[self.motion.free]
+        return float(np.linalg.norm(left)), float(np.linalg.norm(force))
 
     # contact
 

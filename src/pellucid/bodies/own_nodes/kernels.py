@@ -2,6 +2,9 @@
 
 The works of a step are those of its impulses along the mean of the velocities before and after it, so that their sum is the
 change of kinetic energy exactly. Nodes are shared out in chunks whose number does not depend on the threads.
+
+Damping is a drag on the nodes, -c m v with the mean velocity of the step: v⁺ = k v + g Δt f/m with k = (1 - cΔt/2)/(1 + cΔt/2)
+and g = 1/(1 + cΔt/2). Dynamic relaxation chooses k and g itself; without damping both are 1.
 """
 
 from math import inf, sqrt
@@ -9,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
+from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NOT_FINITE, OK, SPEED
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
@@ -20,18 +23,31 @@ OTHER_IMPULSE, CONTACT_IMPULSE, EXTRA_ROWS = range(3)  # rows of impulses behind
 FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, behind those of the motion of points
 
 
+class Drag(NamedTuple):
+    """What is kept of a velocity over a step, k, and what acts of an acceleration, g."""
+
+    keep: float
+    gain: float
+
+
+UNDAMPED = Drag(1.0, 1.0)
+
+
 class NodeForces(NamedTuple):
     """What acts on the nodes over a step."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
-    mass: np.ndarray  # (n,) [kg]
+    mass: np.ndarray  # (n,) [kg], on which gravity acts
+    inertia: np.ndarray  # (n,) [kg], the same but where a steady state scales it
     internal: np.ndarray  # (n, 3) of stress and hourglass control [N]
     loads: np.ndarray  # (channels, n, 3) external forces [N]
     gravity: tuple[float, float, float]  # [m/s²]
     increment: np.ndarray  # (n, 3) of velocity, by contact [m/s]
+    lead: np.ndarray  # (2, n, 3) of velocity, by supports and motions that act on the field [m/s]; (0, 0, 0) where none does
     prescribed: np.ndarray  # (n, 3) 0 where free, else 1 + the row of `rows`
     rows: np.ndarray  # (rows, 3) prescribed velocities [m/s]
+    motions: tuple[int, int]  # the first row of prescribed motions, and that behind the last; supports come before
     faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
     walls: np.ndarray  # (3, 2) faces that let no node through: 0 or 1 + the row of their support
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of the constraints first
@@ -53,58 +69,67 @@ def _at_wall(forces, place, d, new, dt):
 
 
 @kernel(inner=True)
-def _constrained(forces, p, d, old, new, dt, chunk):
-    """The new velocity along d with the constraints of the node, and the mean of it and the old one.
+def _constrained(forces, p, d, old, new, gain, dt, chunk):
+    """The new velocity along d with the constraints of the node, the mean of it and the old one, and the constraints' impulse.
 
-    Adds the impulse of the constraint, and its work along that mean, to the works.
+    Adds that impulse, and its work along the mean, to the works.
     """
-    row, mean = forces.prescribed[p, d], 0.5 * (old + new)
+    row, mean, reaction = forces.prescribed[p, d], 0.5 * (old + new), 0.0
     goal = forces.rows[row - 1, d] if row > 0 else 0.0
     if row == 0:
         row, goal = _at_wall(forces, forces.position[p, d], d, new, dt)
     if row > 0:
-        reaction = forces.mass[p] * (goal - new)
+        reaction = forces.inertia[p] * (goal - new) / gain
         new = goal
         mean = 0.5 * (old + new)
         first = FIRST_LOAD + len(forces.loads) + 1
-        forces.work[chunk, SUPPORT] += reaction * mean
+        cause = MOTION if forces.motions[0] < row <= forces.motions[1] else SUPPORT
+        forces.work[chunk, cause] += reaction * mean
         forces.work[chunk, first + 3 * (row - 1) + d] += reaction
-    return new, mean
+    return new, mean, reaction
 
 
 @kernel(inner=True)
-def _advance_velocities_chunk(chunk, forces, dt):
+def _advance_velocities_chunk(chunk, forces, drag, dt):
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
-    columns = FIRST_LOAD + len(loads)
+    columns, led = FIRST_LOAD + len(loads), len(forces.lead) > 0
     behind = columns + 1 + 3 * len(forces.rows)
     total = 0.0
     work[chunk, :] = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
-        m = forces.mass[p]
-        total += m
+        m = forces.inertia[p]
+        share = forces.mass[p] / m
+        total += forces.mass[p]
         for d in range(3):
             old, touch, external = forces.velocity[p, d], increment[p, d], 0.0
             for k in range(len(loads)):
                 external += loads[k, p, d]
-            free = old + dt * ((internal[p, d] + external) / m + gravity[d]) + touch
-            forces.velocity[p, d], mean = _constrained(forces, p, d, old, free, dt, chunk)
+            of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if led else (0.0, 0.0)
+            gained = dt * ((internal[p, d] + external) / m + share * gravity[d])
+            free = drag.keep * old + drag.gain * (gained + of_supports + of_motions) + touch
+            forces.velocity[p, d], mean, reaction = _constrained(forces, p, d, old, free, drag.gain, dt, chunk)
+            reaction += m * (of_supports + of_motions)
+            slowing = m * ((drag.keep - 1.0) * old + (drag.gain - 1.0) * gained) + (drag.gain - 1.0) * reaction
             work[chunk, INTERNAL] += dt * internal[p, d] * mean
-            work[chunk, GRAVITY] += dt * m * gravity[d] * mean
+            work[chunk, GRAVITY] += dt * m * (share * gravity[d]) * mean
             work[chunk, CONTACT] += m * touch * mean
+            work[chunk, SUPPORT] += m * of_supports * mean
+            work[chunk, MOTION] += m * of_motions * mean
+            work[chunk, DAMPING] -= slowing * mean
             for k in range(len(loads)):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, p, d] * mean
-            work[chunk, behind + 3 * OTHER_IMPULSE + d] += dt * external
+            work[chunk, behind + 3 * OTHER_IMPULSE + d] += dt * external + slowing
             work[chunk, behind + 3 * CONTACT_IMPULSE + d] += m * touch
     work[chunk, columns] = total
 
 
 @kernel()
-def advance_velocities(chunks, forces, dt):
-    """New velocities of the nodes: v + dt (f/m + g) + the increment by contact, then the constraints.
+def advance_velocities(chunks, forces, drag, dt):
+    """New velocities of the nodes: v + dt (f/m + g) + the increment by contact, damped, then the constraints.
 
-    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`.
+    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`; drag: a `Drag`.
     """
-    parallel_for(_advance_velocities_chunk, chunks, forces, dt)
+    parallel_for(_advance_velocities_chunk, chunks, forces, drag, dt)
 
 
 @kernel(inner=True)
@@ -113,8 +138,8 @@ def _subtract_velocities_chunk(chunk, forces, loss, dt):
         for d in range(3):
             if loss[p, d] != 0.0:
                 old = forces.velocity[p, d]
-                forces.velocity[p, d], mean = _constrained(forces, p, d, old, old - loss[p, d], dt, chunk)
-                forces.work[chunk, CONTACT] -= forces.mass[p] * loss[p, d] * mean
+                forces.velocity[p, d], mean, _ = _constrained(forces, p, d, old, old - loss[p, d], 1.0, dt, chunk)
+                forces.work[chunk, CONTACT] -= forces.inertia[p] * loss[p, d] * mean
 
 
 @kernel()

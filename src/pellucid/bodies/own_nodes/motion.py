@@ -5,8 +5,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
-from pellucid.bodies.own_nodes.kernels import CHUNK, CONTACT_IMPULSE, EXTRA_ROWS, FASTEST, NODE_SUMS, OTHER_IMPULSE, NodeForces
-from pellucid.energy import FIRST_LOAD, MOTION, SUPPORT, StepWork, Totals, row_length, step_work
+from pellucid.bodies.own_nodes.field_condition import FieldCondition
+from pellucid.bodies.own_nodes.kernels import (
+    CHUNK,
+    CONTACT_IMPULSE,
+    EXTRA_ROWS,
+    FASTEST,
+    NODE_SUMS,
+    OTHER_IMPULSE,
+    UNDAMPED,
+    Drag,
+    NodeForces,
+)
+from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.jit.bundle import Bundle
@@ -40,6 +51,13 @@ class NodalMotion:
         self._supports: Sequence[NodalSupport] = ()
         self._motions: list[str] = []
         self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
+        self._condition: FieldCondition | None = None
+        self._lead = np.zeros((0, 0, 0))
+        self.inertia: np.ndarray = arrays["mass"]
+        """Of the nodes [kg], shape (n,): their masses but where a steady state scales them (`scale_inertia`)."""
+        self.drag = UNDAMPED
+        self.load_rate = 1.0
+        """How fast the loads change, in simulated time over that of the step: what is prescribed as a velocity goes with it."""
         self.top_speed = 0.0
         """The largest speed that a condition prescribes [m/s]."""
         self.crossing = 0.0
@@ -49,7 +67,7 @@ class NodalMotion:
     # supports and prescribed motions
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains the nodes that it selects at the start; none passes a face of the grid that is a wall."""
+        """A support constrains its nodes; none passes a face of the grid that is a wall."""
         self._supports = supports
         self._constrain()
 
@@ -61,7 +79,38 @@ class NodalMotion:
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
         first = len(self._supports)
-        self._rows[first : first + len(velocity)] = velocity
+        self._prescribed[first : first + len(velocity)] = velocity
+
+    def impose_on_field(self, condition: FieldCondition) -> None:
+        """Let the nodes go free, and lead them so that the field between them does what is prescribed."""
+        self._condition, self._lead = condition, np.zeros((2, *self.internal.shape))
+        self._constrain()
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The velocities of the supports, the motions and the thin axes over this step [m/s], shape (rows, 3)."""
+        return self._rows
+
+    @property
+    def motion_rows(self) -> tuple[int, int]:
+        """The first row of the motions, and that behind the last."""
+        return len(self._supports), len(self._supports) + len(self._motions)
+
+    @property
+    def free(self) -> np.ndarray:
+        """Along which directions the nodes follow no row themselves, shape (n, 3)."""
+        prescribed = self._arrays["prescribed"]
+        return np.asarray(prescribed == 0) if self._condition is None else np.ones(prescribed.shape, bool)
+
+    def groups(self) -> np.ndarray:
+        """The numbers in `prescribed`, shape (n, 3), with one number for all supports of one velocity along an axis."""
+        first = np.zeros((len(self._rows) + 1, 3), np.int64)
+        motions = range(*self.motion_rows)
+        for axis in range(3):
+            seen: dict[float, int] = {}
+            for row, velocity in enumerate(self._prescribed[:, axis].tolist()):
+                first[row + 1, axis] = row + 1 if row in motions else seen.setdefault(velocity, row + 1)
+        return np.asarray(np.take_along_axis(first, self._arrays["prescribed"], axis=0))
 
     def _constrain(self) -> None:
         """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
@@ -71,28 +120,55 @@ class NodalMotion:
         prescribed.fill(0)
         walls = np.zeros((3, 2), np.int64)
         for row, support in enumerate(self._supports, start=1):
-            prescribed[np.ix_(support.selects(position), np.flatnonzero(support.axes))] = row
+            prescribed[np.ix_(support.nodes, np.flatnonzero(support.axes))] = row
             if support.wall is not None:
                 walls[support.wall] = row
         for number, axes in enumerate(self._axes, start=1):
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
-        self._rows = np.zeros((n_rows, 3))
-        self._rows[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
+        self._prescribed, self._rows = np.zeros((n_rows, 3)), np.zeros((n_rows, 3))
+        self._prescribed[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
         self._work = np.zeros((self.chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
         faces = np.tile((-np.inf, np.inf), (3, 1))
         if self._grid:
             lattice = self._grid.lattice
             ends = zip(lattice.lower, lattice.counts, strict=True)
             faces = np.array([(low, low + n / lattice.inverse_cell) for low, n in ends])
-        acting = (self.internal, self.loads, self.gravity, self._increment, prescribed, self._rows)
-        self._forces = Bundle(NodeForces(position, a["velocity"], a["mass"], *acting, faces, walls, self._work))
+        forces = NodeForces(
+            position=position,
+            velocity=a["velocity"],
+            mass=a["mass"],
+            inertia=self.inertia,
+            internal=self.internal,
+            loads=self.loads,
+            gravity=self.gravity,
+            increment=self._increment,
+            lead=self._lead,
+            prescribed=np.where(self.free, 0, prescribed),
+            rows=self._rows,
+            motions=self.motion_rows,
+            faces=faces,
+            walls=walls,
+            work=self._work,
+        )
+        self._forces = Bundle(forces)
 
     # the step
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self.loads[column - FIRST_LOAD] += force
+
+    def scale_inertia(self, inertia: np.ndarray) -> None:
+        """Let the nodes answer forces with another inertia [kg], shape (n,), than that of their masses."""
+        self.inertia = inertia
+        self._constrain()
+
+    def slow(self, rate: float, dt: float) -> None:
+        """Let a drag in proportion to mass and velocity act on the nodes, at a rate [1/s], over a step dt [s]."""
+        if rate > 0.0:
+            half = 0.5 * rate * dt
+            self.drag = Drag((1.0 - half) / (1.0 + half), 1.0 / (1.0 + half))
 
     def forces(self) -> np.ndarray:
         """All forces on the nodes but those of contact and constraints [N], shape (n, 3)."""
@@ -103,7 +179,27 @@ class NodalMotion:
 
     def advance_velocities(self, dt: float) -> None:
         """New velocities from all forces and the increments by contact."""
-        kernels.advance_velocities(self.chunks, self._forces, dt)
+        np.multiply(self._prescribed, self.load_rate, out=self._rows)
+        of_rows = self._find_lead(self._condition, dt) if self._condition is not None else np.zeros(0)
+        kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
+        self._work[0, self._columns + 1 :][: of_rows.size] += of_rows.ravel()
+
+    def _find_lead(self, condition: FieldCondition, dt: float) -> np.ndarray:
+        """What free velocities lack, from a trial: then works are along the mean of old and new ones. Impulses of the rows."""
+        velocity = self._arrays["velocity"]
+        old = velocity.copy()
+        self._lead.fill(0.0)
+        kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
+        impulses, of_rows = condition.impulses(velocity, self.inertia, self._rows, dt)
+        self._lead[:] = impulses / (self.drag.gain * self.inertia[:, None])
+        velocity[:] = old
+        return of_rows / self.drag.gain
+
+    def leading_forces(self, dt: float) -> np.ndarray:
+        """Of supports and motions that act on the field, over a step dt [s] that was done [N], shape (n, 3)."""
+        return (
+            np.asarray(self.inertia[:, None] * self._lead.sum(axis=0) / dt) if len(self._lead) else np.zeros_like(self.internal)
+        )
 
     def subtract_velocities(self, loss: np.ndarray, dt: float) -> None:
         """Subtract velocities [m/s], shape (n, 3), that contact took from motion within a cell."""
@@ -115,7 +211,7 @@ class NodalMotion:
 
     def sum_momentum(self, totals: Totals) -> None:
         """Kinetic energy and momentum."""
-        kernels.sum_momentum(self.chunks, self._arrays["velocity"], self._arrays["mass"], self._sums)
+        kernels.sum_momentum(self.chunks, self._arrays["velocity"], self.inertia, self._sums)
         sums = ordered_sum(self._sums)
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
@@ -136,11 +232,8 @@ class NodalMotion:
         impulses = sums[self._columns + 1 :].reshape(-1, 3)
         n_supports, rows = len(self._supports), len(self._rows)
         motions = slice(n_supports, rows - 1)
-        motion_work = float(np.sum(impulses[motions] * self._rows[motions]))
         reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
         whole = step_work(np.concatenate([sums[: self._columns + 1], reactions.ravel()]), self._columns)
-        whole.works[SUPPORT] -= motion_work
-        whole.works[MOTION] += motion_work
         return whole._replace(motions=dict(zip(self._motions, impulses[motions], strict=True)))
 
     @property

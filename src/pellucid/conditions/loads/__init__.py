@@ -3,10 +3,14 @@
 from typing import Annotated
 
 from pellucid.conditions.loads.body_force import BodyForce
-from pellucid.conditions.loads.contract import Load
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.loads.point_load import PointLoad
+from pellucid.conditions.loads.traction import Traction
 from pellucid.registry import Family, OneOf
 
-LOADS = Family("load", Load)
-AnyLoad = Annotated[Load, OneOf(LOADS)]
+LOADS = Family("load", LoadModel)
+AnyLoad = Annotated[LoadModel, OneOf(LOADS)]
 
 LOADS.add(BodyForce)
+LOADS.add(Traction)
+LOADS.add(PointLoad)

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.loads.contract import Load, PointsView
-from pellucid.conditions.smooth_step import smooth_step
+from pellucid.conditions.smooth_step import risen
 from pellucid.model import Vector, parameter
 
 
@@ -18,5 +18,4 @@ class BodyForce(Load):
 
     def forces(self, points: PointsView, time: float) -> np.ndarray:
         """Forces [N], shape (n, 3)."""
-        share = smooth_step(time / self.rise) if self.rise > 0.0 else 1.0
-        return points.mass[:, None] * (share * np.array(self.acceleration))
+        return points.mass[:, None] * (risen(time, self.rise) * np.array(self.acceleration))

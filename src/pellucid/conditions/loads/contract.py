@@ -1,4 +1,4 @@
-"""The interface of a load: forces on the points of a body at the start of each step."""
+"""The interfaces of loads: of every kind, and of those that are forces on the points of a body at the start of each step."""
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from pellucid.energy import FIXED_COLUMNS
-from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.findings import Finding, Path, listed
+from pellucid.errors import RunStopped
+from pellucid.findings import Finding, Path, listed, refuse
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
@@ -40,8 +40,8 @@ class PointsView:
         return read_only(self._body.volumes())
 
 
-class Load(Condition):
-    """Forces on a body. A new kind is a subclass with a `kind` of its own."""
+class LoadModel(Condition):
+    """A load as the user describes it."""
 
     channel: ClassVar[str] = "load_work"
     """The column of `history.csv` that shows its work, with a name that ends in `_work`; loads of one channel are summed."""
@@ -59,27 +59,38 @@ class Load(Condition):
             )
 
     @abstractmethod
-    def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]."""
+    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+        """What acts in a run. Raises CaseError, with the path of the load in the case, where it cannot."""
 
     def load_channel(self) -> str:
         """Its channel."""
         return self.channel
 
     @classmethod
-    def activate(cls, conditions: Sequence["Load"], assembly: "Assembly") -> Sequence["ActiveLoad"]:
+    def activate(cls, conditions: Sequence["LoadModel"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """One for each."""
-        for number, load in enumerate(conditions):
-            try:  # before anything is written, so that a load that fails at once costs no earlier results
-                checked_forces(load, PointsView(assembly.bodies[load.body].body), 0.0)
-            except RunStopped as error:
-                raise CaseError(Problem(str(error), f"load.{number}")) from error
-        return [ActiveLoad(load, assembly) for load in conditions]
+        return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there."""
         yield from super().problems(path, parts)
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+
+
+class Load(LoadModel):
+    """Forces on the points of a body at the start of each step. A new kind is a subclass with a `kind` of its own."""
+
+    @abstractmethod
+    def forces(self, points: PointsView, time: float) -> np.ndarray:
+        """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]."""
+
+    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+        """Its forces, tried before anything is written, so that a load that fails at once costs no earlier results."""
+        try:
+            checked_forces(self, PointsView(assembly.bodies[self.body].body), 0.0)
+        except RunStopped as error:
+            refuse([Finding(path, str(error))])
+        return ActiveLoad(self, assembly)
 
 
 class ActiveLoad(ActiveCondition):

@@ -19,7 +19,7 @@ from pellucid.results.pictures.films import FILM_DPI, write_films
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
-from pellucid.results.storage.stored_case import StoredBody
+from pellucid.results.storage.stored_case import StoredBody, StoredCase
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
@@ -196,16 +196,23 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
 
 def _case(run: Run) -> str:
     case = run.stored
-    step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
-    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
     rows = [
         *([_grid_row(case.grid)] if case.grid else []),
-        ["time", f"{order}, step {step}, to {number(case.time.end)} s"],
+        _analysis_row(case),
         *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.bodies),
     ]
     text = escape(run.folder.case.read_text(encoding="utf-8"))
     folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
     return _table(("", ""), rows, "plain") + folded
+
+
+def _analysis_row(case: StoredCase) -> list[str]:
+    if case.steady is not None:
+        steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
+        return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
+    step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
+    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
+    return ["time", f"{order}, step {step}, to {number(case.time.end)} s"]
 
 
 def _grid_row(grid: GridCase) -> list[str]:

@@ -2,7 +2,7 @@
 
 import json
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from pellucid.results.storage.schedule import Schedule, capacity
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.parts.body import Body
 
 
 class Recorder:
@@ -31,8 +32,8 @@ class Recorder:
         self.folder, self.case = folder, case
         self._resumed = numbers is not None
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
-        self._rows = Schedule(case.history_interval(), **recorded["rows"])
-        self._frames = Schedule(case.frame_interval(), **recorded["frames"])
+        self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
+        self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
@@ -147,7 +148,20 @@ class Recorder:
             "end_time": sim.time,
             "conservation": {name: float(error) for name, error in sim.conservation().items()},
             "energies": {name: float(energy) for name, energy in sim.energies().items()},
+            **sim.clock.facts(),
+            **_facts_of(sim.bodies),
         }
+
+
+def _facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
+    """What bodies say of themselves by name; by name and body where several have the same to say."""
+    facts = {body.name: body.facts() for body in bodies}
+    names = [name for of_body in facts.values() for name in of_body]
+    shown = {}
+    for body, of_body in facts.items():
+        for name, value in of_body.items():
+            shown[name if names.count(name) == 1 else f"{name} {body}"] = finite(value)
+    return shown
 
 
 def column_of(energy: str) -> str:

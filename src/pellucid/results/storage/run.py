@@ -107,7 +107,7 @@ class Run:
     def _nearest(self, body: str, time: float) -> int:
         """The number of the frame nearest to a time [s]."""
         times = self.times(body)
-        slack = 0.5 * self.stored.frame_interval() * (1.0 + 1e-9)
+        slack = 0.5 * self.stored.output.frames_every(self.stored.time.end) * (1.0 + 1e-9)
         if not times[0] - slack <= time <= times[-1] + slack:
             raise UsageError(
                 f"there is no frame of {body} near t = {time:g} s: the first is at {times[0]:g} s, the last at {times[-1]:g} s"

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from pellucid.case import EnergyCase, OutputCase, TimeCase
+from pellucid.case.steady import SteadyCase
 from pellucid.grid.model import GridCase
 
 
@@ -30,6 +31,7 @@ class StoredCase(BaseModel):
     extensions: tuple[str, ...] = ()
     grid: GridCase | None = None
     time: TimeCase
+    steady: SteadyCase | None = None
     output: OutputCase = OutputCase()
     energy: EnergyCase = EnergyCase()
     bodies: tuple[StoredBody, ...]
@@ -40,10 +42,6 @@ class StoredCase(BaseModel):
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick; none without a grid."""
         return (False, False, False) if self.grid is None else self.grid.thin()
-
-    def frame_interval(self) -> float:
-        """Time between frames of the fields [s]."""
-        return self.output.frames or self.time.end / 10
 
 
 def read(path: Path) -> StoredCase:

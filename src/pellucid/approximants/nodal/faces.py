@@ -1,0 +1,23 @@
+"""Shape functions over faces of the cells."""
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.approximants.nodal.table import evaluate
+from pellucid.geometry.face_shares import FaceShares
+from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+
+SMALLEST = 1e-16  # share that is kept: functions of nodes off a face vanish on it but for rounding
+
+
+def face_shares(evaluator: Evaluator, nodes: np.ndarray, faces: np.ndarray, cells: np.ndarray) -> FaceShares:
+    """Means of the shape functions over triangles between nodes [m], shape (f, 3), faces of cells, shape (f,): ∫ p_a dA / A.
+
+    They reproduce constant and linear fields: on each face, Σ_a of the shares is 1, and Σ_a of shares times nodes its middle.
+    """
+    means = np.zeros(0)
+    for place, weight in zip(TRIANGLE, TRIANGLE_WEIGHTS, strict=True):
+        rows = evaluate(evaluator, cells, np.einsum("k,fki->fi", place, nodes[faces]), gradients=False)
+        means = weight * rows.values + (means if len(means) else 0.0)
+    kept = abs(means) > SMALLEST
+    return FaceShares(np.repeat(np.arange(len(faces)), np.diff(rows.row))[kept], rows.nodes[kept], means[kept])

@@ -1,0 +1,126 @@
+"""Essential conditions by forces: for functions that do not take prescribed values at the nodes.
+
+After the free update, impulses λ_j go to the nodes by shares s_ja, so that the field takes the prescribed values:
+
+    Σ_j V_ij λ_j = v̄_i - Σ_a s_ia v_a,  V_ij = Σ_a s_ia s_ja/m_a,  m_a Δv_a = Σ_j s_ja λ_j .
+
+The simplified SEBCIEM has forces at the nodes, s_ja = p_a(x_j), and the field is exact there. EBCIEM spreads each force over
+the faces about its node, by linear functions N_j on them, s_ja = ∮ p_a N_j dS / ∮ N_j dS, so that uniform tractions are exact
+(Joldes, Chowdhury, Wittek & Miller 2017, Eng. Anal. Bound. Elem. 80, 94). As published it prescribes the field at the nodes all
+the same: V is not symmetric then, the forces do work on what the field lacks between, and undamped motion grows by it. Here
+the mean over the faces, by the same shares, is prescribed. v̄ also takes back what is lacking of the displacement.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
+
+from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at
+from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+
+LARGEST_CONDITION = 1e10  # of V, above which forces are mostly round-off
+
+Solve = Callable[[np.ndarray], np.ndarray]
+
+
+class ForceCorrection:
+    """The impulses that make the field take the prescribed displacement.
+
+    values: functions at all nodes, shape (n, n); position [m], shape (n, 3), as the body keeps it; inertia [kg], shape (n,);
+    motions: the first row of motions and that behind the last; spread: whether over faces. Raises ValueError where conditions
+    on two nodes are nearly the same.
+    """
+
+    def __init__(
+        self,
+        prescribed: PrescribedField,
+        values: sparse.csr_array,
+        evaluator: Evaluator,
+        position: np.ndarray,
+        inertia: np.ndarray,
+        motions: tuple[int, int],
+        spread: bool,
+    ) -> None:
+        self._prescribed, self._position, self._motions = prescribed, position, motions
+        self._axes: list[tuple[np.ndarray, sparse.csr_array]] = []
+        for axis in range(3):
+            nodes = np.flatnonzero(prescribed.number[:, axis])
+            faces = prescribed.faces[prescribed.held[:, axis]]
+            shares = values[nodes]
+            self._axes.append((nodes, spread_over_faces(prescribed, evaluator, faces, nodes, shares) if spread else shares))
+        self._factor(inertia)
+
+    def _factor(self, inertia: np.ndarray) -> None:
+        self._inertia = inertia
+        self._solve = [_solver(shares, inertia) if len(nodes) else np.copy for nodes, shares in self._axes]
+
+    def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """See `FieldCondition`."""
+        if inertia is not self._inertia:
+            self._factor(inertia)
+        by_node, of_rows = np.zeros((2, *velocity.shape)), np.zeros_like(rows)
+        displacement = self._position - self._prescribed.mesh.nodes
+        for axis, (nodes, shares) in enumerate(self._axes):
+            row = self._prescribed.number[nodes, axis] - 1
+            behind = self._prescribed.displacement[row, axis] - shares @ displacement[:, axis]
+            impulse = self._solve[axis](rows[row, axis] + behind / dt - shares @ velocity[:, axis])
+            of_motion = (row >= self._motions[0]) & (row < self._motions[1])
+            for cause, given in enumerate((impulse * ~of_motion, impulse * of_motion)):
+                by_node[cause, :, axis] = shares.T @ given
+            # shares add up to one but for rounding
+            np.add.at(of_rows[:, axis], row, np.asarray(shares.sum(axis=1)) * impulse)
+        return by_node, of_rows
+
+
+def spread_over_faces(
+    prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
+) -> sparse.csr_array:
+    """s_ja of prescribed nodes, shape (m, n), over the chosen faces of the boundary.
+
+    A node without such a face has a force at its place, with the functions there, values of shape (m, n).
+    """
+    mesh = prescribed.mesh
+    faces, owners = mesh.faces
+    corners, n = mesh.nodes[faces[chosen]], len(TRIANGLE)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    places = np.einsum("qk,fki->fqi", TRIANGLE, corners).reshape(-1, 3)
+    functions = values_at(mesh, evaluator, np.repeat(owners[chosen, 0], n), places)
+    weights = np.einsum("f,q,qk->fqk", area, TRIANGLE_WEIGHTS, TRIANGLE).ravel()
+    row = np.repeat(np.searchsorted(nodes, faces[chosen]), n, axis=0).ravel()
+    column = np.repeat(np.arange(n * len(chosen)), 3)
+    linear = sparse.csr_array((weights, (row, column)), shape=(len(nodes), n * len(chosen)))
+    about = np.asarray(linear.sum(axis=1))
+    alone = about == 0.0
+    scaled = sparse.diags_array(1.0 / np.where(alone, 1.0, about)) @ (linear @ functions)
+    return sparse.csr_array(scaled + sparse.diags_array(alone.astype(float)) @ values)
+
+
+def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
+    """Impulses for the velocities that are lacking."""
+    V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)
+    try:
+        factors = splu(V, options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
+    except RuntimeError:  # an exact zero on the diagonal
+        raise ValueError(_dependent(np.inf)) from None
+    condition = _condition(V, factors)
+    if not condition < LARGEST_CONDITION:
+        raise ValueError(_dependent(condition))
+    return lambda lacking: np.asarray(factors.solve(lacking))
+
+
+def _dependent(condition: float) -> str:
+    text = "forces on the prescribed nodes cannot be found: what they change is nearly dependent, with a condition number of"
+    return f"{text} {condition:.2g}, above {LARGEST_CONDITION:.0g}"
+
+
+def _condition(V: sparse.csc_array, factors: SuperLU) -> float:
+    """Of V, which is symmetric, in the norm of sums over columns, estimated."""
+
+    def solve(right: np.ndarray) -> np.ndarray:
+        return np.asarray(factors.solve(right))
+
+    inverse = LinearOperator(V.shape, solve, rmatvec=solve, matmat=solve, rmatmat=solve)
+    return float(abs(V).sum(axis=0).max() * onenormest(inverse))

@@ -1,0 +1,102 @@
+"""What supports and motions prescribe of the field of a meshless solid, and how far the field is from it."""
+
+import numpy as np
+from scipy import sparse
+
+from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.approximants.nodal.table import evaluate
+from pellucid.geometry.simplex_mesh import SimplexMesh
+
+REACHES = 1e-9  # value above which a function counts as one that does not vanish; on faces it is found to 1e-12
+# shares of a face's corners at places between them: the middles of the edges, the middle, and three more
+_ON_FACE = np.array([*(0.5 * (1.0 - np.eye(3))), np.full(3, 1 / 3), *(np.full((3, 3), 0.15) + 0.55 * np.eye(3))])
+
+
+class PrescribedField:
+    """The nodes with a prescribed displacement, and the faces of the boundary on which it prescribes the field.
+
+    number, shape (n, 3): along each axis 0 where a node is free, else 1 + the row of its support or motion; group, of the same
+    shape: one number for rows that never differ. displacement: prescribed so far [m], shape (rows, 3). faces: numbers of the
+    boundary faces that have all nodes in one group along an axis; held, shape (faces, 3): along which.
+    """
+
+    def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:
+        self.mesh, self.number, self._group = mesh, number, group
+        self.displacement = np.zeros((n_rows, 3))
+        self.nodes = np.flatnonzero((number > 0).any(axis=1))
+        boundary = mesh.boundary
+        corners = group[mesh.faces[0][boundary]]
+        held = (corners > 0).all(axis=1) & (corners == corners[:, :1]).all(axis=1)
+        some = held.any(axis=1)
+        self.faces, self.held = boundary[some], held[some]
+
+    def disturbed_faces(self, evaluator: Evaluator) -> np.ndarray:
+        """The numbers of those faces on which functions of nodes of another group do not vanish, so that the field differs."""
+        rows, nodes = self._on_faces(evaluator), self.mesh.faces[0][self.faces]
+        if not len(nodes):
+            return self.faces
+        n = len(_ON_FACE)
+        face = np.repeat(np.repeat(np.arange(len(nodes)), n), np.diff(rows.indptr))
+        other = self._group[rows.indices] != self._group[nodes[:, 0]][face]
+        reaches = (abs(rows.data) > REACHES) & (other & self.held[face]).any(axis=1)
+        return self.faces[np.bincount(face[reaches], minlength=len(nodes)) > 0]
+
+    def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
+        """What finds the residuals; values: functions at all nodes, shape (n, n)."""
+        on_boundary = np.intersect1d(self.nodes, self.mesh.faces[0][self.mesh.boundary])
+        first = self.mesh.faces[0][self.faces][:, 0]
+        n = len(_ON_FACE)
+        held = np.repeat(self.held, n, axis=0)
+        between = np.where(held, np.repeat(self.number[first], n, axis=0), 0)
+        return Residuals(self, (values[on_boundary], self.number[on_boundary]), (self._on_faces(evaluator), between))
+
+    def at(self, number: np.ndarray) -> np.ndarray:
+        """The prescribed displacements [m] for numbers of shape (m, 3), 0 where free."""
+        return self.of_rows(self.displacement, number)
+
+    @staticmethod
+    def of_rows(rows: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """The components of rows, shape (rows, 3), for numbers of shape (m, 3), 0 where free."""
+        return np.asarray(np.take_along_axis(np.concatenate([np.zeros((1, 3)), rows]), number, axis=0))
+
+    def _on_faces(self, evaluator: Evaluator) -> sparse.csr_array:
+        """Functions at places on the faces, in their order."""
+        faces, owners = self.mesh.faces
+        places = np.einsum("qk,fki->fqi", _ON_FACE, self.mesh.nodes[faces[self.faces]]).reshape(-1, 3)
+        return values_at(self.mesh, evaluator, np.repeat(owners[self.faces, 0], len(_ON_FACE)), places)
+
+
+class Residuals:
+    """|Σ_a p_a(x) u_a - ū| along the prescribed axes at nodes of the boundary, and at places on faces between them."""
+
+    def __init__(
+        self,
+        prescribed: PrescribedField,
+        at_nodes: tuple[sparse.csr_array, np.ndarray],
+        between: tuple[sparse.csr_array, np.ndarray],
+    ) -> None:
+        """Of both the functions at m places, shape (m, n), and what is prescribed there, numbers of shape (m, 3)."""
+        self._prescribed, self._sets = prescribed, {"nodes": at_nodes, "between": between}
+
+    def largest(self, displacement: np.ndarray) -> dict[str, float]:
+        """The largest [m] of each for displacements of the nodes [m], shape (n, 3); none where there are no such places."""
+        found = {}
+        for name, (values, number) in self._sets.items():
+            if len(number):
+                error = np.where(number > 0, values @ displacement - self._prescribed.at(number), 0.0)
+                found[name] = float(np.linalg.norm(error, axis=1).max())
+        return found
+
+
+def values_at(mesh: SimplexMesh, evaluator: Evaluator, cells: np.ndarray, places: np.ndarray) -> sparse.csr_array:
+    """Functions at places [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m, n)."""
+    rows = evaluate(evaluator, cells, places, gradients=False)
+    return sparse.csr_array((rows.values, rows.nodes, rows.row), shape=(len(cells), len(mesh.nodes)))
+
+
+def values_at_nodes(mesh: SimplexMesh, evaluator: Evaluator) -> sparse.csr_array:
+    """Functions at the nodes, shape (n, n)."""
+    cells = np.zeros(len(mesh.nodes), np.int64)
+    corners = mesh.cells.shape[1]
+    cells[mesh.cells.ravel()] = np.repeat(np.arange(len(mesh.cells)), corners)
+    return values_at(mesh, evaluator, cells, mesh.nodes)

@@ -1,0 +1,39 @@
+"""Steady states, as the user describes them."""
+
+from collections.abc import Iterator
+
+from pellucid.findings import Finding, Path
+from pellucid.model import parameter
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Part, Parts
+
+
+class SteadyCase(Part):
+    """States of rest under loads, by dynamic relaxation.
+
+    Time is that of the loads alone: they grow from time 0 to `time.end` in load steps, and results are those of the
+    equilibria. Inertia and damping serve the way there and have no part in these.
+    """
+
+    load_steps: int = parameter("", "number of equilibria, at equal intervals of the time of the loads", 1, ge=1, le=100_000)
+    loading: int | None = parameter(
+        "",
+        "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
+        "cross the body eight times",
+        None,
+        ge=1,
+    )
+    tolerance: float = parameter(
+        "", "estimated error of the displacements at which a state counts as steady, of the largest of them", 1e-6, gt=0, le=0.1
+    )
+    courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.9, gt=0, le=1)
+    mass_scaling: bool = parameter("", "whether inertia is scaled so that all nodes allow the same step", False)
+    most_steps: int = parameter("", "steps of the relaxation of a load step before the run stops itself", 100_000, ge=100)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Bodies that cannot come to rest so."""
+        bodies = parts.of(BodyModel)
+        for other, body in parts.placed(BodyModel):
+            alone = sum(one.field == body.field for one in bodies) == 1
+            if reason := body.why_not_relaxed(alone):
+                yield Finding((*other, "kind"), f"[steady]: {reason.text}", reason.remedy)

@@ -1,0 +1,52 @@
+"""A force on unit area of faces."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.smooth_step import risen
+from pellucid.findings import Finding, Path
+from pellucid.geometry.region import Where
+from pellucid.model import Vector, parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
+
+
+class Traction(LoadModel):
+    """A dead load on faces of a body with its own nodes: neither its direction nor the area that counts follow the body."""
+
+    kind: Literal["traction"] = "traction"
+    where: Where = parameter("", "which faces of the body")
+    traction: Vector = parameter("Pa", "force on unit area of the faces as they are at the start")
+    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that is not there or has no such faces."""
+        yield from super().problems(path, parts)
+        yield from face_problems(self.where, (*path, "where"), self.body, parts)
+
+    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+        """Its forces at the nodes."""
+        return ActiveTraction(self, assembly, path)
+
+
+class ActiveTraction(ActiveCondition):
+    """A traction on a body that is built."""
+
+    def __init__(self, traction: Traction, assembly: "Assembly", path: Path) -> None:
+        self._traction = traction
+        self._faces = LoadedFaces(assembly.bodies[traction.body], traction.where, (*path, "where"))
+        self._column = assembly.load_column(traction.body, traction.channel)
+        self._forces = np.zeros((0, 3))
+
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        if not len(self._forces):
+            self._forces = self._faces.traction(np.array(self._traction.traction))
+        self._faces.body.add_external_force(risen(time, self._traction.rise) * self._forces, self._column)

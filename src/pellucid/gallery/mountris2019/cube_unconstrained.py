@@ -1,0 +1,74 @@
+"""A cube between smooth plates against the exact uniform strain."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.mountris2019.curves import residuals
+from pellucid.references.free_cube import FreeCube
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and what they differ by."}
+
+METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_residual_between")
+
+
+def _exact(run: "Run") -> "tuple[FreeCube, float, float]":
+    """The exact solution of the case, the edge of the cube [m] and the stretch along z."""
+    body, motion = run.case.body[0], run.case.motion[0]
+    law, edge = body.material, float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
+    moved = motion.functions()[2](run.case.time.end)
+    cube = FreeCube(law.young_modulus, law.poisson_ratio, law.kind == "decoupled-neo-hookean")
+    return cube, edge, 1.0 + moved / edge
+
+
+def _displacements(run: "Run") -> "tuple[Array, Array]":
+    """Displacements of the nodes [m] and the exact ones, each of shape (n, 3)."""
+    cube, _, along = _exact(run)
+    name = run.case.body[0].name
+    start = run.fields(name, 0.0)["position"]
+    across = cube.across(along)
+    return run.fields(name)["position"] - start, start * (np.array([across, across, along]) - 1.0)
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The error of the displacements, energy and reaction against the exact ones, the residual of what is prescribed."""
+    cube, edge, along = _exact(run)
+    found, exact = _displacements(run)
+    error = float(np.sqrt(np.mean((found - exact) ** 2)) / np.ptp(exact))
+    energy = cube.energy(along, cube.across(along)) * edge**3
+    stored = float(run.summary["energies"]["strain"])
+    force, pulled = float(run.history["reaction_z"][-1]), cube.stress(along) * edge**2
+    tight = 1e-6  # linear fields are in the span of the functions, and consistent gradients integrate them exactly
+    return {
+        "nrmse": Metric(error, 0.0, error, tight, "", "root mean square error of the displacements over their range"),
+        "strain_energy": Metric(stored, energy, abs(stored / energy - 1.0), tight, "J", "exact uniform strain"),
+        "reaction_z": Metric(force, pulled, abs(force / pulled - 1.0), tight, "N", "of the top on the cube"),
+        **residuals(run),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Displacements against the exact ones, and the differences."""
+    found, exact = _displacements(run)
+    figure = new_figure(10.0, 4.0)
+    left, right = figure.subplots(1, 2)
+    for axis, name in enumerate("xyz"):
+        left.plot(1e3 * exact[:, axis], 1e3 * found[:, axis], "o", markersize=3, color=COLOURS[axis], label=name)
+        off = np.maximum(abs(found - exact)[:, axis], 1e-18)
+        right.semilogy(1e3 * exact[:, axis], off, "o", markersize=3, color=COLOURS[axis], label=name)
+    ends = 1e3 * np.array([exact.min(), exact.max()])
+    left.plot(ends, ends, color="black", linewidth=0.8)
+    label(left, "exact displacement", "displacement", "mm", "mm")
+    label(right, "exact displacement", "difference", "mm", "m")
+    left.legend()
+    return {"cube_unconstrained": figure}

@@ -1,0 +1,17 @@
+"""What the cases of Mountris et al. 2019 share: the residual of prescribed displacements, and history against the load."""
+
+from typing import TYPE_CHECKING
+
+from pellucid.results.metrics import Metric
+
+if TYPE_CHECKING:
+    from pellucid.results.storage.run import Run
+
+
+def residuals(run: "Run", tolerance: float = 1e-12) -> dict[str, Metric]:
+    """How far the field is from what is prescribed [m], at the nodes and between them; the paper's is 1e-17 at the nodes."""
+    found = {}
+    for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "at places between these nodes")):
+        value = float(run.summary[f"ebc_residual_{place}"])
+        found[f"ebc_residual_{place}"] = Metric(value, 0.0, value, tolerance, "m", f"of the field {where}")
+    return found

@@ -1,0 +1,24 @@
+"""How what acts on faces goes to nodes."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class FaceShares(NamedTuple):
+    """Shares of nodes in what acts evenly on faces: the means of their functions over each, which add up to one there."""
+
+    face: np.ndarray  # (m,) place among the faces asked for
+    node: np.ndarray  # (m,)
+    share: np.ndarray  # (m,)
+
+    @classmethod
+    def linear(cls, faces: np.ndarray) -> "FaceShares":
+        """Those of linear functions of the corners of triangles, shape (f, 3)."""
+        n = 3 * len(faces)
+        return cls(np.repeat(np.arange(len(faces)), 3), faces.ravel(), np.full(n, 1.0 / 3.0))
+
+    def at_nodes(self, on_faces: np.ndarray, n: int) -> np.ndarray:
+        """What n nodes have of vectors on the faces, shape (f, 3): shape (n, 3), added up in the order of the faces."""
+        parts = self.share[:, None] * on_faces[self.face]
+        return np.stack([np.bincount(self.node, parts[:, axis], n) for axis in range(3)], axis=1)

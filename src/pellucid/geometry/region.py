@@ -1,0 +1,185 @@
+"""Regions: the nodes and faces of a body on which a condition acts, chosen in the state at the start.
+
+A region is a shape, a named set of the mesh, a direction of the outward normal, or what several of these have in common. A node
+has a normal where it is a corner of a face with that normal; a face is chosen where its three corners are.
+"""
+
+from collections.abc import Iterator, Mapping
+from math import cos, degrees, radians
+from typing import Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+from pydantic import field_validator, model_validator
+
+from pellucid.findings import Finding, Path, hint, listed
+from pellucid.geometry.cells import outer_faces, vector_areas
+from pellucid.geometry.geometry import ActiveAxes
+from pellucid.geometry.shapes import Box, Shape
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.model import Vector, parameter
+from pellucid.units import to_si
+
+REACH = 1e-9  # of the extent of a body, by which a node may lie beyond a box and still count: rounding must not decide
+WITHIN = 30.0
+EVERY_AXIS = (True, True, True)
+NOWHERE = "make it larger or move it"
+
+
+class Selectable(NamedTuple):
+    """What regions choose from: the points or nodes of a body, and what more its mesh knows of them."""
+
+    position: np.ndarray  # (n, 3) [m]
+    faces: np.ndarray = np.zeros((0, 3), np.int64)  # triangles of its surface, counterclockwise about the outward normal
+    boundary: np.ndarray = np.zeros(0, np.int64)  # numbers of the nodes on the boundary of a solid, on the rim of a membrane
+    sets: Mapping[str, np.ndarray] = {}  # numbers of nodes by name
+
+    @classmethod
+    def of_solid(cls, mesh: SimplexMesh) -> "Selectable":
+        """The nodes of a mesh of tetrahedra, and its outer faces."""
+        faces = outer_faces(mesh.cells)
+        return cls(mesh.nodes, faces, np.unique(faces), mesh.sets)
+
+    @classmethod
+    def of_membrane(cls, position: np.ndarray, triangles: np.ndarray) -> "Selectable":
+        """Nodes [m], shape (n, 3), and triangles between them; the rim are the edges that belong to one triangle only."""
+        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        once, count = np.unique(edges, axis=0, return_counts=True)
+        return cls(position, triangles, np.unique(once[count == 1]))
+
+
+class Region(Shape):
+    """A shape, a named set or the direction of the outward normal; of several, what they have in common."""
+
+    what: ClassVar[str] = "a region"
+
+    set_: str | None = parameter("", "set of nodes or faces that the mesh file of the body names", None, alias="set")
+    normal: Vector | None = parameter("", "direction from which the outward normal of the surface may differ by `within`", None)
+    within: float | None = parameter("", f"that angle in degrees; without it {WITHIN:g}", None, gt=0, le=180)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _exactly_one(cls, data: Any) -> Any:
+        """At most one shape, and something at all."""
+        if isinstance(data, dict):
+            shapes = [name for name in Shape.model_fields if data.get(name) is not None]
+            if len(shapes) > 1:
+                raise ValueError(f"{cls.what} has one shape, and here are {listed(shapes)}: keep one of them")
+            if not data.keys() - {"within"}:
+                raise ValueError(
+                    f"{cls.what} is a table with a shape ({listed(list(Shape.model_fields))}), a named `set` or a `normal`, "
+                    "for example { normal = [0, 0, 1], within = 30 }"
+                )
+        return data
+
+    @field_validator("within", mode="before")
+    @classmethod
+    def _in_degrees(cls, value: Any) -> Any:
+        return degrees(to_si(value, "rad")) if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _normal_has_a_direction(self) -> "Region":
+        if self.within is not None and self.normal is None:
+            raise ValueError("`within` belongs to `normal`: give both, or leave it out")
+        if self.normal is not None and not any(self.normal):
+            raise ValueError("`normal` has no length: give a direction, such as [0, 0, 1]")
+        return self
+
+    @property
+    def needs_mesh(self) -> bool:
+        """Whether only bodies with a mesh of their own have what it names."""
+        return self.set_ is not None or self.normal is not None
+
+    @property
+    def shape(self) -> Shape | None:
+        """Its shape, if it has one."""
+        name = next((name for name in Shape.model_fields if getattr(self, name) is not None), None)
+        return None if name is None else Shape(**{name: getattr(self, name)})
+
+    def nodes(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
+        """Which nodes it chooses, shape (n,); along axes that are not `active` the extent of shapes does not count.
+
+        reach: how far nodes may lie beyond a box and still count [m]; a part of 1e-9 of the extent of all nodes always does.
+        """
+        chosen = self._nodes_of_any_normal(of, active, reach)
+        if self.normal is not None:
+            facing = np.zeros(len(chosen), bool)
+            facing[of.faces[self._facing(of)]] = True
+            chosen &= facing
+        return chosen
+
+    def faces(self, of: Selectable, active: ActiveAxes) -> np.ndarray:
+        """Which faces it chooses, shape (f,)."""
+        chosen = self._nodes_of_any_normal(of, active)[of.faces].all(axis=1)
+        return np.asarray(chosen if self.normal is None else chosen & self._facing(of))
+
+    def _nodes_of_any_normal(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
+        n, shape = len(of.position), self.shape
+        chosen = np.ones(n, bool) if shape is None else _in_shape(shape, of.position, active, reach)
+        if self.set_ is not None:
+            named = np.zeros(n, bool)
+            named[of.sets[self.set_]] = True
+            chosen &= named
+        return chosen
+
+    def _facing(self, of: Selectable) -> np.ndarray:
+        """Which faces have such a normal, shape (f,)."""
+        areas, direction = vector_areas(of.position, of.faces), np.array(self.normal)
+        cosine = areas @ direction / np.maximum(np.linalg.norm(areas, axis=1) * np.linalg.norm(direction), 1e-300)
+        return np.asarray(cosine >= cos(radians(WITHIN if self.within is None else self.within)) - 1e-12)
+
+
+Where = Literal["boundary"] | Region
+"""How conditions name a region: "boundary" is the outer boundary of a solid, the rim of a membrane."""
+
+
+def needs_mesh(where: Where) -> bool:
+    """Whether only bodies with a mesh of their own have what a condition names."""
+    return isinstance(where, str) or where.needs_mesh
+
+
+def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, reach: float = 0.0) -> np.ndarray:
+    """Which nodes a condition names, shape (n,); see `Region.nodes`."""
+    if isinstance(where, Region):
+        return where.nodes(of, active, reach)
+    chosen = np.zeros(len(of.position), bool)
+    chosen[of.boundary] = True
+    return chosen
+
+
+def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS) -> np.ndarray:
+    """Which faces a condition names, shape (f,)."""
+    if isinstance(where, Region):
+        return where.faces(of, active)
+    return np.asarray(chosen_nodes(where, of)[of.faces].all(axis=1))
+
+
+def faults(
+    where: Where, of: Selectable, path: Path, name: str, active: ActiveAxes = EVERY_AXIS, faces: bool = False
+) -> Iterator[Finding]:
+    """What is wrong with a region at a path, of the body of this name: an unknown set, nothing in it.
+
+    faces: whether the condition acts on faces, not on nodes.
+    """
+    named = where.set_ if isinstance(where, Region) else None
+    if not len(of.faces) and needs_mesh(where):
+        yield Finding(path, f"body {name} has no mesh of its own whose sets, normals and boundary are known", "use a shape")
+    elif named is not None and not of.sets:
+        text, remedy = f"the mesh of body {name} has no named sets", "use a file that names them, or a shape or normal"
+        yield Finding((*path, "set"), text, remedy)
+    elif named is not None and named not in of.sets:
+        known = list(of.sets)
+        text = f"the mesh of body {name} has no set of this name; there are {listed(known)}"
+        yield Finding((*path, "set"), text, hint(named, known))
+    elif not (chosen_faces if faces else chosen_nodes)(where, of, active).any():
+        what = "face" if faces else "node" if len(of.faces) else "point"
+        yield Finding(path, f"no {what} of body {name} lies in it at the start", NOWHERE)
+
+
+def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:
+    geometry = shape.geometry()
+    if not isinstance(geometry, Box) or not len(position):
+        return geometry.contains(position, active)
+    reach = max(reach, REACH * float(np.ptp(position, axis=0).max()))
+    lower, upper = geometry.bounds()
+    inside = (position >= lower - reach) & (position <= upper + reach)
+    return np.asarray(inside[:, np.array(active)].all(axis=1))

@@ -1,0 +1,179 @@
+"""Steady states by adaptive dynamic relaxation.
+
+The loads grow on a smooth curve; then velocities are damped, u⁺ = u + κ² (u - u⁻) + ((1 + κ) h/2)² M⁻¹ f, until nothing moves.
+The best κ = (K - 1)/(K + 1), K = 2/(ω h), needs the lowest frequency ω that is still in motion: ω² = |Δu·Δf| / Δu·M Δu of the
+changes since a state that was kept.
+
+Sources: Joldes, Wittek & Miller 2009, Comput. Methods Appl. Mech. Eng. 198, 2645, and 2011, 200, 1779.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import ceil, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.conditions.smooth_step import smooth_step
+from pellucid.errors import RunStopped
+from pellucid.parts.body import Body, Relaxable
+from pellucid.parts.body_model import BodyModel
+from pellucid.simulation.clock import Clock
+
+if TYPE_CHECKING:
+    from pellucid.case import TimeCase
+    from pellucid.case.steady import SteadyCase
+
+LOADING = 0.999  # κ while the loads grow
+ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
+AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
+CROSSINGS, FEWEST = 8.0, 100  # of a body by shear waves while the loads grow, and steps for that at least
+QUIET = 100  # steps in which the estimated error stays below the tolerance
+
+
+class SteadyClock(Clock):
+    """Counts steps of the relaxation; its time is that of the loads at the last equilibrium.
+
+    bodies: all of the case, which can relax, and the models of these.
+    """
+
+    def __init__(self, steady: "SteadyCase", time: "TimeCase", bodies: Sequence[Any], models: Sequence[BodyModel]) -> None:
+        super().__init__(time.model_copy(update={"courant": steady.courant}))
+        self._crossing = max(_crossing(model) for model in models)
+        self.steady = steady
+        self._bodies: Sequence[Relaxable] = bodies
+        self._start = [body.arrays["position"].copy() for body in bodies]
+        self._step = 0  # of this load step
+        self.loading = 1
+        """Steps in which the loads of this load step grow."""
+        self._equilibria = 0
+        self._kappa, self._estimate, self._believed = LOADING, 0.0, False
+        self._quiet, self._scale, self.error = 0, 0.0, 1.0
+        self._kept: list[tuple[np.ndarray, np.ndarray]] = []
+        self.steps_taken: list[int] = []
+        """Steps of each load step so far."""
+
+    # a step
+
+    def next_step(self, bodies: Sequence[Body]) -> float:
+        """The length of the coming step of the relaxation [s]."""
+        stable, name = self.stable_step(bodies)
+        dt = self.case.courant * stable
+        self.check_collapse(dt, name)
+        if self._step == 0:
+            self.loading = self.steady.loading or max(FEWEST, ceil(CROSSINGS * self._crossing / dt))
+        return dt
+
+    def span(self, dt: float) -> tuple[float, float]:
+        """Where the time of the loads stands [s], and by how much it grows in this step."""
+        start, end = self._loads_at(self._step), self._loads_at(self._step + 1)
+        return start, end - start
+
+    def pace(self, dt: float) -> None:
+        """Tell the bodies the damping of the coming step, and how fast the loads change."""
+        kappa = self._kappa
+        for body in self._bodies:
+            body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, self.span(dt)[1] / dt)
+
+    def advance(self, dt: float) -> None:
+        """Count a step, and find out whether a steady state is reached."""
+        self.n_steps += 1
+        self._step += 1
+        self.dt, self.weight = dt, 0.0
+        if self._step <= self.loading:
+            return
+        self._estimate_error(dt)
+        since = (self._step - self.loading - 1) % KEPT_ANEW
+        if since % ESTIMATED == 0:
+            self._estimate_damping(dt, since)
+        if self._quiet >= QUIET:
+            self._reach()
+        elif self._step >= self.steady.most_steps:
+            raise RunStopped(
+                f"step {self.n_steps}, load step {self._equilibria + 1} of {self.steady.load_steps}: no steady state in "
+                f"steady.most_steps = {self.steady.most_steps} steps: the estimated error is {self.error:.3g} of the largest "
+                f"displacement, steady.tolerance = {self.steady.tolerance:g}; raise one of the two, or hold what can still move"
+            )
+
+    def _loads_at(self, step: int) -> float:
+        """The time of the loads after so many steps of this load step [s]."""
+        each = self.case.end / self.steady.load_steps
+        if step >= self.loading:
+            return (self._equilibria + 1) * each
+        return (self._equilibria + smooth_step(step / self.loading)) * each
+
+    def _estimate_error(self, dt: float) -> None:
+        """Of the displacements: with the largest change in a step, κ/(1 - κ) times that is still to come."""
+        if (self._step - self.loading) % ESTIMATED == 1:
+            moved = zip(self._bodies, self._start, strict=True)
+            self._scale = max(float(abs(body.arrays["position"] - start).max()) for body, start in moved)
+        fastest = max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
+        still = self._kappa / (1.0 - self._kappa) * dt * fastest
+        self.error = still / self._scale if self._scale > 0.0 else 0.0
+        self._quiet = self._quiet + 1 if self._believed and self.error < self.steady.tolerance else 0
+
+    def _estimate_damping(self, dt: float, since: int) -> None:
+        springs = [body.springs() for body in self._bodies]
+        if since == 0:
+            self._kept = [(spring.position.copy(), spring.force.copy()) for spring in springs]
+            return
+        work = inertia = 0.0
+        for spring, (position, force) in zip(springs, self._kept, strict=True):
+            moved = (spring.position - position) * spring.free
+            work += float(np.sum(moved * (spring.force - force)))
+            inertia += float(np.sum(spring.inertia[:, None] * moved * moved))
+        if inertia == 0.0:  # nothing moves
+            self._believed = True
+            return
+        ratio = 2.0 / max(sqrt(abs(work) / inertia) * dt, 1e-9)
+        estimate = 2.0 / (1.0 + ratio)  # 1 - κ
+        if abs(estimate - self._estimate) <= AGREE * max(estimate, self._estimate):
+            self._kappa, self._believed = max(1.0 - estimate, 0.0), True
+        self._estimate = estimate
+
+    def _reach(self) -> None:
+        """Equilibrium: the loads go on from here."""
+        self.steps_taken.append(self._step)
+        self._equilibria += 1
+        before, self.time = self.time, self._equilibria / self.steady.load_steps * self.case.end
+        self.weight = (self.time - before) / self.dt
+        self._step, self._quiet, self._kept = 0, 0, []
+        self._kappa, self._estimate, self._believed = LOADING, 0.0, False
+
+    # results and checkpoint
+
+    def facts(self) -> dict[str, Any]:
+        """What the summary tells: steps of each load step, the estimated error, and the forces that are left, of all forces."""
+        left, every = np.sqrt(np.square([body.unbalanced() for body in self._bodies]).sum(axis=0))
+        balance = float(left / every) if every > 0.0 else 0.0
+        return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": balance}}
+
+    def progress(self) -> float:
+        """How far the loads are [s]."""
+        return self._loads_at(self._step)
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """The state that estimates refer to."""
+        kept = enumerate(self._kept)
+        return {f"{what}-{n}": array for n, pair in kept for what, array in zip(("position", "force"), pair, strict=True)}
+
+    def state_numbers(self) -> dict[str, Any]:
+        """What a checkpoint keeps."""
+        own = {name: getattr(self, name) for name in OWN}
+        return {**super().state_numbers(), **own, "steps_taken": list(self.steps_taken)}
+
+    def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint."""
+        super().restore(numbers, arrays)
+        for name in (*OWN, "steps_taken"):
+            setattr(self, name, numbers[name])
+        self._kept = [(arrays[f"position-{n}"], arrays[f"force-{n}"]) for n in range(len(arrays) // 2)]
+
+
+def _crossing(model: BodyModel) -> float:
+    """The time in which slow waves cross a body [s]; a membrane has no speed of shear waves."""
+    lower, upper = model.bounds()
+    pressure, shear = model.material.wave_speeds()
+    return float((upper - lower).max()) / (shear or 0.2 * pressure)
+
+
+OWN = ("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "error")

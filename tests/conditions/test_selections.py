@@ -1,0 +1,156 @@
+"""Supports and motions on regions of bodies with their own nodes: what they hold, their reactions, and what is refused."""
+
+import numpy as np
+import pytest
+from small_cases import RATE_SOLID, box
+
+from pellucid.case import Case
+from pellucid.errors import CaseError
+from pellucid.geometry.box_mesh import box_mesh
+from pellucid.simulation.simulation import Simulation
+
+TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3}
+SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
+MESH = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (2, 2, 2)}}
+BLOCK = {"name": "block", "kind": "meshless-solid", "mesh": MESH, "material": TISSUE}
+SHEET = {
+    "name": "sheet",
+    "kind": "membrane-elements",
+    "field": "sheet",
+    "surface": {"rectangle": {"corner": (0, 0, 0.2), "first_edge": (0.1, 0, 0), "second_edge": (0, 0.1, 0), "points": (5, 5)}},
+    "thickness": 0.001,
+    "material": SKIN,
+}
+GRID = {"lower": (-0.1, -0.1, -0.1), "upper": (0.3, 0.3, 0.3), "cell": 0.05}
+UP = {"normal": (0, 0, 1), "within": 30}
+DOWN = {"normal": (0, 0, -1)}
+AWAY = {"sphere": {"centre": (9, 9, 9), "radius": 1}}
+
+
+def made(*bodies, **more):
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "body": list(bodies)} | more
+    return Case.model_validate(table)
+
+
+def run(steps=20, *bodies, **more):
+    simulation = Simulation(made(*(bodies or (BLOCK,)), **more), threads=1)
+    for _ in range(steps):
+        simulation.step()
+    return simulation
+
+
+def pull(part, **more):
+    rise = {"kind": "ramp", "distance": 0.01, "duration": 0.5}
+    return {"name": "pull", "body": "block", "part": part, "hold": ("x", "y"), "displacement": {"z": rise}} | more
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    return run(60, support=[{"name": "bottom", "body": "block", "where": DOWN}], motion=[pull(UP)])
+
+
+def test_the_nodes_of_a_region_are_held_and_moved(pulled):
+    (body,) = pulled.bodies
+    start, now = body.mesh.nodes, body.arrays["position"]
+    top, bottom = np.isclose(start[:, 2], 0.1), np.isclose(start[:, 2], 0.0)
+    assert np.array_equal(body.arrays["prescribed"].any(axis=1), top | bottom)
+    assert np.array_equal(now[bottom], start[bottom])
+    risen = now[top, 2] - start[top, 2]
+    assert risen.max() > 1e-4
+    assert risen == pytest.approx(risen[0], abs=1e-15)
+
+
+def test_reactions_of_regions_are_the_change_of_momentum(pulled):
+    """The impulses of the support and the motion, each by its name, are the momentum of the body."""
+    reactions, scale = pulled.reactions(), pulled.budget.momentum_scale
+    assert reactions["pull"][2] > 0.1 * scale
+    assert pulled.momentum() == pytest.approx(reactions["pull"] + reactions["bottom"], abs=1e-13 * scale)
+
+
+def test_a_support_of_one_body_leaves_others_and_the_grid_alone():
+    """The patch of the block is held; the sheet falls freely, as do the nodes of the grid that it meets."""
+    more = {"grid": GRID, "gravity": (0, 0, -10), "support": [{"name": "patch", "body": "block", "where": UP}]}
+    simulation = run(10, BLOCK | {"field": "block"}, SHEET, **more)
+    block, sheet = simulation.bodies
+    top = np.isclose(block.mesh.nodes[:, 2], 0.1)
+    assert np.array_equal(block.arrays["position"][top], block.mesh.nodes[top])
+    assert sheet.arrays["velocity"][:, 2] == pytest.approx(-10.0 * simulation.time, rel=1e-12)
+    assert not any(actions.field.grid.nodes.constrained.any() for actions in simulation.conditions.actions)
+    assert simulation.conservation()["momentum"] < 1e-12
+
+
+def test_the_rim_of_a_membrane_is_held():
+    sim = run(10, SHEET, gravity=(0, 0, -10), support=[{"body": "sheet", "where": "boundary"}])
+    (sheet,) = sim.bodies
+    x = sheet.surface.vertices
+    rim = (np.isclose(x[:, :2], 0.0) | np.isclose(x[:, :2], 0.1)).any(axis=1)
+    assert np.array_equal(sheet.arrays["velocity"][rim], np.zeros((rim.sum(), 3)))
+    assert (sheet.arrays["velocity"][~rim, 2] < 0.0).all()
+
+
+def test_a_sphere_constrains_the_nodes_of_the_grid_and_of_bodies():
+    ball = {"sphere": {"centre": (0, 0, 0), "radius": 0.06}}
+    simulation = run(1, grid=GRID, support=[{"where": ball}])
+    (actions,), (block,) = simulation.conditions.actions, simulation.bodies
+    index, position = actions.field.grid.where()
+    inside = np.linalg.norm(position, axis=1) <= 0.06
+    assert inside.sum() == 7
+    assert np.array_equal(actions.field.grid.nodes.constrained[index].any(axis=1), inside)
+    held = np.linalg.norm(block.mesh.nodes, axis=1) <= 0.06
+    assert np.array_equal(block.arrays["prescribed"].any(axis=1), held)
+
+
+def test_a_box_between_the_nodes_of_the_grid_may_hold_a_body():
+    slab = {"box": {"lower": (-1, -1, 0.0999), "upper": (1, 1, 0.1001)}}
+    grid = GRID | {"cell": 0.04}
+    simulation = run(1, grid=grid, support=[{"where": slab}])
+    (body,) = simulation.bodies
+    assert np.array_equal(body.arrays["prescribed"].any(axis=1), np.isclose(body.mesh.nodes[:, 2], 0.1))
+
+
+def test_a_named_set_of_a_file_holds_its_nodes(tmp_path):
+    meshlane = pytest.importorskip("meshlane")
+    mesh = box_mesh(np.zeros(3), np.full(3, 0.1), (2, 2, 2))
+    bottom = np.flatnonzero(mesh.nodes[:, 2] == 0.0)
+    path = tmp_path / "box.inp"
+    meshlane.write(str(path), meshlane.Mesh(mesh.nodes, [("tetra", mesh.cells)], point_sets={"bottom": bottom}))
+    body = BLOCK | {"mesh": {"file": {"path": str(path)}}}
+    simulation = run(5, body, support=[{"body": "block", "where": {"set": "bottom"}}], motion=[pull(UP)])
+    assert np.array_equal(np.flatnonzero((simulation.bodies[0].arrays["prescribed"] == 1).all(axis=1)), bottom)
+    with pytest.raises(ValueError, match="no set of this name; there are bottom"):
+        made(body, motion=[pull({"set": "botom"})])
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"support": [{"where": UP}]}, "are those of a body: add its name as `body`"),
+        ({"support": [{"where": "boundary"}]}, "are those of a body"),
+        ({"support": [{"body": "blok", "where": UP}]}, "no body has this name; there are block"),
+        ({"support": [{"body": "block", "where": {"set": "top"}}]}, "the mesh of body block has no named sets"),
+        ({"support": [{"body": "block", "where": AWAY}]}, "no node of body block lies in it at the start"),
+        ({"motion": [pull(AWAY)]}, "no node of body block lies in it at the start"),
+        ({"motion": [pull({"normal": (0, 0, 1), "set": "top"})]}, "has no named sets"),
+    ],
+)
+def test_regions_without_a_node_are_refused_when_the_case_is_read(more, words):
+    with pytest.raises(ValueError, match=words):
+        made(BLOCK, **more)
+
+
+def test_without_a_grid_a_support_that_meets_no_body_is_refused():
+    with pytest.raises(CaseError, match=r"support\.0\.where(.|\n)*no node of a body lies in it"):
+        Simulation(made(BLOCK, support=[{"where": AWAY}]), threads=1)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"support": [{"body": "lump", "where": "all-nodes"}]}, "body lump has no nodes of its own"),
+        ({"motion": [pull(UP, body="lump")]}, "body lump has no mesh of its own whose sets"),
+    ],
+)
+def test_bodies_on_the_grid_are_told_apart(more, words):
+    lump = box((0, 0, 0), (0.1, 0.1, 0.1), RATE_SOLID, name="lump")
+    with pytest.raises((CaseError, ValueError), match=words):
+        Simulation(made(lump, grid=GRID, **more), threads=1)

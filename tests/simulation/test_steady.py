@@ -1,0 +1,166 @@
+"""Steady states by dynamic relaxation: equilibria, their loads, the balance, checkpoints, and what stops them."""
+
+import numpy as np
+import pytest
+from membranes import sheet
+
+from pellucid.case import Case
+from pellucid.errors import CaseError, RunStopped
+from pellucid.results.storage.probes import ProbeReader
+from pellucid.simulation.simulation import Simulation
+
+TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49}
+BOX = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (2, 2, 2)}}
+HIGH = {"box": {"lower": (-1.0, -1.0, 0.0999), "upper": (1.0, 1.0, 0.1001)}}
+LOW = {"name": "bottom", "where": {"box": {"lower": (-1.0, -1.0, -1e-4), "upper": (1.0, 1.0, 1e-4)}}}
+PULL = 0.03
+
+
+def motion(pull):
+    return {"name": "top", "body": "block", "part": HIGH, "hold": ["x", "y"]} | {
+        "displacement": {"z": {"kind": "steady", "velocity": pull}}
+    }
+
+
+def pulled(steady=None, pull=PULL, **more):
+    """A block between a clamp and one that has moved up by `pull` at the time 1 s of the loads."""
+    body = {"name": "block", "kind": "meshless-solid", "mesh": BOX, "material": TISSUE} | more.pop("body", {})
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": steady or {}, "body": [body]}
+    return Case.model_validate(table | {"support": [LOW], "motion": [motion(pull)] if pull else []} | more)
+
+
+def finished(case, threads=1):
+    simulation = Simulation(case, threads=threads)
+    while not simulation.clock.finished(None):
+        simulation.step()
+    return simulation
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """The equilibrium to rounding, slowly loaded."""
+    return finished(pulled({"tolerance": 1e-12, "loading": 1000}))
+
+
+def test_the_forces_of_free_nodes_vanish_at_the_tolerance_that_is_asked(reference):
+    assert reference.clock.facts()["steady"]["unbalanced_force"] < 1e-11
+    rough = finished(pulled({"tolerance": 1e-4})).clock.facts()["steady"]
+    assert 1e-11 < rough["unbalanced_force"] < 1e-4
+    assert rough["estimated_error"] < 1e-4
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_the_estimated_error_bounds_the_error_of_the_displacements(reference, tolerance):
+    """Ten times: the estimate takes the decay of the mode that is damped best for that of all."""
+    exact = reference.bodies[0].arrays["position"]
+    largest = abs(exact - reference.bodies[0].mesh.nodes).max()
+    found = finished(pulled({"tolerance": tolerance})).bodies[0].arrays["position"]
+    assert abs(found - exact).max() / largest < 10.0 * tolerance
+
+
+def test_the_equilibrium_depends_neither_on_the_way_there_nor_on_the_density(reference):
+    strain = reference.energies()["strain"]
+    fast = finished(pulled({"tolerance": 1e-9, "loading": 150, "courant": 0.7}))
+    heavy = finished(pulled({"tolerance": 1e-9}, body={"material": TISSUE | {"density": 5e4}}))
+    assert [run.energies()["strain"] for run in (fast, heavy)] == pytest.approx([strain] * 2, rel=1e-10)
+
+
+def test_work_goes_into_strain_and_damping_and_no_momentum_is_lost(reference):
+    energies = reference.energies()
+    assert energies["damping_heat"] > 0.0
+    assert energies["kinetic"] < 1e-20
+    given = energies["motion_work"] + energies["support_work"] - energies["damping_heat"]
+    # time integration: second order in a step that is small beside the loading
+    assert given == pytest.approx(energies["strain"], rel=2e-3)
+    # top and bottom pull against each other in every step: rounding is that of their impulses
+    lost = reference.conservation()["momentum"] * reference.budget.momentum_scale
+    assert lost < 1e-14 * energies["strain"] / PULL * reference.dt * reference.n_steps
+
+
+def reactions(case):
+    """Reactions of top and bottom [N], shape (equilibria, 2, 3), and the strain energies [J], by load steps."""
+    simulation, probes = Simulation(case, threads=1), []
+    for name in ("top", "bottom"):
+        probes += [{"name": f"{name}_{c}", "quantity": "reaction", "condition": name, "component": c} for c in "xyz"]
+    reader = ProbeReader(case.model_validate(case.to_data() | {"probe": probes}).probe)
+    rows, energy = [], []
+    while not simulation.clock.finished(None):
+        before = simulation.time
+        simulation.step()
+        if simulation.time > before:
+            rows.append(reader.read(simulation.bodies, simulation.reactions(), simulation.time))
+            energy.append(simulation.energies()["strain"])
+    return np.array(rows).reshape(-1, 2, 3), np.array(energy)
+
+
+def test_reactions_are_those_of_each_equilibrium():
+    """They balance, and their work along the way is the strain energy: Simpson's rule, of fourth order in the load step."""
+    force, energy = reactions(pulled({"tolerance": 1e-8, "load_steps": 4}))
+    assert force.sum(axis=1) == pytest.approx(0.0, abs=1e-5 * force.max())
+    f = np.concatenate([[0.0], force[:, 0, 2]])
+    assert PULL / 12.0 * (f[0] + 4.0 * f[1] + 2.0 * f[2] + 4.0 * f[3] + f[4]) == pytest.approx(energy[-1], rel=1e-4)
+
+
+def test_load_steps_end_in_the_state_of_one_step(reference):
+    steps = finished(pulled({"tolerance": 1e-9, "load_steps": 3}))
+    assert len(steps.clock.steps_taken) == 3
+    assert steps.energies()["strain"] == pytest.approx(reference.energies()["strain"], rel=1e-9)
+
+
+def test_a_block_hangs_by_its_weight():
+    hung = pulled({"tolerance": 1e-9}, pull=0.0, gravity=(0.0, 0.0, -2.0))
+    force, _ = reactions_of_bottom(hung)
+    assert force == pytest.approx([0.0, 0.0, 2.0], abs=2e-8)  # 1 kg
+
+
+def reactions_of_bottom(case):
+    probes = [{"name": c, "quantity": "reaction", "condition": "bottom", "component": c} for c in "xyz"]
+    simulation = finished(case)
+    reader = ProbeReader(case.model_validate(case.to_data() | {"probe": probes}).probe)
+    return np.array(reader.read(simulation.bodies, simulation.reactions(), simulation.time)), simulation
+
+
+def test_a_sheet_of_elements_hangs_by_its_weight():
+    """Taut: gravity acts in its plane."""
+    body = sheet(points=(5, 5), kind="membrane-elements")  # from x = -0.49 to 0.51
+    edge = {"name": "bottom", "where": {"box": {"lower": (-0.5, -1.0, -1.0), "upper": (-0.48, 1.0, 1.0)}}}
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": {"tolerance": 1e-7}, "body": [body]}
+    force, simulation = reactions_of_bottom(Case.model_validate(table | {"support": [edge], "gravity": (5.0, 0.0, 0.0)}))
+    assert force == pytest.approx([-50.0, 0.0, 0.0], abs=1e-3)  # 10 kg
+    assert simulation.bodies[0].arrays["position"][:, 0].max() > 0.51
+
+
+@pytest.mark.parametrize("steps", [60, 250])
+def test_it_goes_on_from_a_checkpoint_bit_for_bit(steps):
+    case = pulled({"loading": 100})
+    one = Simulation(case, threads=1)
+    for _ in range(steps):
+        one.step()
+    arrays = {name: array.copy() for name, array in one.state_arrays().items()}
+    other = Simulation(case, threads=2)
+    other.restore(arrays, one.state_numbers())
+    for _ in range(350):
+        one.step()
+        other.step()
+    assert (one.bodies[0].arrays["position"] == other.bodies[0].arrays["position"]).all()
+    assert one.state_numbers() == other.state_numbers()
+
+
+def test_what_does_not_come_to_rest_stops_the_run():
+    with pytest.raises(RunStopped, match=r"load step 1 of 1: no steady state in steady.most_steps = 150 steps"):
+        finished(pulled({"loading": 100, "most_steps": 150}))
+
+
+def test_loads_that_grow_too_fast_invert_the_solid():
+    with pytest.raises(RunStopped, match=r"is inverted near|not a finite number"):
+        finished(pulled({"loading": 3}, pull=-0.06))
+
+
+def test_what_cannot_be_steady_is_refused():
+    points = {"name": "block", "shape": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}, "points_per_cell": (2, 2, 2)}
+    grid = {"lower": (-1, -1, -1), "upper": (2, 2, 2), "cell": 0.5}
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": {}, "grid": grid}
+    with pytest.raises((CaseError, ValueError), match='"material-points" has no steady states'):
+        Case.model_validate(table | {"body": [points | {"kind": "material-points", "material": TISSUE}]})
+    with pytest.raises((CaseError, ValueError), match="steady states choose the step of their relaxation"):
+        pulled(time={"end": 1.0, "step": 1e-3})
