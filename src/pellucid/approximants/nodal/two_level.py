@@ -18,7 +18,8 @@ LEAST_WEIGHT = 0.02  # of a function at any node: below, it is left out
 SHIFT = 1e-9  # of the diagonal, for affine functions
 CLOSE, FAR = 1e-13, 1e-10  # residual, of the right-hand side, at which to stop, and above which nothing was found
 PASS = 1e-8  # reduction of the residual after which it is found anew
-PASSES, MOST_ITERATIONS = 6, 5000
+SLOW = 0.5  # reduction in a pass from which another one is of no use
+PASSES, MOST_ITERATIONS = 6, 2000
 
 
 def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np.ndarray:
@@ -33,12 +34,12 @@ def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np
 
     precondition = _preconditioner(matrix, nodes)
     found, residual = np.zeros_like(wanted), without_affine(wanted)
-    size = np.linalg.norm(residual, axis=0)
+    size = reached = np.linalg.norm(residual, axis=0)
     for _ in range(PASSES):
         found += _iterate(matrix, residual, lambda r: without_affine(precondition(r)), CLOSE * size)
         residual = without_affine(wanted - matrix @ found)
-        reached = np.linalg.norm(residual, axis=0)
-        if (reached <= CLOSE * size).all():
+        before, reached = reached, np.linalg.norm(residual, axis=0)
+        if (reached <= CLOSE * size).all() or (reached > SLOW * before).all():
             break
     if (reached > FAR * size).any():
         text = "the gradients cannot be corrected for consistent quadrature: the residual stays at"
