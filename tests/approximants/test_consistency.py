@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy import sparse
 from meshes import irregular
+from scipy import sparse
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS, two_level
 from pellucid.approximants.nodal.affine_fits import make_fits, system

@@ -33,7 +33,7 @@ def bench(
     cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "contact": {elements, points, steps,
     seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
     build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
-    point_updates_per_second, moved_bytes_per_second}}}, "peers": [...]}; SI units.
+    point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "peers": [...]}; SI units.
     """
     import numba
 
