@@ -68,6 +68,10 @@ class BodyModel(Part):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, good to a layer of them; None where the case has no grid."""
 
+    def table_bytes(self) -> float:
+        """Memory that it takes beside its points, tables of shape functions [bytes]."""
+        return 0.0
+
     @abstractmethod
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
-from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
+from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, deformation_gradients, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.stable_step import largest_frequency
@@ -146,7 +146,8 @@ class MeshlessSolid(ExplicitNodes):
         super().check(n_steps, time)
         least = self._least_volume_ratio()
         if not least > 0.0:
-            cell = int(np.argmin(np.linalg.det(self.solid.deformation.reshape(-1, 3, 3)))) // self.solid.deformation.shape[1]
+            ratios = np.linalg.det(deformation_gradients(self.solid, len(self.mesh.cells)))
+            cell = int(np.argmin(ratios)) // self.solid.n_points
             place = ", ".join(f"{x:.6g}" for x in self.arrays["position"][self.mesh.cells[cell]].mean(axis=0))
             text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted near ({place}) m: the volume ratio is"
             raise RunStopped(
