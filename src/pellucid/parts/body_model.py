@@ -31,6 +31,8 @@ class BodyModel(Part):
     """A body as the user describes it. A new kind is a subclass with a `kind` of its own."""
 
     unique_name: ClassVar[bool] = True
+    scales_inertia: ClassVar[bool] = False
+    """Whether its nodes can have another inertia than their masses on the way to a steady state."""
     place: ClassVar[str]
     """The key that says where it is at the start."""
     is_surface: ClassVar[bool] = False

@@ -91,7 +91,7 @@ class MeshlessSolid(ExplicitNodes):
         tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
         self.solid, self._bundle = tables.solid, Bundle(tables.solid)
         self._evaluator: Evaluator = evaluator
-        self._volume[:] = tables.node_volume
+        self._volume[:], self._row_sums = tables.node_volume, tables.row_sums
         self.arrays["mass"][:] = case.density * tables.node_volume
         self._at_nodes = values_at_nodes(mesh, evaluator)
         self._residuals = prescribed.residuals(self._at_nodes, evaluator)
@@ -113,6 +113,11 @@ class MeshlessSolid(ExplicitNodes):
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
 
+    def scale_inertia(self) -> None:
+        """Let the inertia of the nodes follow the bounds on their rows of the stiffness; in all it stays the mass."""
+        self.motion.scale_inertia(self._row_sums * (self.mass / self._row_sums.sum()))
+        self.renew_totals()
+
     def springs(self) -> Springs:
         """Its internal forces, where the step ended."""
         return super().springs()._replace(position=self.arrays["position"])
@@ -130,8 +135,8 @@ class MeshlessSolid(ExplicitNodes):
     def _renew_frequency(self) -> None:
         """The largest frequency about the present strain, which bounds the step."""
         position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
-        displacement, mass = position - self.mesh.nodes, self.arrays["mass"]
-        found = largest_frequency(self._forces_at, displacement, mass, self.motion.free, extent)
+        displacement, inertia = position - self.mesh.nodes, self.motion.inertia
+        found = largest_frequency(self._forces_at, displacement, inertia, self.motion.free, extent)
         self._frequency = OVERESTIMATE * found
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)

@@ -39,6 +39,7 @@ class MeshlessSolidCase(BodyModel):
     """A hyperelastic solid on its own nodes, with shape functions over a background mesh, in total-Lagrangian form."""
 
     place: ClassVar[str] = "mesh"
+    scales_inertia: ClassVar[bool] = True
 
     kind: Literal["meshless-solid"] = "meshless-solid"
     mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")

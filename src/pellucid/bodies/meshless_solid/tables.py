@@ -1,5 +1,6 @@
 """What a meshless solid keeps of its approximant: gradients and weights at the points of its cells, and lumped masses."""
 
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,15 +13,18 @@ from pellucid.bodies.meshless_solid.forces import CHUNK, PACKS, Blocks, Function
 from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.geometry.quadrature import TETRAHEDRON
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
 
 class Tables(NamedTuple):
-    """A solid as kernels take it, and the volume of each node [m³], shape (n,)."""
+    """A solid as kernels take it; of each node the volume [m³], and Σ_q w |∇p_a| Σ_b |∇p_b| [m], which times a modulus bounds
+    its row of the stiffness; both of shape (n,)."""
 
     solid: Solid
     node_volume: np.ndarray
+    row_sums: np.ndarray
 
 
 def make_tables(
@@ -53,6 +57,8 @@ def make_tables(
     if len(lost):
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])
         raise ValueError(f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3")
+    row_sums = np.zeros(n)
+    _add_row_sums(rows.row, rows.nodes, rows.gradients, weights, row_sums)
     packs = pack_lists(evaluator.active, n_points)
     gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage)
     del rows
@@ -80,7 +86,23 @@ def make_tables(
     )
     if averaged:
         _measure_volumes(solid)
-    return Tables(solid, node_volume)
+    return Tables(solid, node_volume, row_sums)
+
+
+@kernel()
+def _add_row_sums(row, nodes, gradients, weights, sums):
+    """Add Σ_q w |∇p_a| Σ_b |∇p_b| to the sums of the nodes a."""
+    for k in range(len(row) - 1):
+        start, n = row[k], row[k + 1] - row[k]
+        at, total = 3 * start, 0.0
+        for pair in range(2):  # first Σ_b |∇p_b|, then the products with it
+            for j in range(n):
+                x, y, z = gradients[at + j], gradients[at + n + j], gradients[at + 2 * n + j]
+                size = sqrt(x * x + y * y + z * z)
+                if pair == 0:
+                    total += size
+                else:
+                    sums[nodes[start + j]] += weights[k] * size * total
 
 
 def _measure_volumes(solid: Solid) -> None:
