@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.approximants.nodal import CellMaximumEntropyModel
+from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
 from pellucid.bench.memory import peak_bytes
 from pellucid.bench.problem import SOLID
 from pellucid.bodies.meshless_solid.forces import Solid, internal_forces
