@@ -44,14 +44,14 @@ class Tissue(NamedTuple):
 
 
 def held(where, axes="xyz", velocity=(0.0, 0.0, 0.0)):
-    """A support on the nodes that a function of their places selects."""
-    return NodalSupport(where, ("x" in axes, "y" in axes, "z" in axes), velocity, None)
+    """A support on the nodes that a function of their places selects: the support, from these places."""
+    return lambda places: NodalSupport(where(places), ("x" in axes, "y" in axes, "z" in axes), velocity, None)
 
 
 def solid(mesh, *supports, **settings):
     """A body whose conditions are known."""
     body = MeshlessSolid(Tissue(mesh, **settings), Placement(None, None, Flip(), (0.0, 0.0, 0.0), 0))
-    body.add_supports(supports)
+    body.add_supports([support(mesh.nodes) for support in supports])
     body.complete()
     return body
 
@@ -63,3 +63,27 @@ def advance_alone(body, steps, dt):
         body.predict(dt)
         body.correct(remap=False)
         body.update(dt)
+
+
+PULL = 0.01
+
+
+def pulled_block(duration=0.3, **body):
+    """The case of a block between a clamp and one that moves up by PULL over a duration [s]."""
+    low, high = ((-1.0, -1.0, z - 1e-4, 1.0, 1.0, z + 1e-4) for z in (0.0, 0.1))
+    block = {
+        "name": "block",
+        "kind": "meshless-solid",
+        "mesh": {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (3, 3, 3)}},
+        "material": {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49},
+    }
+    top = {"name": "top", "body": "block", "part": {"box": {"lower": high[:3], "upper": high[3:]}}, "hold": ["x", "y"]}
+    rise = {"kind": "ramp", "distance": PULL, "duration": duration}
+    return {
+        "schema": 1,
+        "title": "a test",
+        "time": {"end": duration},
+        "body": [block | body],
+        "support": [{"name": "bottom", "where": {"box": {"lower": low[:3], "upper": low[3:]}}}],
+        "motion": [top | {"displacement": {"z": rise}}],
+    }

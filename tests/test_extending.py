@@ -52,7 +52,7 @@ def test_the_case_is_valid_with_its_files_and_not_without(file: Path) -> None:
 def test_the_case_is_not_valid_without_its_files(file: Path) -> None:
     message = CliRunner().invoke(app, ["validate", str(file.with_name("plain.toml"))]).stderr
     for words in (
-        'body.block.material.kind = "kelvin-voigt"',
+        'body.block.material.kind = "viscous-solid"',
         'must be one of "fluid", "linear-elastic", "neo-hookean"',
         'body.block.initial.0.kind = "vortex"',
         'load.0.kind = "drag"',

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 PACKAGES = ("pellucid", "numpy", "scipy", "numba", "h5py", "pydantic", "tomlkit", "pint", "typer", "rich", "matplotlib")
-EXTRAS = {"pyvista": "viz", "meshlane": "mesh"}
+EXTRAS = {"pyvista": "viz", "meshlane": "mesh", "tetgen": "mesh"}
 
 _THREADING = """
 import numba, numpy

@@ -2,7 +2,8 @@
 
 A class decorated with `register` is a kind of what its base class says: a material, an equation of state, a load, an initial
 field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`,
-`finite_strain` and `hyperelastic` decorate laws, `point_state` their states, `point_function` what they do at a point.
+`finite_strain`, `hyperelastic` and `decoupled` decorate laws, `point_state` their states, `point_function` what they do at a
+point.
 """
 
 from pellucid.bodies.initial.contract import InitialField
@@ -11,6 +12,7 @@ from pellucid.conditions.loads.contract import Load, PointsView
 from pellucid.conditions.signals.contract import SignalModel
 from pellucid.jit import point_function
 from pellucid.materials.contract import PointMaterial
+from pellucid.materials.decoupled import DecoupledMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.eos.contract import EquationOfStateModel
@@ -21,6 +23,7 @@ from pellucid.model import InputFile, Vector, parameter
 from pellucid.registry import register
 
 __all__ = [
+    "DecoupledMaterial",
     "ElasticMaterial",
     "ElasticMembraneMaterial",
     "EquationOfStateModel",
@@ -33,6 +36,7 @@ __all__ = [
     "PointsView",
     "SignalModel",
     "Vector",
+    "decoupled",
     "finite_strain",
     "hyperelastic",
     "parameter",

@@ -73,20 +73,25 @@ class Family(Registry[type[ModelType]]):
             raise TypeError(f"{model.__name__} does not define {methods}, which a kind of {self.what} must have")
         self.take(field.default, model, model)
 
-    def validated(self, value: Any) -> ModelType:
-        """A table as the model of its kind."""
-        if isinstance(value, self.base):
+    def kinds_of(self, base: type[BaseModel]) -> dict[str, type[ModelType]]:
+        """The models that derive from a base, by kind."""
+        return {kind: model for kind, model in self._entries.items() if issubclass(model, base)}
+
+    def validated(self, value: Any, base: type[BaseModel] | None = None) -> ModelType:
+        """A table as the model of its kind, which derives from `base`."""
+        entries = self.kinds_of(base or self.base)
+        if isinstance(value, self.base) and isinstance(value, base or self.base):
             if getattr(value, "kind", None) not in self._entries:
                 raise ValueError(f"{type(value).__name__} is not registered: decorate the class with `register`")
             return value
         if not isinstance(value, Mapping):
-            raise PydanticKnownError("model_type", {"class_name": self.base.__name__})
+            raise PydanticKnownError("model_type", {"class_name": (base or self.base).__name__})
         kind = value.get("kind", self.default)
         if not kind:
             raise PydanticKnownError("union_tag_not_found", {"discriminator": "kind"})
-        model = self._entries.get(kind) if isinstance(kind, str) else None
+        model = entries.get(kind) if isinstance(kind, str) else None
         if model is None:
-            tags = ", ".join(f"'{name}'" for name in self._entries)
+            tags = ", ".join(f"'{name}'" for name in entries)
             raise PydanticKnownError("union_tag_invalid", {"discriminator": "kind", "tag": str(kind), "expected_tags": tags})
         try:
             return model.model_validate(value)
@@ -97,16 +102,19 @@ class Family(Registry[type[ModelType]]):
 
 
 class OneOf:
-    """Annotation of a field that holds a table of any kind of a family: `Annotated[Base, OneOf(FAMILY)]`."""
+    """Annotation of a field that holds a table of any kind of a family: `Annotated[Base, OneOf(FAMILY)]`.
 
-    def __init__(self, family: Family[Any]) -> None:
-        self.family = family
+    base: only kinds that derive from it.
+    """
+
+    def __init__(self, family: Family[Any], base: type[BaseModel] | None = None) -> None:
+        self.family, self.base = family, base or family.base
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.family.validated)
+        return core_schema.no_info_plain_validator_function(lambda value: self.family.validated(value, self.base))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {"oneOf": [handler(_named(model)) for model in self.family.entries.values()]}
+        return {"oneOf": [handler(_named(model)) for model in self.family.kinds_of(self.base).values()]}
 
 
 def _named(model: type[BaseModel]) -> CoreSchema:

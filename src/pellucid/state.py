@@ -40,7 +40,7 @@ FIELDS: dict[str, Field] = {
     "prescribed": Field(3, "1", "for each direction 0 where a node is free, else one more than the row that prescribes it"),
     "damage": Field(1, "1", "damage of a membrane, how far its strain passed the elastic limit, relative to it"),
     "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),
-    "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage took"),
+    "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage or viscosity took"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }

@@ -77,7 +77,7 @@ def test_a_bar_under_traction_is_in_uniform_tension(approximant):
     assert along > 1.1
     simulation = made(BAR | {"approximant": approximant}, support=LOWER_FACES, load=[UP])
     total = 400.0 * EDGES[0] * EDGES[1]
-    assert residual(simulation, np.diag([across, across, along])) == pytest.approx(0.0, abs=1e-10 * total)
+    assert residual(simulation, np.diag([across, across, along])) == pytest.approx(0.0, abs=1e-12 * total)
 
 
 @pytest.mark.parametrize("approximant", APPROXIMANTS)
@@ -88,7 +88,21 @@ def test_pressure_on_all_faces_is_a_uniform_pressure_within(approximant):
     assert p > 1000.0
     simulation = made(BAR | {"approximant": approximant}, pressure=[{"body": "bar", "value": p}])
     left = residual(simulation, s * rotation(1))
-    assert left == pytest.approx(0.0, abs=1e-10 * p * EDGES[0] * EDGES[1])
+    assert left == pytest.approx(0.0, abs=1e-11 * p * EDGES[0] * EDGES[1])
+
+
+def test_a_constrained_patch_changes_the_functions_and_not_the_balance():
+    """The functions about it are others, in the forces within and in the shares of the faces alike."""
+    s = 0.9
+    p = -cauchy_stress(LAW, (s, 0.0, 0.0, 0.0, s, 0.0, 0.0, 0.0, s))[0]
+    patch = {"body": "bar", "where": TOP | {"box": {"lower": (0, 0, 0), "upper": (0.05, 0.06, 0.2)}}, "fix": ["z"]}
+    loaded = [made(support=support, pressure=[{"body": "bar", "value": p}]) for support in ([], [patch])]
+    free, constrained = (loads(simulation)[1] for simulation in loaded)
+    scale = p * EDGES[0] * EDGES[1]
+    assert abs(free - constrained).max() > 1e-3 * scale
+    assert residual(made(support=[patch], pressure=[{"body": "bar", "value": p}]), s * rotation(1)) == pytest.approx(
+        0.0, abs=1e-11 * scale
+    )
 
 
 @pytest.mark.parametrize("approximant", APPROXIMANTS)
@@ -130,15 +144,15 @@ def test_pressure_all_round_has_no_resultant_however_it_is_deformed():
 
 
 def test_its_moment_then_vanishes_with_the_mesh():
-    """Of a bent bar: the shares are those of the field, the areas those of flat faces; the difference is of second order."""
+    """Of a bent bar: the shares are those of the field, the areas those of flat faces."""
     moments = []
-    for n in (1, 2):
+    for n in (1, 3):
         mesh = {"box": MESH["box"] | {"cells": (2 * n, 2 * n, 4 * n)}}
         start, force = loads(made(BAR | {"mesh": mesh}, pressure=[{"body": "bar", "value": 7.0}]), bent)
         about = np.cross(start + bent(start), force).sum(axis=0)
         moments.append(np.linalg.norm(about) / (EDGES[2] * abs(force).sum()))
-    assert moments[0] < 1e-3
-    assert moments[1] < 0.5 * moments[0]
+    assert moments[0] < 1e-4
+    assert moments[1] < 0.3 * moments[0]  # a ninth, had the coarse mesh its order already
 
 
 def test_linear_functions_have_no_moment_at_all():
@@ -183,6 +197,20 @@ def test_the_work_of_a_pressure_is_that_of_the_volume():
         lacking.append((work - p * (whole - J @ weights), abs(simulation.budget.energy_error())))
     for coarse, fine in zip(*lacking, strict=True):
         assert coarse / fine == pytest.approx(2.0, abs=0.3)
+
+
+def test_a_restart_chooses_the_same_faces_and_goes_on_bit_for_bit():
+    more = {"load": [UP], "pressure": [{"body": "bar", "value": 30.0, "where": TOP}]}
+    whole, again = swung(2e-3, 0.02, **more), made(time={"end": 0.02, "step": 2e-3}, **more)
+    kept = {name: np.copy(array) for name, array in whole.state_arrays().items()}, whole.state_numbers()
+    again.restore(*kept)
+    for simulation in (whole, again):
+        for _ in range(5):
+            simulation.step()
+    (one,), (other,) = whole.bodies, again.bodies
+    assert one.arrays["position"].tobytes() == other.arrays["position"].tobytes()
+    assert abs(one.arrays["position"] - one.mesh.nodes).max() > 1e-4
+    assert whole.energies() == again.energies()
 
 
 def test_a_steady_bar_has_the_stress_of_its_traction():

@@ -2,11 +2,17 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from small_cases import RATE_SOLID, box
 
-from pellucid.case import Case
+from pellucid import loads
+from pellucid.case import Case, dumps
 from pellucid.errors import CaseError
 from pellucid.geometry.box_mesh import box_mesh
+from pellucid.materials.elastic import lame
+from pellucid.materials.law import energy, first_piola_kirchhoff
+from pellucid.materials.neo_hookean import NeoHookean
+from pellucid.results import run_case
 from pellucid.simulation.simulation import Simulation
 
 TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3}
@@ -65,6 +71,36 @@ def test_reactions_of_regions_are_the_change_of_momentum(pulled):
     reactions, scale = pulled.reactions(), pulled.budget.momentum_scale
     assert reactions["pull"][2] > 0.1 * scale
     assert pulled.momentum() == pytest.approx(reactions["pull"] + reactions["bottom"], abs=1e-13 * scale)
+    energies = pulled.energies()
+    assert energies["support_work"] == 0.0, "it holds still"
+    assert abs(energies["transfer_error"]) < 1e-14 * energies["motion_work"], "the works are the change of kinetic energy"
+    # the error of central differences in their energy: of first order in the step, a twentieth of the ramp
+    assert energies["kinetic"] + energies["strain"] == pytest.approx(energies["motion_work"], rel=0.05)
+
+
+def test_probes_find_the_reactions_of_an_equilibrium(tmp_path):
+    """A bar between planes of symmetry and a face that is moved up: the nominal stress on the area, pulled both ways."""
+    law, area = NeoHookean(*lame(3e3, 0.3), 1000.0), 0.01
+    lower = [
+        {"name": axis, "body": "block", "where": {"normal": tuple(-np.eye(3)[n])}, "fix": [axis]}
+        for n, axis in enumerate("xyz")
+    ]
+    reaction = {"quantity": "reaction", "component": "z"}
+    case = made(
+        BLOCK,
+        support=lower,
+        motion=[{k: v for k, v in pull(UP).items() if k != "hold"}],
+        probe=[{"name": "up", "condition": "pull", **reaction}, {"name": "down", "condition": "z", **reaction}],
+        steady={"tolerance": 1e-8, "load_steps": 2},
+        output={"history": 0.5},
+    )
+    run = run_case(case, tmp_path / "out", threads=1, report=False)
+    across = brentq(lambda a: first_piola_kirchhoff(law, (a, 0.0, 0.0, 0.0, a, 0.0, 0.0, 0.0, 1.1))[0], 0.9, 1.0)
+    F = (across, 0.0, 0.0, 0.0, across, 0.0, 0.0, 0.0, 1.1)
+    force = first_piola_kirchhoff(law, F)[8] * area
+    assert run.history["up"][-1] == pytest.approx(force, rel=1e-6)
+    assert run.history["down"][-1] == pytest.approx(-force, rel=1e-6)
+    assert run.history["strain_energy"][-1] == pytest.approx(energy(law, F) * 1e-3, rel=1e-6)
 
 
 def test_a_support_of_one_body_leaves_others_and_the_grid_alone():
@@ -86,6 +122,20 @@ def test_the_rim_of_a_membrane_is_held():
     rim = (np.isclose(x[:, :2], 0.0) | np.isclose(x[:, :2], 0.1)).any(axis=1)
     assert np.array_equal(sheet.arrays["velocity"][rim], np.zeros((rim.sum(), 3)))
     assert (sheet.arrays["velocity"][~rim, 2] < 0.0).all()
+
+
+def test_the_rim_of_a_membrane_of_points_is_moved():
+    """Its points are sorted by cell: the rim is theirs whatever their order."""
+    hold = {"name": "rim", "body": "sheet", "part": "boundary", "hold": ["x", "y", "z"]}
+    sheet = {k: v for k, v in SHEET.items() if k != "field"} | {"kind": "membrane-points"}
+    sim = run(1, sheet, grid=GRID, gravity=(0, 0, -10), motion=[hold])
+    points = sim.bodies[0].frame()
+    rim = (np.isclose(points["position"][:, :2], 0.0) | np.isclose(points["position"][:, :2], 0.1)).any(axis=1)
+    assert rim.sum() == 16
+    assert not np.array_equal(sim.bodies[0].arrays["id"], np.arange(25)), "they are sorted"
+    driven = np.zeros(25, bool)
+    driven[sim.bodies[0].arrays["id"]] = sim.bodies[0].arrays["driven"] > 0
+    assert np.array_equal(driven, rim)
 
 
 def test_a_sphere_constrains_the_nodes_of_the_grid_and_of_bodies():
@@ -154,3 +204,18 @@ def test_bodies_on_the_grid_are_told_apart(more, words):
     lump = box((0, 0, 0), (0.1, 0.1, 0.1), RATE_SOLID, name="lump")
     with pytest.raises((CaseError, ValueError), match=words):
         Simulation(made(lump, grid=GRID, **more), threads=1)
+
+
+@pytest.mark.parametrize(
+    ("where", "words"),
+    [
+        ("{ }", "a region is a table with a shape"),
+        ("{ box = { lower = [0, 0, 0], upper = [1, 1, 1] }, sphere = { centre = [0, 0, 0], radius = 1 } }", "has one shape"),
+        ("{ spere = { centre = [0, 0, 0], radius = 1 } }", "did you mean `sphere`"),
+        ('"boundry"', "did you mean `boundary`"),
+    ],
+)
+def test_what_is_written_wrongly_is_told_as_a_user_wrote_it(where, words):
+    text = dumps(made(BLOCK)) + f'[[support]]\nbody = "block"\nwhere = {where}\n'
+    with pytest.raises(CaseError, match=rf"support\.0\.where(.|\n)*{words}"):
+        loads(text, "case.toml")

@@ -1,16 +1,14 @@
-"""Meshes of tetrahedra: volumes, faces, files, faults."""
+"""Meshes of tetrahedra: volumes, faces, faults."""
 
 import re
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import solid_faults
-from pellucid.geometry.solid_file import SolidFile
 
 LOWER, UPPER = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
 
@@ -72,38 +70,9 @@ def test_every_fault_of_a_mesh_is_told():
     assert any(
         re.match(r"\d+ tetrahedr\w+ (has|have) no volume, the first is number 0", text) for text in fault(flat, mesh.cells)
     )
+    named = SimplexMesh(mesh.nodes, mesh.cells, {"top": np.array([1]), "rim": np.zeros(0, int), "edge": np.zeros(0, int)})
+    assert next(solid_faults(named)) == ("2 sets have no node: `rim`, `edge`", "list their nodes, or take them out of the file")
     extra = np.vstack([mesh.nodes, mesh.nodes[mesh.cells[0]].mean(axis=0)])
     shared = mesh.faces[0][mesh.faces[1][:, 1] >= 0][0]
     over = [*mesh.cells, [*shared, len(mesh.nodes)]]
     assert any("more than two tetrahedra, for example that of nodes" in text for text in fault(extra, over))
-
-
-@pytest.mark.parametrize("ending", ["msh", "vtk", "vtu", "inp", "bdf"])
-def test_files_of_tetrahedra_are_read_back(tmp_path, ending):
-    meshlane = pytest.importorskip("meshlane")
-    mesh = box_mesh(LOWER, UPPER, (2, 1, 1))
-    path = tmp_path / f"box.{ending}"
-    meshlane.write(str(path), meshlane.Mesh(1000.0 * mesh.nodes, [("tetra", mesh.cells)]))
-    read = SolidFile(path=str(path), scale=0.001).mesh()
-    assert read.cells == pytest.approx(mesh.cells)
-    assert read.nodes == pytest.approx(mesh.nodes, abs=1e-9 if ending != "bdf" else 1e-5)  # Nastran writes few digits
-
-
-def test_named_sets_of_nodes_are_read(tmp_path):
-    meshlane = pytest.importorskip("meshlane")
-    mesh = box_mesh(LOWER, UPPER, (1, 1, 1))
-    bottom = np.flatnonzero(mesh.nodes[:, 2] == LOWER[2])
-    path = tmp_path / "box.inp"
-    meshlane.write(str(path), meshlane.Mesh(mesh.nodes, [("tetra", mesh.cells)], point_sets={"bottom": bottom}))
-    sets = SolidFile(path=str(path)).mesh().sets
-    assert sets["bottom"].tolist() == bottom.tolist()
-
-
-def test_a_file_without_tetrahedra_is_refused(tmp_path):
-    meshlane = pytest.importorskip("meshlane")
-    path = tmp_path / "sheet.vtk"
-    meshlane.write(str(path), meshlane.Mesh(np.eye(3), [("triangle", np.array([[0, 1, 2]]))]))
-    with pytest.raises(ValidationError, match="holds no tetrahedron"):
-        SolidFile(path=str(path))
-    with pytest.raises(ValidationError, match="there is no file"):
-        SolidFile(path=str(tmp_path / "none.msh"))

@@ -1,7 +1,7 @@
 """One or more of every registered material and equation of state, and laws of users, in units of their usual size."""
 
 import pytest
-from user_laws import DecoupledMaterial, KelvinVoigtMaterial, StandardLinearMaterial
+from user_laws import KelvinVoigtMaterial, StandardLinearMaterial
 
 from pellucid import materials
 from pellucid.materials.elastic import ElasticMaterial
@@ -31,8 +31,7 @@ def fluid(eos="ideal-gas", **changes):
 SOFT = {"density": 1100.0, "young_modulus": 17.9e3, "poisson_ratio": 0.45}
 ALUMINIUM = {"density": 2700.0, "young_modulus": 7e10, "poisson_ratio": 0.33}
 USERS = {
-    "decoupled": DecoupledMaterial(**SOFT),
-    "kelvin-voigt": KelvinVoigtMaterial(**SOFT, viscosity=10.0),
+    "user-kelvin-voigt": KelvinVoigtMaterial(**SOFT, viscosity=10.0),
     "standard-linear": StandardLinearMaterial(**SOFT, branch_modulus=3e3, relaxation_time=0.5),
 }
 # every registered solid that needs no more than elastic constants
@@ -41,12 +40,41 @@ SOLIDS = {
     for kind, model in materials.MATERIALS.entries.items()
     if issubclass(model, ElasticMaterial)
 }
+BULK = {"density": 1100.0, "bulk_modulus": 6e4}
+# those with parameters of their own, of about the same stiffness
+SPECIAL = {
+    "mooney-rivlin": BULK | {"c1": 2e3, "c2": 1e3},
+    "ogden": BULK | {"shear_moduli": (6e3, 10.0, -1e3), "exponents": (1.3, 5.0, -2.0)},
+    "holzapfel-gasser-ogden": BULK
+    | {"shear_modulus": 5e3, "k1": 2e3, "k2": 0.8, "dispersion": 0.1, "fibres": ((2.0, 1.0, 0.0), (2.0, -1.0, 0.5))},
+}
+DECOUPLED = {"kind": "decoupled-neo-hookean", "young_modulus": 17.9e3, "poisson_ratio": 0.45}
+TISSUE = {"kind": "holzapfel-gasser-ogden", **SPECIAL["holzapfel-gasser-ogden"]}
+BRANCHES = ({"share": 0.4, "relaxation_time": 0.5}, {"share": 0.3, "relaxation_time": 0.02})
+VISCOELASTIC = {
+    "kelvin-voigt": ("kelvin-voigt", {"elastic": SOFT | {"kind": "neo-hookean"}, "viscosity": 10.0}),
+    "kelvin-voigt-tissue": ("kelvin-voigt", {"elastic": TISSUE, "viscosity": 10.0}),
+    "prony": ("prony", {"elastic": DECOUPLED, "branches": BRANCHES[:1]}),
+    "prony-2": ("prony", {"elastic": {"kind": "ogden", **SPECIAL["ogden"]}, "branches": BRANCHES}),
+    "prony-tissue": ("prony", {"elastic": TISSUE, "branches": BRANCHES}),
+}
+
+
+def material_of(kind, table):
+    """A registered material."""
+    return materials.MATERIALS.entries[kind].model_validate(table)
+
+
+TISSUES = {kind: material_of(kind, table) for kind, table in SPECIAL.items()} | {
+    name: material_of(kind, {"density": 1100.0, **table}) for name, (kind, table) in VISCOELASTIC.items()
+}
 INVISCID = {name: fluid(name) for name in EOS}
 MATERIALS = {
     **INVISCID,
     "viscous": fluid("stiffened-gas", viscosity=8.9e-4),
     "shocked": fluid("ideal-gas", viscosity=1.0, artificial_viscosity={"quadratic": 2.0, "linear": 1.0}),
     **SOLIDS,
+    **TISSUES,
     **USERS,
 }
 HYPERELASTIC = {name: material for name, material in MATERIALS.items() if isinstance(material, HyperelasticMaterial)}

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from samples import INVISCID, RATES, SOLIDS, USERS, every_hyperelastic, fluid
+from samples import INVISCID, RATES, SOLIDS, TISSUES, USERS, every_hyperelastic, fluid
 
 from pellucid.jit import kernel
 from pellucid.materials.law import (
     artificial_heating,
     cauchy_stress,
     diffusivity,
+    dissipated_energy,
     energy,
     first_piola_kirchhoff,
     point_pressure,
@@ -23,6 +24,7 @@ SHOCKED = {"quadratic": 2.0, "linear": 1.0}
 # each equation of state once, each energy update once: the combinations compile alike
 LAWS = {
     **SOLIDS,
+    **TISSUES,
     **USERS,
     **{name: fluid(name, viscosity=3.0, artificial_viscosity=SHOCKED) for name in INVISCID},
     "iterated": fluid("mie-gruneisen", viscosity=3.0, artificial_viscosity=SHOCKED, energy_update="iterated"),
@@ -33,8 +35,9 @@ LAWS = {
 def step(law, state, density, L, dt, cell):
     after = update(law, state, density, L, dt, cell)
     stored, pressure = stored_energy(law, after, density), point_pressure(law, after, density)
-    heating = artificial_heating(law, after, density, L, cell)
-    return after, stored, pressure, heating, signal_speed(law, after, density, L, cell), diffusivity(law, density)
+    heating, lost = artificial_heating(law, after, density, L, cell), dissipated_energy(law, after, density)
+    speed = signal_speed(law, after, density, L, cell)
+    return after, stored, pressure, heating, lost, speed, diffusivity(law, density)
 
 
 def response(law, F):

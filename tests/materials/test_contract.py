@@ -57,7 +57,10 @@ def test_answers(material):
         ("ideal-gas", ("internal_energy",)),
         ("linear-elastic", ("strain_energy",)),
         ("neo-hookean", ("strain_energy",)),
-        ("kelvin-voigt", ("internal_energy", "viscous_work")),
+        ("holzapfel-gasser-ogden", ("strain_energy",)),
+        ("kelvin-voigt", ("strain_energy", "dissipated_energy")),
+        ("prony", ("strain_energy", "dissipated_energy", "overstress_energy_1", "overstress_1")),
+        ("user-kelvin-voigt", ("internal_energy", "viscous_work")),
         ("standard-linear", ("internal_energy", "overstress")),
     ],
 )

@@ -5,6 +5,7 @@ import pytest
 from algebra import matrix, rotation, symmetric, tensor
 from samples import HYPERELASTIC, every_hyperelastic
 
+from pellucid.materials.decoupled import DecoupledMaterial
 from pellucid.materials.hyperelastic import FiniteStrainState
 from pellucid.materials.law import (
     cauchy_stress,
@@ -14,6 +15,8 @@ from pellucid.materials.law import (
     stored_energy,
     update,
     volume_growth,
+    volumetric_energy,
+    volumetric_stress,
     wave_speed,
 )
 from pellucid.tensors import IDENTITY, NO_STRESS
@@ -42,7 +45,7 @@ def derivative(function, F, step):
 
 
 def test_there_is_more_than_one():
-    assert {"neo-hookean", "decoupled"} <= set(HYPERELASTIC)
+    assert {"neo-hookean", "decoupled-neo-hookean", "mooney-rivlin", "ogden", "holzapfel-gasser-ogden"} <= set(HYPERELASTIC)
 
 
 @every_hyperelastic
@@ -76,6 +79,21 @@ def test_cauchy_stress_is_that_of_p(material, seed):
 
 
 @every_hyperelastic
+@pytest.mark.parametrize("J", [0.5, 0.95, 1.0, 1.3])
+def test_the_volumetric_part(material, J):
+    """σ = U'(J) I where all stretches are alike, U' is the slope of U, and both vanish at rest."""
+    law, F = material.law(), J ** (1.0 / 3.0) * np.eye(3)
+    if isinstance(material, DecoupledMaterial):
+        mean = volumetric_stress(law, J)
+        # fibres are not strained by a change of volume
+        assert cauchy_stress(law, tensor(F)) == pytest.approx((mean, mean, mean, 0, 0, 0), abs=1e-11 * scale_of(material, F))
+        assert energy(law, tensor(F)) == pytest.approx(volumetric_energy(law, J), abs=1e-12 * scale_of(material, F))
+    slope = (volumetric_energy(law, J + 1e-5) - volumetric_energy(law, J - 1e-5)) / 2e-5
+    assert volumetric_stress(law, J) == pytest.approx(slope, abs=1e-8 * scale_of(material, F))
+    assert volumetric_energy(law, 1.0) == volumetric_stress(law, 1.0) == 0.0
+
+
+@every_hyperelastic
 @every_seed
 def test_objectivity(material, seed):
     """W(QF) = W(F), σ(QF) = Q σ(F) Qᵀ, P(QF) = Q P(F), and waves as fast."""
@@ -96,9 +114,10 @@ def acoustic_speed(material, F, n):
     return np.sqrt(np.linalg.eigvals(np.einsum("iJkL,J,L->ik", A, N, N)).real.max() / material.density)
 
 
-@every_hyperelastic
+@pytest.mark.parametrize("name", [name for name, material in HYPERELASTIC.items() if not hasattr(material, "fibres")])
 @every_seed
-def test_the_wave_speed_at_rest_is_the_acoustic_one(material, seed):
+def test_the_wave_speed_at_rest_is_the_acoustic_one(name, seed):
+    material = HYPERELASTIC[name]
     speed = acoustic_speed(material, np.eye(3), rotation(seed)[0])
     assert wave_speed(material.law(), IDENTITY) == pytest.approx(speed, rel=1e-7)
     assert material.wave_speeds()[0] == pytest.approx(speed, rel=1e-7)

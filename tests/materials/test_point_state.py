@@ -62,7 +62,7 @@ def stepped(law, carried, density, L, dt, length):
     return energy
 
 
-@pytest.mark.parametrize("name", ["kelvin-voigt", "standard-linear"])
+@pytest.mark.parametrize("name", ["user-kelvin-voigt", "standard-linear"])
 def test_compiled_loops_carry_the_state_of_a_user(name):
     material, L = MATERIALS[name], (0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     law, density = material.law(), np.full(2, material.density)
@@ -157,7 +157,7 @@ from samples import MATERIALS
 from test_point_state import stepped
 from pellucid.materials.point_state import in_arrays, initial_arrays
 
-for name in ("kelvin-voigt", "standard-linear"):
+for name in ("user-kelvin-voigt", "standard-linear"):
     material = MATERIALS[name]
     state = material.initial_state()
     carried = in_arrays(state, initial_arrays(state, 2))

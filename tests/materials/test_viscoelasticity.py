@@ -26,7 +26,7 @@ def shear_modulus(material):
 
 def test_a_kelvin_voigt_solid_adds_viscous_stress_while_it_moves():
     """τ = G γ + η γ', and what the dashpot takes is η γ'² of unit volume and time."""
-    material, dt, rate = USERS["kelvin-voigt"], 1e-5, 0.1
+    material, dt, rate = USERS["user-kelvin-voigt"], 1e-5, 0.1
     G, eta = shear_modulus(material), material.viscosity
     states = sheared(material, [rate] * 100 + [0.0], dt)
     for steps in (1, 100):

@@ -1,4 +1,4 @@
-"""Laws as users write them, in a file of their own: a hyperelastic one, and two viscoelastic ones with states of their own."""
+"""Laws as users write them, in a file of their own: two viscoelastic ones with states of their own."""
 
 from math import exp, expm1, sqrt
 from typing import ClassVar, Literal, NamedTuple
@@ -6,16 +6,14 @@ from typing import ClassVar, Literal, NamedTuple
 from pellucid.jit import point_function
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic import ElasticMaterial, lame
-from pellucid.materials.hyperelastic import HyperelasticMaterial, finite_strain, hyperelastic
+from pellucid.materials.hyperelastic import finite_strain
 from pellucid.materials.law import (
     cauchy_stress,
     diffusivity,
-    energy,
     rate_type,
     signal_speed,
     stored_energy,
     update,
-    wave_speed,
 )
 from pellucid.materials.neo_hookean import NeoHookean
 from pellucid.materials.point_state import point_state
@@ -28,57 +26,14 @@ from pellucid.tensors import (
     Tensor,
     add,
     deformed,
-    determinant,
     deviator,
     double_dot,
-    largest_row_sum,
-    left_cauchy_green,
     rotate,
     scale,
     spin_rotation,
     symmetric_part,
     trace,
 )
-
-
-# W = μ/2 (J^(-2/3) I₁ - 3) + κ/2 (J - 1)²
-@hyperelastic
-class Decoupled(NamedTuple):
-    mu: float
-    kappa: float
-    rho0: float
-
-
-class DecoupledMaterial(ElasticMaterial, HyperelasticMaterial):
-    kind: Literal["decoupled"] = "decoupled"
-
-    def law(self):
-        lam, mu = lame(self.young_modulus, self.poisson_ratio)
-        return Decoupled(mu, lam + 2.0 / 3.0 * mu, self.density)
-
-
-@point_function(energy, Decoupled)
-def _energy(law, F):
-    J, I1 = determinant(F), trace(left_cauchy_green(F))
-    return 0.5 * law.mu * (J ** (-2.0 / 3.0) * I1 - 3.0) + 0.5 * law.kappa * (J - 1.0) * (J - 1.0)
-
-
-@point_function(cauchy_stress, Decoupled)
-def _cauchy_stress(law, F):
-    J = determinant(F)
-    return add(
-        scale(law.mu * J ** (-5.0 / 3.0), deviator(left_cauchy_green(F))), scale(law.kappa * (J - 1.0), SYMMETRIC_IDENTITY)
-    )
-
-
-@point_function(wave_speed, Decoupled)
-def _wave_speed(law, F):
-    # Gershgorin's bound of the acoustic tensor, with the eigenvalues of b between `low` and `high`
-    J, b = determinant(F), left_cauchy_green(F)
-    high, low = largest_row_sum(b), -largest_row_sum(scale(-1.0, b))
-    m, slant = law.mu * J ** (-2.0 / 3.0), (high - low) / 3.0
-    along = law.kappa * J * J + m * (5.0 / 9.0 * trace(b) - low / 3.0 + slant)
-    return sqrt(max(along, m * (high + slant)) / law.rho0)
 
 
 # Kelvin-Voigt: σ = σ(F) of a neo-Hookean solid + 2 η dev D
@@ -96,7 +51,7 @@ class KelvinVoigtState(NamedTuple):
 
 
 class KelvinVoigtMaterial(ElasticMaterial, PointMaterial):
-    kind: Literal["kelvin-voigt"] = "kelvin-voigt"
+    kind: Literal["user-kelvin-voigt"] = "user-kelvin-voigt"
     energy_kind: ClassVar[Literal["internal", "strain"]] = "internal"
     viscosity: float = parameter("Pa*s", "shear viscosity η", ge=0)
 

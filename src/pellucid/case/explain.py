@@ -105,7 +105,7 @@ def dotted(path: Path, data: Any) -> str:
 
 
 def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> list[Finding]:
-    first = group[0]
+    first = next((detail for detail in group if detail.kind == "value_error"), group[0])  # it says more than a wrong type
     value = value_at(path, data)
     field = schema.field_at(path, data)
     meaning = _meaning(field)

@@ -1,6 +1,7 @@
 """Faces of a body with its own nodes on which tractions and pressures act, and the forces at its nodes."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,9 +9,11 @@ from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.cells import vector_areas
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
-from pellucid.parts.assembly import AssembledBody
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import AssembledBody
 
 
 class LoadedFaces:
@@ -18,10 +21,11 @@ class LoadedFaces:
 
     A force t on unit area of the reference goes to the nodes as ∫ p_a t dA, with the means of the shape functions p_a over each
     face. A pressure takes the vector areas a_f of the deformed faces, between the present places of their corners: node a has
-    -p Σ_f a_f ∫_f p_a dA / A_f. So the resultant is exact; the moment too where the field is affine on each face.
+    -p Σ_f a_f ∫_f p_a dA / A_f. So the resultant is exact; the moment is where the deformation is affine, else it errs with the
+    mesh.
     """
 
-    def __init__(self, member: AssembledBody, where: Where, path: Path) -> None:
+    def __init__(self, member: "AssembledBody", where: Where, path: Path) -> None:
         """Raises CaseError, with the path of the region, where no face is in it."""
         self.body, start = member.body, member.body.selectable()
         refuse(faults(where, start, path, self.body.name, member.active_axes, faces=True))

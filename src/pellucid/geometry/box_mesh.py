@@ -4,12 +4,13 @@ import numpy as np
 from pydantic import model_validator
 
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.model import Model, Vector, parameter
+from pellucid.geometry.tetrahedral import Tetrahedral
+from pellucid.model import Vector, parameter
 
 Counts = tuple[int, int, int]
 
 
-class BoxMesh(Model):
+class BoxMesh(Tetrahedral):
     """A box of tetrahedra."""
 
     lower: Vector = parameter("m", "lower corner")
@@ -25,7 +26,7 @@ class BoxMesh(Model):
                 raise ValueError(f"cells must be 1 or more along {axis}, not {n}")
         return self
 
-    def mesh(self) -> SimplexMesh:
+    def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""
         return box_mesh(np.array(self.lower), np.array(self.upper), self.cells)
 

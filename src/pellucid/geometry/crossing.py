@@ -16,8 +16,15 @@ def crossing(first: Triangulation, second: Triangulation) -> np.ndarray | None:
     return None
 
 
-def _piercing(one: Triangulation, other: Triangulation) -> np.ndarray:
-    """Where edges of one meet triangles of the other, shape (n, 3) (Möller & Trumbore 1997, J. Graph. Tools 2, 21)."""
+def self_crossing(surface: Triangulation) -> np.ndarray | None:
+    """A place [m], shape (3,), where an edge of a surface meets a triangle that has none of its vertices; else None."""
+    found = _piercing(surface, surface, apart=True)
+    return np.asarray(found[0]) if len(found) else None
+
+
+def _piercing(one: Triangulation, other: Triangulation, apart: bool = False) -> np.ndarray:
+    """Where edges of one meet triangles of the other, shape (n, 3) (Möller & Trumbore 1997, J. Graph. Tools 2, 21); `apart`:
+    both are one surface, and an edge does not meet the triangles at its own vertices."""
     from scipy.spatial import cKDTree
 
     edges = np.unique(np.sort(one.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
@@ -34,6 +41,9 @@ def _piercing(one: Triangulation, other: Triangulation) -> np.ndarray:
     near = cKDTree(0.5 * (start + end)).query_ball_tree(cKDTree(corners.mean(axis=1)), reach)
     e = np.repeat(np.arange(len(edges)), [len(found) for found in near])
     t = np.array([triangle for found in near for triangle in found], dtype=int)
+    if apart:
+        strange = (edges[e][:, :, None] != other.triangles[t][:, None, :]).all(axis=(1, 2))
+        e, t = e[strange], t[strange]
     p, d, a = start[e], (end - start)[e], corners[t, 0]
     u, v = corners[t, 1] - a, corners[t, 2] - a
     normal, h = np.cross(u, v), np.cross(d, v)

@@ -6,12 +6,13 @@ import numpy as np
 
 from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.model import Model, Vector, parameter
+from pellucid.geometry.tetrahedral import Tetrahedral
+from pellucid.model import Vector, parameter
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
-class CylinderMesh(Model):
+class CylinderMesh(Tetrahedral):
     """A circular cylinder of tetrahedra."""
 
     base: Vector = parameter("m", "middle of its lower face")
@@ -21,7 +22,7 @@ class CylinderMesh(Model):
     across: int = parameter("", "cubes across the diameter, of twelve tetrahedra each", ge=1)
     along: int = parameter("", "cubes along the axis", ge=1)
 
-    def mesh(self) -> SimplexMesh:
+    def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra; the square [-1, 1]² becomes the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
         square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))
         x, y, z = square.nodes.T

@@ -58,11 +58,11 @@ class SimplexMesh:
         """The faces of the cells, edges of triangles: their nodes in ascending order, shape (f, d), and their two cells,
         shape (f, 2), the second -1 on the boundary."""
         corners = self.cells.shape[1]
-        every = np.concatenate([np.delete(self.cells, left_out, axis=1) for left_out in range(corners)])
-        owner = np.tile(np.arange(len(self.cells)), corners)
-        nodes, which = np.unique(np.sort(every, axis=1), axis=0, return_inverse=True)
-        order = np.argsort(which.ravel(), kind="stable")
-        first = np.concatenate([[0], np.cumsum(np.bincount(which.ravel(), minlength=len(nodes)))])
+        every, owner = faces_of_cells(self.cells), np.tile(np.arange(len(self.cells)), corners)
+        order = np.lexsort(every.T[::-1])
+        new = np.any(np.diff(every[order], axis=0, prepend=-1), axis=1)
+        first = np.append(np.flatnonzero(new), len(every))
+        nodes = every[order[first[:-1]]]
         cells = np.full((len(nodes), 2), -1)
         cells[:, 0] = owner[order[first[:-1]]]
         shared = np.diff(first) > 1
@@ -73,6 +73,13 @@ class SimplexMesh:
     def boundary(self) -> np.ndarray:
         """Numbers of the faces that belong to one cell only."""
         return np.flatnonzero(self.faces[1][:, 1] < 0)
+
+
+def faces_of_cells(cells: np.ndarray) -> np.ndarray:
+    """The faces across from the first corners of all cells, then those across from the second ones ..., with their nodes in
+    ascending order: shape (corners c, corners - 1)."""
+    corners = range(cells.shape[1])
+    return np.sort(np.concatenate([np.delete(cells, left_out, axis=1) for left_out in corners]), axis=1)
 
 
 def _ones(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> "sparse.csr_array":

@@ -1,10 +1,10 @@
-"""What is wrong with a mesh of tetrahedra: inverted, flat or repeated ones, lone nodes, faces with more than two."""
+"""What is wrong with a mesh of tetrahedra: inverted, flat or repeated ones, lone nodes, crowded faces, empty sets."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.simplex_mesh import SimplexMesh, faces_of_cells
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
 
@@ -18,6 +18,7 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
         number = int(nowhere[0])
         yield f"node {number} is at {tuple(mesh.nodes[number].tolist())}, which is no place", "give it finite coordinates"
         return
+    yield from _empty_sets(mesh)
     yield from _lone(mesh)
     yield from _repeated(mesh)
     yield from _misshapen(mesh)
@@ -30,6 +31,13 @@ def _place(position: np.ndarray) -> str:
 
 def _count(n: int, verb: str, verbs: str) -> str:
     return f"1 {verb}" if n == 1 else f"{n} {verbs}"
+
+
+def _empty_sets(mesh: SimplexMesh) -> Iterator[Fault]:
+    empty = [f"`{name}`" for name, nodes in mesh.sets.items() if not len(nodes)]
+    if empty:
+        verb = "set has" if len(empty) == 1 else "sets have"
+        yield f"{_count(len(empty), verb, verb)} no node: {', '.join(empty)}", "list their nodes, or take them out of the file"
 
 
 def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
@@ -69,8 +77,7 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _crowded(mesh: SimplexMesh) -> Iterator[Fault]:
-    every = np.concatenate([np.delete(mesh.cells, left_out, axis=1) for left_out in range(4)])
-    faces, count = np.unique(np.sort(every, axis=1), axis=0, return_counts=True)
+    faces, count = np.unique(faces_of_cells(mesh.cells), axis=0, return_counts=True)
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         nodes = faces[crowded[0]]

@@ -5,8 +5,12 @@ from typing import ClassVar
 from pellucid.geometry.box_mesh import BoxMesh
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.cylinder_mesh import CylinderMesh
+from pellucid.geometry.fill_mesh import FillMesh
+from pellucid.geometry.heart_mesh import HeartMesh
+from pellucid.geometry.inside_mesh import InsideMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_file import SolidFile
+from pellucid.geometry.tetrahedral import Tetrahedral
 
 
 class SolidMesh(Choice):
@@ -16,9 +20,12 @@ class SolidMesh(Choice):
 
     box: BoxMesh | None = None
     cylinder: CylinderMesh | None = None
+    fill: FillMesh | None = None
+    inside: InsideMesh | None = None
+    heart: HeartMesh | None = None
     file: SolidFile | None = None
 
     def mesh(self) -> SimplexMesh:
-        """Its nodes and tetrahedra."""
-        made: SimplexMesh = self.chosen().mesh()
-        return made
+        """Its nodes and tetrahedra, made once; whoever asks shares them."""
+        chosen: Tetrahedral = self.chosen()
+        return chosen.mesh()

@@ -1,14 +1,12 @@
 """Surfaces from files: STL, OBJ, PLY, Gmsh, VTK and what else meshlane reads."""
 
 from functools import lru_cache
-from importlib.util import find_spec
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pydantic import model_validator
 
 from pellucid.geometry.mesh import Mesh, Meshed
+from pellucid.geometry.mesh_files import FileState, read_mesh, states_of_files
 from pellucid.model import InputFile, Vector, parameter
 
 FLAT = {"quad": 4, "triangle": 3}  # cells of a surface, and how many corners they have
@@ -31,27 +29,16 @@ class SurfaceFile(Meshed):
 
     def mesh(self) -> Mesh:
         """Vertices in the order of their first mention. Raises ValueError where the file cannot be read."""
-        file = Path(self.path)
-        if not file.is_file():
-            raise ValueError(f"there is no file {self.path}")
-        found = file.stat()
-        vertices, quads, triangles = _read(self.path, found.st_mtime_ns, found.st_size)
+        vertices, quads, triangles = _read(*states_of_files(self))
         mesh = Mesh(vertices * self.scale + np.array(self.offset), quads.copy(), triangles.copy())
         return mesh.reversed() if self.reverse else mesh
 
 
 @lru_cache(maxsize=8)
-def _read(path: str, _changed: int, _size: int) -> Mesh:
+def _read(state: FileState) -> Mesh:
     """The file's elements, read once for each of its states."""
-    if find_spec("meshlane") is None:
-        raise ValueError(f"reading {path} needs meshlane: pip install 'pellucid[mesh]'")
-    import meshlane
-
-    try:
-        mesh: Any = meshlane.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets
-        reason = str(error).strip() or type(error).__name__
-        raise ValueError(f"{path} cannot be read as a surface: {reason}") from None
+    path = state[0]
+    mesh = read_mesh(path, "a surface")
     strange = sorted({block.type for block in mesh.cells} - set(FLAT) - set(BELOW))
     if strange:
         raise ValueError(f"{path} holds cells of type {', '.join(strange)}; a membrane needs triangles or quadrilaterals alone")

@@ -105,4 +105,4 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
 """Of points that are the nodes of elements: it is the elements that have them."""
 
 # columns of Slabs.sums
-KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, STORED, HEATING, RATE, COLUMNS = range(9)
+KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, STORED, DISSIPATED, HEATING, RATE, COLUMNS = range(10)

@@ -13,6 +13,7 @@ from numpy import intp
 
 from pellucid.approximants.axis import affine_weights
 from pellucid.grid.points import (
+    DISSIPATED,
     HEATING,
     INVERTED,
     KINETIC,
@@ -40,7 +41,15 @@ from pellucid.grid.stencil import (
 from pellucid.grid.velocity_transfer import affine_of, affine_velocity, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
-from pellucid.materials.law import artificial_heating, diffusivity, signal_speed, stored_energy, update, volume_growth
+from pellucid.materials.law import (
+    artificial_heating,
+    diffusivity,
+    dissipated_energy,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+)
 from pellucid.materials.point_state import load, store
 
 
@@ -165,7 +174,7 @@ def _update_stress_slab(s, strained, dt, move):
     points, slabs = mapped.points, mapped.slabs
     x, v, mass, volume = points.position, points.velocity, points.mass, points.volume
     h = lattice.inverse_cell
-    stored = heating = rate = 0.0
+    stored = dissipated = heating = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -186,6 +195,7 @@ def _update_stress_slab(s, strained, dt, move):
             c = signal_speed(law, state, density, L, lattice.cell)
             speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
             stored += m * energy
+            dissipated += m * dissipated_energy(law, state, density)
             heating += m * artificial_heating(law, state, density, L, lattice.cell)
             rate = max(rate, h * (c + speed), 2.0 * h * h * diffusivity(law, density))
             if not abs(energy + state.stress[0] + state.stress[1] + state.stress[2] + speed + c) < inf:
@@ -199,13 +209,15 @@ def _update_stress_slab(s, strained, dt, move):
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault
     slabs.sums[s, STORED] = stored
+    slabs.sums[s, DISSIPATED] = dissipated
     slabs.sums[s, HEATING] = heating
     slabs.sums[s, RATE] = rate
 
 
 @kernel()
 def update_stress(n, strained, dt, move):
-    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, HEATING, RATE of the sums.
+    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, DISSIPATED, HEATING, RATE of the
+    sums.
 
     strained: the bundle of `StrainedPoints`.
     """

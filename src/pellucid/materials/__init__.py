@@ -5,21 +5,32 @@ The kinds that a case can name are listed here: one line each.
 
 from typing import Annotated
 
-from pellucid.materials.contract import PointMaterial
+from pellucid.materials.contract import MATERIALS, PointMaterial
+from pellucid.materials.decoupled_neo_hookean import DecoupledNeoHookeanMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.fluid import FluidMaterial
+from pellucid.materials.holzapfel_gasser_ogden import HolzapfelGasserOgdenMaterial
+from pellucid.materials.kelvin_voigt import KelvinVoigtMaterial
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.materials.linear_membrane import LinearMembraneMaterial
+from pellucid.materials.mooney_rivlin import MooneyRivlinMaterial
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
 from pellucid.materials.neo_hookean_membrane import NeoHookeanMembraneMaterial
+from pellucid.materials.ogden import OgdenMaterial
+from pellucid.materials.prony import PronyMaterial
 from pellucid.registry import Family, OneOf
 
-MATERIALS = Family("material", PointMaterial)
 Material = Annotated[PointMaterial, OneOf(MATERIALS)]
 
 MATERIALS.add(FluidMaterial)
 MATERIALS.add(LinearElasticMaterial)
 MATERIALS.add(NeoHookeanMaterial)
+MATERIALS.add(DecoupledNeoHookeanMaterial)
+MATERIALS.add(MooneyRivlinMaterial)
+MATERIALS.add(OgdenMaterial)
+MATERIALS.add(HolzapfelGasserOgdenMaterial)
+MATERIALS.add(KelvinVoigtMaterial)
+MATERIALS.add(PronyMaterial)
 
 MEMBRANE_MATERIALS = Family("material of a membrane", ElasticMembraneMaterial)
 MembraneMaterial = Annotated[ElasticMembraneMaterial, OneOf(MEMBRANE_MATERIALS)]

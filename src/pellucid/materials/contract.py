@@ -10,6 +10,7 @@ from pellucid.materials.law import AT_REST, Law, diffusivity, signal_speed
 from pellucid.materials.point_state import PointState
 from pellucid.materials.trial import RATE_FORM, Operation, try_material
 from pellucid.model import Model, parameter
+from pellucid.registry import Family
 from pellucid.state import FIELDS
 
 
@@ -75,3 +76,7 @@ class PointMaterial(BodyMaterial):
         symmetric tensors."""
         own = (name for name in self.state_fields if name not in ("stress", self.energy_field))
         return (self.energy_field, *(name for name in own if FIELDS[name].components in (1, 3, 6)))
+
+
+MATERIALS = Family("material", PointMaterial)
+"""The kinds that a case can name: the list is in `pellucid.materials`."""

@@ -57,6 +57,12 @@ def stored_energy(law: Law, state: PointState, density: float) -> float:
 
 
 @generic
+def dissipated_energy(law: Law, state: PointState, density: float) -> float:
+    """The part of the work of the stress on unit mass that was lost so far [J/kg], of laws that tell it apart from what they
+    store: `stored_energy` is without it."""
+
+
+@generic
 def artificial_heating(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
     """Power of the artificial viscosity on unit mass [W/kg]; part of the internal energy's rate, recorded apart."""
 
@@ -101,7 +107,7 @@ def rate_type(law: type[LawType]) -> type[LawType]:
     """Class decorator: register for a law what most laws driven by the velocity gradient share.
 
     Volume grows by 1 + dt tr L, the pressure is minus the mean stress, and there is neither viscosity nor artificial
-    viscosity. What the law registers of its own stands instead.
+    viscosity, and nothing is dissipated. What the law registers of its own stands instead.
     """
     for operation, shared in DEFAULTS.items():
         point_function(operation, law)(shared)
@@ -116,6 +122,10 @@ def _no_diffusivity(law, density):
     return 0.0
 
 
+def _no_dissipation(law, state, density):
+    return 0.0
+
+
 def _no_heating(law, state, density, L, length):
     return 0.0
 
@@ -127,6 +137,7 @@ def _minus_mean_stress(law, state, density):
 DEFAULTS: dict[Callable[..., Any], Callable[..., Any]] = {
     volume_growth: _linear_growth,
     diffusivity: _no_diffusivity,
+    dissipated_energy: _no_dissipation,
     artificial_heating: _no_heating,
     point_pressure: _minus_mean_stress,
 }

@@ -15,7 +15,8 @@ from pellucid.state import FIELDS, Field
 from pellucid.tensors import Symmetric
 from pellucid.units import check_si
 
-SHARED = ("stress", "internal_energy", "strain_energy", "deformation_gradient")  # members of `FIELDS` that states may have
+SHARED = ("stress", "internal_energy", "strain_energy", "dissipated_energy", "deformation_gradient")
+"""Members of `FIELDS` that states may have."""
 
 
 class PointState(Protocol):

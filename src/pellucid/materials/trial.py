@@ -13,6 +13,7 @@ from pellucid.materials.law import (
     Law,
     artificial_heating,
     diffusivity,
+    dissipated_energy,
     point_pressure,
     signal_speed,
     stored_energy,
@@ -34,7 +35,16 @@ from pellucid.state import FIELDS
 from pellucid.users_code import failing_as, file_of
 
 Operation = Callable[..., Any]
-RATE_FORM = (update, volume_growth, signal_speed, diffusivity, stored_energy, artificial_heating, point_pressure)
+RATE_FORM = (
+    update,
+    volume_growth,
+    signal_speed,
+    diffusivity,
+    stored_energy,
+    dissipated_energy,
+    artificial_heating,
+    point_pressure,
+)
 MEMBRANE: dict[Operation, int] = {
     initial_shape: 4,
     stretched: 4,
@@ -102,6 +112,7 @@ def calls_of(material: Material, law: Any, state: Any) -> dict[Operation, Call]:
         signal_speed: (law, state, density, AT_REST, 1.0),
         diffusivity: (law, density),
         stored_energy: (law, state, density),
+        dissipated_energy: (law, state, density),
         artificial_heating: (law, state, density, AT_REST, 1.0),
         point_pressure: (law, state, density),
     }
@@ -131,7 +142,7 @@ def try_material(material: Material) -> None:
         raise ValueError(f"`volume_growth` of the law {_named(law)} is {growth:g} at rest; it is volume after over before: 1")
     for operation in (signal_speed, diffusivity):
         calls[operation].number(least=0.0)
-    for operation in (stored_energy, artificial_heating, point_pressure):
+    for operation in (stored_energy, dissipated_energy, artificial_heating, point_pressure):
         calls[operation].number()
     for method in (material.wave_speeds, lambda: material.signals(1.0)):
         _check_numbers(material, method)

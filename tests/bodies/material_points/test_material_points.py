@@ -203,7 +203,7 @@ def test_a_law_of_a_user_moves_a_body():
     """A Kelvin-Voigt solid swings out: what it loses is in a field of its own, and the energy budget closes."""
     wave = {"amplitude": (0.5, 0, 0), "wave_vector": (1.0, 0.5, 0)}
     plain = case(box((1, 1, 1), (3, 3, 3), SOLID, velocity_wave=wave), counts=(4, 4, 4), end=100.0, step=0.01)
-    elastic = SOLID | {"kind": "kelvin-voigt", "viscosity": 300.0}
+    elastic = SOLID | {"kind": "user-kelvin-voigt", "viscosity": 300.0}
     viscous = plain.body[0].model_copy(update={"material": KelvinVoigtMaterial(**elastic)})
     sim = Simulation(plain.model_copy(update={"body": (viscous,)}), threads=1)
     kinetic = sim.bodies[0].totals.kinetic

@@ -2,7 +2,10 @@ import numpy as np
 import pytest
 import synthetic_oocyte
 
+from pellucid import run
+from pellucid.case import Case
 from pellucid.results.pictures.bodies_in_space import opening, panels_in_space
+from pellucid.results.pictures.figures import bodies
 from pellucid.results.pictures.rendering.axes import round_length
 from pellucid.results.pictures.style import house_style
 
@@ -36,6 +39,51 @@ def test_a_run_in_space_is_drawn(tmp_path, monkeypatch, quantity):
     texts = [text.get_text() for text in figure.axes[1].texts]
     assert "t = 100 µs" in texts
     assert "cut open" in texts
+
+
+@pytest.fixture(scope="module")
+def solid(tmp_path_factory):
+    """A run of a block of tetrahedra that is thrown."""
+    body = {
+        "name": "block",
+        "kind": "meshless-solid",
+        "mesh": {"box": {"lower": (0, 0, 0), "upper": (2e-2, 3e-2, 1e-2), "cells": (2, 3, 1)}},
+        "approximant": {"kind": "linear-simplex"},
+        "points_per_cell": 1,
+        "material": {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3},
+        "velocity": (1.0, 0.0, 0.0),
+    }
+    table = {"schema": 1, "title": "A block", "time": {"end": 1e-2}, "gravity": (0, 0, -9.81), "body": [body]}
+    return run(Case.model_validate(table), out=tmp_path_factory.mktemp("solid") / "run")
+
+
+def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
+    monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
+    with house_style():
+        drawn = bodies(solid)
+    assert list(drawn) == ["bodies_speed", "bodies_load", "bodies_speed_inside", "bodies_load_inside"]
+    words = {name: {text.get_text() for axes in figure.axes for text in axes.texts} for name, figure in drawn.items()}
+    assert {name: "cut open" in found for name, found in words.items()} == {name: "inside" in name for name in words}
+    covered = {
+        name: np.mean([axes.images[0].get_array()[:, :, 3].mean() for axes in figure.axes if axes.images])
+        for name, figure in drawn.items()
+    }
+    assert min(covered.values()) > 0.1
+    assert not np.allclose(covered["bodies_speed"], covered["bodies_speed_inside"])
+
+
+def test_fields_of_solids_open_in_pyvista(solid):
+    pyvista = pytest.importorskip("pyvista")
+    reader = pyvista.get_reader(solid.folder.fields("block"))
+    reader.reader.SetStep(len(solid.times("block")) - 1)  # pyvista 0.49 has no instants of its own for these files
+    grid = reader.read()
+    assert isinstance(grid, pyvista.UnstructuredGrid)
+    assert grid.cells_dict[pyvista.CellType.TETRA].tolist() == solid.cells("block").tetrahedra.tolist()
+    fields = solid.fields("block")
+    assert np.array_equal(grid.points, fields["position"])
+    assert grid.point_data["velocity"] == pytest.approx(fields["velocity"])
+    assert {"stress", "pressure", "density", "strain_energy"} <= set(grid.point_data.keys())
+    assert grid.compute_cell_sizes()["Volume"].sum() == pytest.approx(6e-6, rel=1e-3), "no tetrahedron is inside out"
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,13 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import transfer as kernels
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import Slabs
+from pellucid.grid.points import DISSIPATED, Slabs
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
+from pellucid.reductions import ordered_sum
 
 
 class MaterialPoints(PointsOnGrid):
@@ -56,6 +57,13 @@ class MaterialPoints(PointsOnGrid):
         if move:
             self.prescribe_positions()
         self._collect_strain_sums()
+
+    def _collect_strain_sums(self) -> None:
+        super()._collect_strain_sums()
+        if "dissipated_energy" in self.arrays:
+            lost = float(ordered_sum(self.slabs.sums)[DISSIPATED])
+            self.totals.parts["dissipated"] = lost
+            self.totals.stored += lost
 
     @property
     def field_names(self) -> list[str]:

@@ -1,7 +1,7 @@
 """Meshless solids as the user describes them."""
 
 from collections.abc import Iterator
-from functools import cached_property
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -63,13 +63,9 @@ class MeshlessSolidCase(BodyModel):
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
-    @cached_property
-    def _mesh(self) -> SimplexMesh:
-        return self.mesh.mesh()
-
     def mesh_in_order(self) -> SimplexMesh:
         """Its mesh, with the tetrahedra in an order in which neighbours stand near each other."""
-        mesh = self._mesh
+        mesh = self.mesh.mesh()
         return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))], mesh.sets)
 
     @property
@@ -113,11 +109,7 @@ class MeshlessSolidCase(BodyModel):
 
     def selectable(self) -> Selectable | None:
         """Its nodes, its outer faces and the sets of its mesh."""
-        return self._selectable
-
-    @cached_property
-    def _selectable(self) -> Selectable:
-        return Selectable.of_solid(self._mesh)
+        return _selectable(self.mesh.mesh())
 
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""
@@ -129,15 +121,15 @@ class MeshlessSolidCase(BodyModel):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        return self._mesh.nodes.min(axis=0), self._mesh.nodes.max(axis=0)
+        return self.occupied().bounds()
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""
-        return len(self._mesh.nodes)
+        return len(self.mesh.mesh().nodes)
 
     def table_bytes(self) -> float:
         """Of its shape functions at the quadrature points, at the most while they are made [bytes]."""
-        points = len(self._mesh.cells) * self.points_per_cell
+        points = len(self.mesh.mesh().cells) * self.points_per_cell
         return points * (ENTRY_BYTES * self.approximant.nodes_in_a_cell + QUADRATURE_BYTES)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
@@ -173,7 +165,7 @@ class MeshlessSolidCase(BodyModel):
         if self.essential_conditions == "direct" and not self.approximant.interpolates:
             text = f'the functions of kind "{self.approximant.kind}" do not take values that are prescribed at the nodes'
             yield Finding((*path, "essential"), text, 'use "ebciem" or "sebciem", or leave it out')
-        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self._mesh))
+        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self.mesh.mesh()))
         if parts.grid is not None:
             if self.essential_conditions != "direct":
                 text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"
@@ -183,3 +175,9 @@ class MeshlessSolidCase(BodyModel):
                 text = "a meshless solid fills space, and this grid is one cell thick"
                 yield Finding((*path, self.place), text, "let the grid be more than one cell along every axis")
             yield from place_problems((*path, self.place), self.bounds(), parts.grid, self.is_surface)
+
+
+@lru_cache(maxsize=8)
+def _selectable(mesh: SimplexMesh) -> Selectable:
+    """Found once for each mesh: reading a case asks for it several times."""
+    return Selectable.of_solid(mesh)

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.mountris2019.curves import residuals
-from pellucid.references.free_cube import FreeCube
+from pellucid.gallery.mountris2019.curves import elasticity, form_of, residuals
+from pellucid.references.stretched_block import Stretched, stretched
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -22,13 +22,12 @@ CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact 
 METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_residual_between")
 
 
-def _exact(run: "Run") -> "tuple[FreeCube, float, float]":
-    """The exact solution of the case, the edge of the cube [m] and the stretch along z."""
+def _exact(run: "Run") -> "tuple[Stretched, float, float]":
+    """The exact state of the case, the edge of the cube [m] and the stretch along z."""
     body, motion = run.case.body[0], run.case.motion[0]
-    law, edge = body.material, float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
-    moved = motion.functions()[2](run.case.time.end)
-    cube = FreeCube(law.young_modulus, law.poisson_ratio, law.kind == "decoupled-neo-hookean")
-    return cube, edge, 1.0 + moved / edge
+    edge = float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
+    along = 1.0 + motion.functions()[2](run.case.time.end) / edge
+    return stretched(form_of(run), *elasticity(run), along), edge, along
 
 
 def _displacements(run: "Run") -> "tuple[Array, Array]":
@@ -36,18 +35,17 @@ def _displacements(run: "Run") -> "tuple[Array, Array]":
     cube, _, along = _exact(run)
     name = run.case.body[0].name
     start = run.fields(name, 0.0)["position"]
-    across = cube.across(along)
-    return run.fields(name)["position"] - start, start * (np.array([across, across, along]) - 1.0)
+    return run.fields(name)["position"] - start, start * (np.array([cube.lateral, cube.lateral, along]) - 1.0)
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """The error of the displacements, energy and reaction against the exact ones, the residual of what is prescribed."""
-    cube, edge, along = _exact(run)
+    cube, edge, _ = _exact(run)
     found, exact = _displacements(run)
     error = float(np.sqrt(np.mean((found - exact) ** 2)) / np.ptp(exact))
-    energy = cube.energy(along, cube.across(along)) * edge**3
+    energy = cube.energy * edge**3
     stored = float(run.summary["energies"]["strain"])
-    force, pulled = float(run.history["reaction_z"][-1]), cube.stress(along) * edge**2
+    force, pulled = float(run.history["reaction_z"][-1]), cube.stress * edge**2
     tight = 1e-6  # linear fields are in the span of the functions, and consistent gradients integrate them exactly
     return {
         "nrmse": Metric(error, 0.0, error, tight, "", "root mean square error of the displacements over their range"),

@@ -1,16 +1,19 @@
-"""Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open."""
+"""Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.geometry.cells import Cells
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits, meaning, values_of
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Plane, View, camera_for
+from pellucid.results.pictures.rendering.creases import Faceted, split_at_creases
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
+from pellucid.results.pictures.rendering.sections import cut_face
 from pellucid.results.pictures.style import SEQUENTIAL, WIDTH, new_figure, with_unit
 
 if TYPE_CHECKING:
@@ -26,12 +29,18 @@ FRONT = (0.0, -1.0, 0.0)
 """The side from which bodies are opened: the eye is there."""
 
 ASIDE = 1e-3  # of the size of what is surrounded
+Box = tuple[np.ndarray, np.ndarray]
+"""Lower and upper corner [m], shape (3,) each."""
+
 MOST_BALLS = 60_000
 """More points of a body than this are thinned out evenly, the balls grow instead."""
 
 
-def panels_in_space(run: "Run", quantity: str) -> "Figure":
-    """All bodies at some instants, coloured by "speed" or "load"."""
+def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure":
+    """All bodies at some instants, coloured by "speed" or "load".
+
+    What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from matplotlib.ticker import EngFormatter
@@ -42,7 +51,11 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
     low, high, extend = limits(
         [values_of(bodies[name], fields, quantity) for state in states for name, fields in state.items()]
     )
+    cells = {name: run.cells(name) for name in bodies}
+    solids = [fields["position"] for name, fields in states[0].items() if len(cells[name].tetrahedra)]
     cut = opening([fields["position"] for fields in states[0].values()])
+    if halved and solids:
+        cut = through_the_middle([_box(position) for position in solids])
     places = np.concatenate([fields["position"] for state in states for fields in state.values()])
     camera = camera_for(VIEW, places[cut.beyond(places) <= 0.0] if cut else places, COLUMNS, margin=0.06)
     across = min(2, len(chosen))
@@ -51,12 +64,14 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
     width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
     figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
     panels = figure.subplots(down, across, squeeze=False).ravel()
-    surfaces = {name: run.cells(name).surface() for name in bodies}
+    surfaces = {name: _surface(of_body, states[0][name]["position"]) for name, of_body in cells.items()}
     for axes, time, state in zip(panels, chosen, states, strict=False):
-        drawn = [
-            _drawable(fields, surfaces[name], coloured(values_of(bodies[name], fields, quantity), (low, high), SEQUENTIAL))
-            for name, fields in state.items()
-        ]
+        drawn: list[Drawable] = []
+        for name, fields in state.items():
+            colours = np.nan_to_num(coloured(values_of(bodies[name], fields, quantity), (low, high), SEQUENTIAL))
+            drawn.append(_drawable(fields, surfaces[name], colours))
+            if cut and len(cells[name].tetrahedra):
+                drawn.append(cut_face(fields["position"], cells[name].tetrahedra, colours, cut))
         show(axes, render(drawn, camera, cut), camera)
         scale_bar(axes, camera)
         corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
@@ -71,24 +86,39 @@ def panels_in_space(run: "Run", quantity: str) -> "Figure":
 
 def opening(positions: list[np.ndarray]) -> Plane | None:
     """Where to cut bodies open of which one surrounds another: through the middle of what is surrounded, else nowhere."""
-    boxes = [(position.min(axis=0), position.max(axis=0)) for position in positions]
+    boxes = [_box(position) for position in positions]
     hidden = [
         inner
         for k, inner in enumerate(boxes)
         if any((outer[0] < inner[0]).all() and (inner[1] < outer[1]).all() for outer in boxes[:k] + boxes[k + 1 :])
     ]
-    if not hidden:
-        return None
-    largest = max(hidden, key=lambda box: float(np.prod(box[1] - box[0])))
+    return through_the_middle(hidden) if hidden else None
+
+
+def through_the_middle(boxes: list[Box]) -> Plane:
+    """The plane through the middle of the largest of some boxes; its front goes."""
+    largest = max(boxes, key=lambda box: float(np.prod(box[1] - box[0])))
     middle = float(0.5 * (largest[0] + largest[1]) @ np.array(FRONT))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture
     return Plane(FRONT, middle + ASIDE * float((largest[1] - largest[0]).max()))
 
 
-def _drawable(fields: Fields, surface: np.ndarray, colours: np.ndarray) -> Drawable:
-    position, finite = fields["position"], np.nan_to_num(colours)
-    if len(surface):
-        return Mesh(position, surface, finite, np.zeros(len(position), bool))
+def _box(position: np.ndarray) -> Box:
+    return position.min(axis=0), position.max(axis=0)
+
+
+def _surface(cells: Cells, position: np.ndarray) -> Faceted:
+    """What shows a body; solids have sharp edges where they do at the start, membranes are smooth all over."""
+    triangles = cells.surface()
+    if len(cells.tetrahedra):
+        return split_at_creases(position, triangles)
+    return Faceted(triangles, np.arange(len(position)))
+
+
+def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray) -> Drawable:
+    position, shown = fields["position"], surface.vertex
+    if len(surface.triangles):
+        return Mesh(position[shown], surface.triangles, colours[shown], np.zeros(len(shown), bool))
     stride = -(-len(position) // MOST_BALLS)
     radii = ball_radii(fields["mass"], fields["density"]) * np.cbrt(stride)
-    return Balls(position[::stride], radii[::stride], finite[::stride])
+    return Balls(position[::stride], radii[::stride], colours[::stride])

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
+QUANTITIES = ("speed", "load")
+
 
 def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
     """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles.
@@ -41,12 +43,17 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 
 def bodies(run: "Run") -> "dict[str, Figure]":
-    """Bodies at some instants by speed and by pressure or stress; along a tube the profiles at the end."""
+    """Bodies at some instants by speed and by pressure or stress; in space solids once whole and once cut open; along a tube
+    the profiles at the end."""
     thin = run.stored.thin
     if sum(thin) == 2:
         return {"profiles_of_points": profiles(run, thin.index(False))}
-    draw = panels_in_plane if any(thin) else panels_in_space
-    return {f"bodies_{name}": draw(run, name) for name in ("speed", "load")}
+    if any(thin):
+        return {f"bodies_{name}": panels_in_plane(run, name) for name in QUANTITIES}
+    figures = {f"bodies_{name}": panels_in_space(run, name) for name in QUANTITIES}
+    if any(len(run.cells(body.name).tetrahedra) for body in run.stored.bodies):
+        figures |= {f"bodies_{name}_inside": panels_in_space(run, name, halved=True) for name in QUANTITIES}
+    return figures
 
 
 def energy_columns(run: "Run") -> list[str]:

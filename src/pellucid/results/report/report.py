@@ -37,6 +37,8 @@ CAPTIONS = {
     "probes": "The probes of the case.",
     "bodies_speed": "The bodies, coloured by speed.",
     "bodies_load": "The bodies, coloured by pressure (fluids) or by von Mises' equivalent stress (solids).",
+    "bodies_speed_inside": "Solids cut open through the middle of the largest, coloured by speed.",
+    "bodies_load_inside": "Solids cut open through the middle of the largest, coloured by von Mises' equivalent stress.",
     "profiles_of_points": "Every point at the end.",
 }
 

@@ -148,12 +148,12 @@ class Recorder:
             "end_time": sim.time,
             "conservation": {name: float(error) for name, error in sim.conservation().items()},
             "energies": {name: float(energy) for name, energy in sim.energies().items()},
-            **sim.clock.facts(),
-            **_facts_of(sim.bodies),
+            **sim.facts(),
+            **facts_of(sim.bodies),
         }
 
 
-def _facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
+def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
     """What bodies say of themselves by name; by name and body where several have the same to say."""
     facts = {body.name: body.facts() for body in bodies}
     names = [name for of_body in facts.values() for name in of_body]

@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
 
+from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.surfaces import Icosphere
 from pellucid.results.pictures.rendering.axes import coloured
 from pellucid.results.pictures.rendering.camera import Plane, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Mesh, Section
 from pellucid.results.pictures.rendering.points import box_corners, bricks, lattice_sides
 from pellucid.results.pictures.rendering.render import inside, render
-from pellucid.results.pictures.rendering.sections import rim, section
+from pellucid.results.pictures.rendering.sections import cut_face, rim, section
 
 TEAL, RED = (0.1, 0.6, 0.6), (1.0, 0.0, 0.0)
 ABOVE = View(-90.0, 60.0)
@@ -114,6 +115,31 @@ def test_the_rim_is_marked_where_the_membrane_is():
 
 def test_no_rim_where_nothing_is_cut():
     assert rim(sphere(), Plane((0.0, 0.0, 1.0), 5.0), 0.3, TEAL).primitives == 0
+
+
+def test_the_cut_face_of_a_solid_is_its_section():
+    nodes, cells = (lambda mesh: (mesh.nodes, mesh.cells))(box_mesh(np.array([-1.0, -1, -1]), np.array([1.0, 2, 3]), (3, 4, 5)))
+    normal = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
+    slope = np.array([[0.1, 0.0, 0.05], [0.0, 0.1, 0.0], [0.02, 0.03, 0.1]])
+    for plane, area in (
+        (Plane((0.0, 0.0, 1.0), 0.37), 6.0),
+        (Plane(tuple(normal), 0.4), None),
+        (Plane((1.0, 0.0, 0.0), 5.0), 0.0),
+    ):
+        face = cut_face(nodes, cells, nodes @ slope, plane)
+        assert abs(plane.beyond(face.vertices)).max(initial=0.0) < 1e-12
+        assert face.colours == pytest.approx(face.vertices @ slope)
+        a, b, c = (face.vertices[face.triangles[:, k]] for k in range(3))
+        found = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+        if area is None:  # from the volume between two planes that are close together
+            thin = 1e-4
+            points = np.random.default_rng(3).uniform((-1, -1, -1), (1, 2, 3), (400_000, 3))
+            share = (abs(points @ normal - plane.offset) < 50 * thin).mean()
+            assert found == pytest.approx(24.0 * share / (100 * thin), rel=0.05)  # 4500 points are within: 1.5 %
+        else:
+            assert found == pytest.approx(area, abs=1e-12)
+    whole = cut_face(nodes, cells, nodes @ slope, Plane((0.0, 0.0, 1.0), 0.2))
+    assert whole.primitives > 0, "a plane through a layer of nodes"
 
 
 def test_bricks_are_closed_and_look_outward():

@@ -1,4 +1,4 @@
-"""Where a plane cuts closed membranes open: the field inside, and the membrane's rim."""
+"""Where a plane cuts closed membranes and solids open: the field inside, the membrane's rim, the face of the solid."""
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -11,6 +11,13 @@ from pellucid.results.pictures.rendering.render import inside
 NEIGHBOURS = 14  # points that give a pixel of a section its value
 HAIR = 2e-3  # of the thickness of a membrane
 COARSE = 3  # pixels between those that are looked up
+_CROSSED = {
+    1: [[0, 1], [0, 2], [0, 3]],
+    2: [[0, 2], [0, 3], [1, 3], [0, 2], [1, 3], [1, 2]],
+    3: [[0, 3], [1, 3], [2, 3]],
+}
+"""By the number of corners above the plane, the edges that cross it, three for each triangle of the face: four points round
+when two corners lie above."""
 
 
 def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -33,6 +40,21 @@ def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, valu
     coarse = (weight * values[which]).sum(axis=-1) / weight.sum(axis=-1)
     found[y, x] = map_coordinates(coarse, [(y - rows[0]) / COARSE, (x - columns[0]) / COARSE], order=1)
     return found
+
+
+def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, plane: Plane) -> Mesh:
+    """The flat face that a plane leaves of tetrahedra: vertices [m], shape (n, 3), with RGB colours, shape (n, 3), linear
+    within each tetrahedron."""
+    beyond = plane.beyond(vertices)
+    above = beyond[tetrahedra] > 0.0
+    number = above.sum(axis=1)
+    corners = np.take_along_axis(tetrahedra, np.argsort(~above, axis=1, kind="stable"), axis=1)  # those above come first
+    edges = np.concatenate([corners[number == n][:, pairs].reshape(-1, 2) for n, pairs in _CROSSED.items()])
+    a, b = edges.T
+    share = (beyond[a] / (beyond[a] - beyond[b]))[:, None]
+    place, colour = ((1.0 - share) * values[a] + share * values[b] for values in (vertices, colours))
+    triangles = np.arange(len(edges)).reshape(-1, 3)
+    return Mesh(place, triangles, colour, np.zeros(len(edges), bool), lit=False, cuttable=False)
 
 
 def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:

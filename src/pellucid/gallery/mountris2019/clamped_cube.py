@@ -1,0 +1,83 @@
+"""A cube between clamps that is pulled or pressed, against finite elements of second order."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.mountris2019.curves import form_of, residuals
+from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
+from pellucid.results.metrics import Metric
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
+
+METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_nodes", "ebc_residual_between")
+
+
+def at(run: "Run", distance: float) -> tuple[float, float]:
+    """Strain energy [J] and force along z on the top [N] when the plates have moved apart by a distance [m]."""
+    moved = displacement(run)
+    row = int(np.argmin(abs(moved - distance)))
+    if abs(moved[row] - distance) > 1e-6 * abs(distance):
+        raise ValueError(f"no equilibrium at {distance:g} m; take a number of load steps that has one")
+    return float(run.history["strain_energy"][row]), float(run.history["reaction_z"][row])
+
+
+def displacement(run: "Run") -> "Array":
+    """Of the top at each row of the history [m]."""
+    moves = run.case.motion[0].functions()[2]
+    return np.array([moves(float(time)) for time in run.history["time"]])
+
+
+def of_mesh(run: "Run", exponent: float) -> float:
+    """How far energies of averaged maximum entropy are off on the mesh of a run: 1 % at 5 500 nodes, as was measured, and
+    otherwise with a power of the nodes along an edge."""
+    nodes = run.summary["points"]
+    return float(0.01 * (5500.0 / nodes) ** (exponent / 3.0))
+
+
+def metrics_at(run: "Run", distance: float) -> dict[str, Metric]:
+    """Energy and reaction at a distance [m] of the plates, the scatter of the pressure at the end, the residuals."""
+    known = BONDED_CUBE[form_of(run), distance]
+    energy, force = at(run, distance)
+    return {
+        "strain_energy": _compared(energy, known.energy, of_mesh(run, 1.5) + known.energy_error, "J"),
+        "reaction_z": _compared(force, known.reaction, of_mesh(run, 1.5) + known.reaction_error, "N"),
+        "pressure_scatter": _scatter(run),
+        **residuals(run),
+    }
+
+
+def known_at(run: "Run", distance: float) -> AtRest:
+    """What finite elements say of the cube at a distance [m] of the plates."""
+    return BONDED_CUBE[form_of(run), distance]
+
+
+def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric:
+    return Metric(value, known, abs(value / known - 1.0), tolerance, unit, "finite elements of second order")
+
+
+def _scatter(run: "Run") -> Metric:
+    """How far the pressure of a node in the inner half is from the mean of its neighbours, over its range there.
+
+    A checkerboard has about one; a smooth field on this mesh a few hundredths.
+    """
+    name = run.case.body[0].name
+    start, pressure = run.fields(name, 0.0)["position"], run.fields(name)["pressure"]
+    edge = float(np.ptp(start[:, 2]))
+    middle = 0.5 * (start.min(axis=0) + start.max(axis=0))
+    pairs = np.unique(np.sort(run.cells(name).tetrahedra[:, EDGES].reshape(-1, 2)), axis=0)
+    count, total = np.zeros(len(start)), np.zeros(len(start))
+    for one, other in (pairs.T, pairs.T[::-1]):
+        np.add.at(total, one, pressure[other])
+        np.add.at(count, one, 1.0)
+    inner = (abs(start - middle) < 0.26 * edge).all(axis=1)
+    off = (pressure - total / count)[inner]
+    scatter = float(np.sqrt(np.mean(off**2)) / np.ptp(pressure[inner]))
+    return Metric(scatter, 0.0, scatter, 0.1, "", "pressure of a node less that of its neighbours, over the range of both")

@@ -1,0 +1,75 @@
+"""A cube between clamps that is pulled by half its edge."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.mountris2019.clamped_cube import METRICS as SHARED
+from pellucid.gallery.mountris2019.clamped_cube import displacement, known_at, metrics_at, of_mesh
+from pellucid.gallery.mountris2019.curves import form_of
+from pellucid.references import finite_elements
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+DISTANCE = 0.05
+
+METRICS = (*SHARED, "bulge")
+
+CAPTIONS = {"cube_extension": "How far the free sides have moved, and the force on the top, beside finite elements."}
+
+
+def _lines(run: "Run") -> "dict[str, tuple[Array, Array]]":
+    """Heights at rest [m] and displacements [m] of the nodes on the middle line of a free face and on a free edge."""
+    name = run.case.body[0].name
+    start = run.fields(name, 0.0)["position"]
+    moved = run.fields(name)["position"] - start
+    lower, upper = start.min(axis=0), start.max(axis=0)
+    on_face = abs(start[:, 0] - upper[0]) < 1e-9
+    across = {"face": 0.5 * (lower[1] + upper[1]), "edge": upper[1]}
+    found = {}
+    for line, y in across.items():
+        nodes = np.flatnonzero(on_face & (abs(start[:, 1] - y) < 1e-9))
+        nodes = nodes[np.argsort(start[nodes, 2])]
+        found[line] = start[nodes, 2] - lower[2], moved[nodes]
+    return found
+
+
+def _known_line(run: "Run", line: str, height: "Array") -> "Array":
+    """The displacement across [m] by finite elements at heights [m]; the upper half mirrors the lower one."""
+    table, edge = finite_elements.read("cube_bulge"), 0.1
+    return np.asarray(np.interp(np.minimum(height, edge - height), table["z"], table[f"{form_of(run)}_{line}_x"]))
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Energy, reaction and the bulge of the free sides half-way up against finite elements."""
+    height, moved = _lines(run)["face"]
+    bulge = float(np.interp(0.05, height, moved[:, 0]))
+    known = float(_known_line(run, "face", np.array([0.05]))[0])
+    shape = Metric(bulge, known, abs(bulge / known - 1.0), of_mesh(run, 1.5), "m", "finite elements of second order")
+    return {**metrics_at(run, DISTANCE), "bulge": shape}
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """The free sides, and reaction against the distance of the plates."""
+    figure = new_figure(10.0, 4.0)
+    left, right = figure.subplots(1, 2)
+    heights = np.linspace(0.0, 0.1, 200)
+    for colour, (line, (height, moved)) in zip(COLOURS, _lines(run).items(), strict=False):
+        left.plot(1e3 * _known_line(run, line, heights), 1e3 * heights, color="black", linewidth=1)
+        left.plot(1e3 * moved[:, 0], 1e3 * height, "o", color=colour, label=f"middle of a {line}" if line == "face" else "edge")
+    label(left, "displacement across", "height at rest", "mm", "mm")
+    left.legend()
+    known = known_at(run, DISTANCE)
+    right.plot(1e3 * displacement(run), run.history["reaction_z"], "-o", color=COLOURS[0], label="reaction")
+    right.plot([1e3 * DISTANCE], [known.reaction], "x", color="black", markersize=9, label="finite elements")
+    label(right, "displacement of the top", "force on the top", "mm", "N")
+    right.legend()
+    return {"cube_extension": figure}

@@ -1,0 +1,79 @@
+"""A heart with two ventricles of truncated ellipsoids, as tetrahedra with named sets of nodes."""
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.stuffing import stuffed
+from pellucid.geometry.tetrahedral import Tetrahedral
+from pellucid.model import parameter
+
+LEFT, LEFT_WALL = np.array([0.022, 0.022, 0.045]), 0.005  # semi-axes of the cavity, and the thickness about it [m]
+RIGHT, RIGHT_WALL = np.array([0.032, 0.023, 0.043]), 0.004
+OFFSET = np.array([0.010, 0.0, 0.0])  # of the middle of the right ventricle [m]
+BASE = 0.010  # height of the plane that ends the heart [m]
+PATCH_HEIGHT = -0.015  # of the middle of the patch [m]
+
+
+class HeartMesh(Tetrahedral):
+    """A heart with two ventricles, ellipsoids about the z axis cut at z = 10 mm, 62 mm high; the right one lies towards +x.
+
+    Sets of nodes: base, apex, epi, lv-endo, rv-endo, rv-patch.
+    """
+
+    size: float = parameter(
+        "m", "edge of a cube of the lattice; at 1 mm three edges or more lead through the right wall", gt=0, le=0.004
+    )
+    apex_height: float = parameter("m", "height of the cap at the apex whose outer nodes are the set apex", 0.005, gt=0)
+    patch_radius: float = parameter(
+        "m", "radius of the patch on the right wall whose outer nodes are the set rv-patch", 0.010, gt=0
+    )
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> "HeartMesh":
+        self.mesh()
+        return self
+
+    def make(self) -> SimplexMesh:
+        """Its nodes and tetrahedra; the base is flat, other boundary nodes lie on the ellipsoids."""
+        lower = np.minimum(-LEFT - LEFT_WALL, OFFSET - RIGHT - RIGHT_WALL)
+        upper = np.maximum(LEFT + LEFT_WALL, OFFSET + RIGHT + RIGHT_WALL)
+        upper[2] = BASE
+        n = np.ceil((upper - lower) / self.size).astype(int) + 1
+        start = 0.5 * (lower + upper - self.size * n)
+        start[2] = BASE - self.size * n[2]
+        mesh = stuffed(lambda points: _heart(points) >= 0.0, start, (int(n[0]), int(n[1]), int(n[2])), self.size)
+        return SimplexMesh(mesh.nodes, mesh.cells, self._sets(mesh))
+
+    def _sets(self, mesh: SimplexMesh) -> dict[str, np.ndarray]:
+        faces = mesh.faces[0][mesh.boundary]
+        at_base = np.abs(mesh.nodes[:, 2] - BASE) < 1e-9
+        sides = faces[~at_base[faces].all(axis=1)]
+        nearest = np.argmin(np.abs(_boundaries(mesh.nodes[sides].mean(axis=1))), axis=0)
+        sets = {name: np.unique(sides[nearest == k]) for k, name in enumerate(("epi", "lv-endo", "rv-endo"))}
+        outer = mesh.nodes[sets["epi"]]
+        apex = outer[:, 2] <= -(LEFT + LEFT_WALL)[2] + self.apex_height
+        semi = RIGHT + RIGHT_WALL
+        middle = OFFSET + np.array([semi[0] * np.sqrt(1.0 - (PATCH_HEIGHT / semi[2]) ** 2), 0.0, PATCH_HEIGHT])
+        patch = np.linalg.norm(outer - middle, axis=1) <= self.patch_radius
+        return sets | {"base": np.flatnonzero(at_base), "apex": sets["epi"][apex], "rv-patch": sets["epi"][patch]}
+
+
+def _boundaries(points: np.ndarray) -> np.ndarray:
+    """Heights inside the outer surface, and outside the left and the right cavity, of points [m], about in metres, shape
+    (3, n)."""
+    left = _inside(points, LEFT + LEFT_WALL)
+    outer = np.maximum(left, _inside(points - OFFSET, RIGHT + RIGHT_WALL))
+    return np.stack([outer, -_inside(points, LEFT), np.maximum(-_inside(points - OFFSET, RIGHT), left)])
+
+
+def _heart(points: np.ndarray) -> np.ndarray:
+    """Positive in the walls, shape (n,)."""
+    return np.asarray(_boundaries(points).min(axis=0))
+
+
+def _inside(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
+    """How far inside an ellipsoid, to first order in the distance [m], shape (n,)."""
+    squares = np.sum((points / semi_axes) ** 2, axis=1)
+    slope = np.linalg.norm(points / semi_axes**2, axis=1)
+    return np.asarray(0.5 * (1.0 - squares) / np.maximum(slope, 1.0 / semi_axes.max()))

@@ -1,0 +1,81 @@
+"""Tetrahedra that fill a closed surface to its very triangles, by TetGen (Si 2015, ACM Trans. Math. Softw. 41, 11)."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.geometry.closed_surface import closed_triangles
+from pellucid.geometry.crossing import self_crossing
+from pellucid.geometry.enclosure import enclosed_volume, inside
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.surfaces import Surface
+from pellucid.geometry.tetrahedral import Tetrahedral
+from pellucid.geometry.triangulation import Triangulation
+from pellucid.model import parameter
+
+REGULAR = 6.0 * np.sqrt(2.0)  # cube of the edge of a regular tetrahedron over its volume
+SLACK = 1e-9  # of the volume
+
+# TetGen ends the whole process on some surfaces that cross themselves, hence a process of its own
+_TETGEN = """
+import sys, numpy, tetgen
+given = numpy.load(sys.argv[1])
+mesher = tetgen.TetGen(given["vertices"], given["triangles"])
+nodes, cells = mesher.tetrahedralize(
+    plc=True, quality=True, minratio=1.5, mindihedral=10.0, fixedvolume=True, maxvolume=float(given["volume"]))[:2]
+numpy.savez(sys.argv[2], nodes=nodes, cells=cells)
+"""
+
+
+class InsideMesh(Tetrahedral):
+    """A closed surface, such as an STL file, filled with tetrahedra by TetGen; its vertices are nodes, and edges stay sharp."""
+
+    surface: Surface = parameter("", "the closed surface; a piece inside another piece is a hole")
+    size: float = parameter("m", "about the edge of the largest tetrahedra", gt=0)
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> "InsideMesh":
+        self.mesh()
+        return self
+
+    def make(self) -> SimplexMesh:
+        """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""
+        if find_spec("tetgen") is None:
+            raise ValueError("filling a surface with tetrahedra needs tetgen: pip install 'pellucid[mesh]'")
+        surface = closed_triangles(self.surface)
+        mesh = _filled(surface, self.size**3 / REGULAR)
+        volume, found = enclosed_volume(*surface), float(mesh.volumes.sum())
+        if abs(found - volume) > SLACK * volume:
+            text = f"the tetrahedra have {found:.10g} m^3, and the surface encloses {volume:.10g} m^3"
+            raise ValueError(f"{text}; look whether pieces of it overlap")
+        return mesh
+
+
+def _filled(surface: Triangulation, volume: float) -> SimplexMesh:
+    """Tetrahedra of at most so much volume [m³] inside a closed surface."""
+    with TemporaryDirectory() as folder:
+        given, made = Path(folder, "given.npz"), Path(folder, "made.npz")
+        np.savez(given, vertices=surface.vertices, triangles=surface.triangles.astype(np.int32), volume=volume)
+        call = [sys.executable, "-c", _TETGEN, str(given), str(made)]
+        done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)  # it leaves files when it fails
+        if done.returncode or not made.is_file():
+            raise ValueError(_reason(surface, done.stderr))
+        with np.load(made) as found:
+            nodes, cells = found["nodes"], found["cells"]
+    within = inside(nodes[cells].mean(axis=1), *surface)  # TetGen fills holes as well
+    used, which = np.unique(cells[within], return_inverse=True)
+    return SimplexMesh(nodes[used], which.reshape(-1, 4))
+
+
+def _reason(surface: Triangulation, said: str) -> str:
+    place = self_crossing(surface)
+    if place is not None:
+        text = f"the surface crosses itself near ({', '.join(f'{x:.4g}' for x in place)}) m"
+        return f"{text}; mend it there, or keep one of two pieces that overlap"
+    last = said.strip().splitlines()[-1] if said.strip() else "it gave no reason"
+    return f"TetGen could not fill the surface: {last}"

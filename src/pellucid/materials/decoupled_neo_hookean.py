@@ -1,0 +1,61 @@
+"""Decoupled neo-Hookean solid, W = μ/2 (Ī₁-3) + κ/2 (J-1)², Ī₁ = J^(-2/3) tr b.
+
+Source: Holzapfel 2000, Nonlinear Solid Mechanics, section 6.5. It differs from the coupled form of `neo_hookean` at finite
+strain, and has the same Lamé constants at rest.
+"""
+
+from typing import Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.decoupled import (
+    DecoupledMaterial,
+    decoupled,
+    isochoric_energy,
+    isochoric_stiffness,
+    isochoric_stress,
+    linear_stiffness,
+    principal_bounds,
+)
+from pellucid.materials.elastic import ElasticMaterial, lame
+from pellucid.tensors import determinant, deviator, left_cauchy_green, scale, trace
+
+
+@decoupled
+class DecoupledNeoHookean(NamedTuple):
+    """Shear and bulk modulus [Pa] and the initial density [kg/m³]."""
+
+    mu: float
+    kappa: float
+    rho0: float
+
+
+class DecoupledNeoHookeanMaterial(ElasticMaterial, DecoupledMaterial):
+    """Neo-Hookean solid whose shear and volume resist apart, W = μ/2 (J^(-2/3) I₁ - 3) + κ/2 (J-1)²: any strain."""
+
+    kind: Literal["decoupled-neo-hookean"] = "decoupled-neo-hookean"
+
+    def moduli(self) -> tuple[float, float]:
+        """Shear and bulk modulus [Pa]."""
+        lam, mu = lame(self.young_modulus, self.poisson_ratio)
+        return mu, lam + 2.0 / 3.0 * mu
+
+    def law(self) -> DecoupledNeoHookean:
+        """The law as kernels take it."""
+        return DecoupledNeoHookean(*self.moduli(), self.density)
+
+
+@point_function(isochoric_energy, DecoupledNeoHookean)
+def _isochoric_energy(law, F):
+    return 0.5 * law.mu * (determinant(F) ** (-2.0 / 3.0) * trace(left_cauchy_green(F)) - 3.0)
+
+
+@point_function(isochoric_stress, DecoupledNeoHookean)
+def _isochoric_stress(law, F):
+    return scale(law.mu * determinant(F) ** (-2.0 / 3.0), deviator(left_cauchy_green(F)))
+
+
+@point_function(isochoric_stiffness, DecoupledNeoHookean)
+def _isochoric_stiffness(law, F):
+    b = left_cauchy_green(F)
+    high, low = principal_bounds(b)
+    return law.mu * determinant(F) ** (-2.0 / 3.0) * linear_stiffness(high, low, trace(b))

@@ -1,0 +1,131 @@
+"""Decoupled Ogden solid, W = Σ_p μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)², with λ̄ = J^(-1/3) λ.
+
+Source: Ogden 1972, Proc. R. Soc. Lond. A 328, 567, in the decoupled form of Holzapfel 2000, Nonlinear Solid Mechanics, section
+6.5. At rest 2μ = Σ μ_p α_p. All is worked out from the principal logarithmic strains e = ln λ̄ with `expm1`, which is exact at
+small strains and for equal stretches.
+"""
+
+from math import expm1, log
+from typing import Literal, NamedTuple
+
+from pydantic import ValidationInfo, field_validator
+
+from pellucid.jit import point_function, pointwise
+from pellucid.materials.decoupled import BulkMaterial, decoupled, isochoric_energy, isochoric_stiffness, isochoric_stress
+from pellucid.materials.principal import Triple, from_principal, principal
+from pellucid.model import parameter
+from pellucid.tensors import left_cauchy_green
+
+
+@decoupled
+class Ogden(NamedTuple):
+    """Moduli μ_p [Pa] and exponents α_p of the terms, the bulk modulus [Pa], the initial density [kg/m³]."""
+
+    moduli: tuple[float, ...]
+    exponents: tuple[float, ...]
+    kappa: float
+    rho0: float
+
+
+class OgdenMaterial(BulkMaterial):
+    """Ogden solid, W = Σ μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)²: any strain; at rest 2μ = Σ μ_p α_p."""
+
+    kind: Literal["ogden"] = "ogden"
+    shear_moduli: tuple[float, ...] = parameter("Pa", "μ_p of each term, of the sign of its exponent", min_length=1)
+    exponents: tuple[float, ...] = parameter("", "α_p of each term", min_length=1)
+
+    @field_validator("exponents")
+    @classmethod
+    def _terms_resist(cls, exponents: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        moduli = info.data.get("shear_moduli", ())
+        if moduli and len(moduli) != len(exponents):
+            raise ValueError(
+                f"shear_moduli has {len(moduli)} numbers and exponents {len(exponents)}: each term has one of both"
+            )
+        for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):
+            if not mu * alpha > 0.0:
+                terms = f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}"
+                raise ValueError(f"{terms}: a term resists where their product is above 0; give both the same sign")
+        return exponents
+
+    def moduli(self) -> tuple[float, float]:
+        """Shear and bulk modulus at rest [Pa]."""
+        return 0.5 * sum(mu * alpha for mu, alpha in zip(self.shear_moduli, self.exponents, strict=True)), self.bulk_modulus
+
+    def law(self) -> Ogden:
+        """The law as kernels take it."""
+        return Ogden(self.shear_moduli, self.exponents, self.bulk_modulus, self.density)
+
+
+@pointwise
+def _logarithms(x: Triple) -> Triple:
+    """ln λ̄ of the eigenvalues x = λ² of b."""
+    a, b, c = 0.5 * log(x[0]), 0.5 * log(x[1]), 0.5 * log(x[2])
+    mean = (a + b + c) / 3.0
+    return a - mean, b - mean, c - mean
+
+
+@point_function(isochoric_energy, Ogden)
+def _isochoric_energy(law, F):
+    e = _logarithms(principal(left_cauchy_green(F))[0])
+    total = 0.0
+    for p in range(len(law.moduli)):
+        alpha = law.exponents[p]
+        total += law.moduli[p] / alpha * (expm1(alpha * e[0]) + expm1(alpha * e[1]) + expm1(alpha * e[2]))
+    return total
+
+
+@point_function(isochoric_stress, Ogden)
+def _isochoric_stress(law, F):
+    x, u, v, w = principal(left_cauchy_green(F))
+    return from_principal(_principal_stresses(law, _logarithms(x)), u, v, w)
+
+
+@pointwise
+def _principal_stresses(law: Ogden, e: Triple) -> Triple:
+    """Principal isochoric Kirchhoff stresses ∂W_iso/∂e."""
+    a = b = c = 0.0
+    for p in range(len(law.moduli)):
+        mu, alpha = law.moduli[p], law.exponents[p]
+        a += mu * expm1(alpha * e[0])
+        b += mu * expm1(alpha * e[1])
+        c += mu * expm1(alpha * e[2])
+    mean = (a + b + c) / 3.0
+    return a - mean, b - mean, c - mean
+
+
+@point_function(isochoric_stiffness, Ogden)
+def _isochoric_stiffness(law, F):
+    # In principal axes with l = m⊗n the stiffness is Σ_i (w_ii - τ_i) l_ii² + Σ_i≠j w_ij l_ii l_jj + Σ_i≠j (k_ij l_ij² +
+    # (k_ij - τ_j) l_ij l_ji), with w = ∂²W/∂e∂e and k_ij = λ_j² (τ_i - τ_j)/(λ_i² - λ_j²) (Ogden 1984, Non-Linear Elastic
+    # Deformations, section 6.1). For l = m⊗n, l_ij l_ji = l_ii l_jj and Σ_ij l_ij² = 1. What all pairs have alike, c, acts
+    # on (tr l)² ≤ 1, the rest is bounded by its row sums.
+    x = principal(left_cauchy_green(F))[0]
+    e = _logarithms(x)
+    y, slope = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)  # Σ μ (λ̄^α - 1), Σ μ α λ̄^α
+    for p in range(len(law.moduli)):
+        mu, alpha = law.moduli[p], law.exponents[p]
+        a, b, c, m = expm1(alpha * e[0]), expm1(alpha * e[1]), expm1(alpha * e[2]), mu * alpha
+        y = (y[0] + mu * a, y[1] + mu * b, y[2] + mu * c)
+        slope = (slope[0] + m * (1.0 + a), slope[1] + m * (1.0 + b), slope[2] + m * (1.0 + c))
+    mean, third = (y[0] + y[1] + y[2]) / 3.0, (slope[0] + slope[1] + slope[2]) / 9.0
+    k12, k02, k01 = _shear(x, y, slope, 1, 2), _shear(x, y, slope, 0, 2), _shear(x, y, slope, 0, 1)
+    a = third - (slope[1] + slope[2]) / 3.0 + k12 - (y[2] - mean)
+    b = third - (slope[0] + slope[2]) / 3.0 + k02 - (y[2] - mean)
+    c = third - (slope[0] + slope[1]) / 3.0 + k01 - (y[1] - mean)
+    alike = (a + b + c) / 3.0
+    a, b, c = abs(a - alike), abs(b - alike), abs(c - alike)
+    most = max(
+        slope[0] / 3.0 + third - (y[0] - mean) + b + c,
+        slope[1] / 3.0 + third - (y[1] - mean) + a + c,
+        slope[2] / 3.0 + third - (y[2] - mean) + a + b,
+    )
+    across = max(k12 * max(1.0, x[1] / x[2]), k02 * max(1.0, x[0] / x[2]), k01 * max(1.0, x[0] / x[1]))
+    return max(alike, 0.0) + max(most - alike, across)
+
+
+@pointwise
+def _shear(x: Triple, y: Triple, slope: Triple, i: int, j: int) -> float:
+    """k_ij of the comment above; k_ji is λ_i²/λ_j² times it."""
+    d = x[i] / x[j] - 1.0
+    return (y[i] - y[j]) / d if abs(d) > 1e-6 else 0.5 * slope[j]

@@ -1,0 +1,121 @@
+"""States of points with a Prony series, of one branch and of more, and how their branches go on in a step.
+
+Kernels need every component of a state and every branch spelled out, so these are written for each number of branches.
+"""
+
+from math import exp, expm1
+from typing import Any, NamedTuple
+
+from pellucid.jit import generic, point_function, pointwise
+from pellucid.materials.decoupled import isochoric_stress
+from pellucid.materials.law import Law, volumetric_stress
+from pellucid.materials.point_state import PointState, point_state
+from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, double_dot, rotate, scale
+
+MOST = 6  # branches
+
+Step = tuple[Tensor, Symmetric, Symmetric, Symmetric, float]
+"""F̄ of a step, the change of the isochoric Kirchhoff stress that it carries along, the strain rates [1/s] at its start and end,
+its duration [s]."""
+
+
+@generic
+def relaxed(state: PointState, law: Law, F: Tensor, step: Step) -> PointState:
+    """The state after a step to the deformation gradient F."""
+
+
+@generic
+def overstress(state: PointState) -> Symmetric:
+    """Σ q of the branches [Pa]."""
+
+
+@generic
+def branch_energy(state: PointState) -> float:
+    """Σ Υ of the branches in unit mass [J/kg]."""
+
+
+@pointwise
+def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, step: Step) -> tuple[Symmetric, float, float]:
+    """q [Pa] and Υ of unit mass [J/kg] of a branch after a step, and the work done on it [J/kg]."""
+    carry, change, before, after, dt = step
+    x = dt / time
+    fade, mean = exp(-x), (-expm1(-x) / x if x > 0.0 else 1.0)
+    new = add(scale(fade, rotate(carry, q)), scale(share * mean, change))
+    work = 0.5 * dt * (double_dot(deviator(q), before) + double_dot(deviator(new), after)) / rho0
+    return new, fade * stored + mean * work, work
+
+
+@pointwise
+def total_stress(law: Any, F: Tensor, q: Symmetric) -> Symmetric:
+    """σ [Pa] at F with overstresses Σ q."""
+    J = determinant(F)
+    s = scale(1.0 / J, add(isochoric_stress(law.elastic, F), deviator(q)))
+    mean = volumetric_stress(law.elastic, J)
+    return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
+
+
+STATE = """
+class {name}(NamedTuple):
+    stress: Symmetric
+    deformation_gradient: Tensor
+    dissipated_energy: float
+    {energies}
+    {stresses}
+
+
+def relaxed(state, law, F, step):
+    {steps}
+    return {name}(total_stress(law, F, {sum_q}), F, state.dissipated_energy + {lost}, {all_u}, {all_q})
+
+
+def overstress(state):
+    return {overstress}
+
+
+def branch_energy(state):
+    return {energy}
+"""
+"""Of n branches: kernels need every component and every branch spelled out."""
+
+
+def _state(n: int) -> Any:
+    """Declare the state of a point with n branches."""
+    numbers = range(1, n + 1)
+    name = f"PronyState{n}"
+    own = {f"overstress_energy_{k}": ("J/kg", f"energy that branch {k} of the Prony series stores") for k in numbers}
+    own |= {f"overstress_{k}": ("Pa", f"Kirchhoff overstress of branch {k} of the Prony series") for k in numbers}
+    source = STATE.format(
+        name=name,
+        energies="\n    ".join(f"overstress_energy_{k}: float" for k in numbers),
+        stresses="\n    ".join(f"overstress_{k}: Symmetric" for k in numbers),
+        steps="\n    ".join(
+            f"q{k}, u{k}, w{k} = branch(state.overstress_{k}, state.overstress_energy_{k}, law.shares[{k - 1}], "
+            f"law.times[{k - 1}], law.rho0, step)"
+            for k in numbers
+        ),
+        sum_q=_nested([f"q{k}" for k in numbers]),
+        lost=" + ".join(f"(w{k} + state.overstress_energy_{k} - u{k})" for k in numbers),
+        all_u=", ".join(f"u{k}" for k in numbers),
+        all_q=", ".join(f"q{k}" for k in numbers),
+        overstress=_nested([f"state.overstress_{k}" for k in numbers]),
+        energy=" + ".join(f"state.overstress_energy_{k}" for k in numbers),
+    )
+    names: dict[str, Any] = {given.__name__: given for given in (NamedTuple, add, branch, total_stress)} | {
+        "Symmetric": Symmetric,
+        "Tensor": Tensor,
+        "__name__": __name__,
+    }
+    exec(source, names)
+    state = point_state(**own)(names[name])
+    for operation in (relaxed, overstress, branch_energy):
+        point_function(operation, state)(names[operation.__name__])
+    return state
+
+
+def _nested(terms: list[str]) -> str:
+    """The sum of tensors."""
+    return terms[0] if len(terms) == 1 else f"add({terms[0]}, {_nested(terms[1:])})"
+
+
+STATES: dict[int, Any] = {n: _state(n) for n in range(1, MOST + 1)}
+"""The state of a point, by the number of branches."""

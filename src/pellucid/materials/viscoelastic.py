@@ -1,0 +1,42 @@
+"""What viscoelastic solids share: a hyperelastic solid that bears the load at rest, and something viscous beside it."""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+from pydantic import model_validator
+
+from pellucid.materials.contract import PointMaterial
+from pellucid.materials.hyperelastic import HyperelasticMaterial
+from pellucid.materials.law import Law
+from pellucid.materials.trial import Operation
+
+ELASTIC = "the hyperelastic solid that bears the load at rest; it takes the density of the whole, which may be left out here"
+
+
+class ViscoelasticMaterial(PointMaterial):
+    """A hyperelastic solid, which its key `elastic` names, and what is viscous."""
+
+    @abstractmethod
+    def hyperelastic(self) -> HyperelasticMaterial:
+        """The solid that bears the load at rest."""
+
+    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
+        """Its own, and those of the law of the hyperelastic solid."""
+        inside = self.hyperelastic()
+        return {**super().operations(law), **inside.operations(inside.law())}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_density(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and "density" in data and isinstance(elastic := data.get("elastic"), Mapping):
+            return {**data, "elastic": {"density": data["density"], **elastic}}
+        return data
+
+    @model_validator(mode="after")
+    def _densities_agree(self) -> Self:
+        inside = self.hyperelastic().density
+        if inside != self.density:
+            text = f"elastic.density = {inside:g} kg/m^3 is not density = {self.density:g} kg/m^3"
+            raise ValueError(f"{text}: leave it out in `elastic`")
+        return self

@@ -1,0 +1,27 @@
+"""A soft cube between two plates to which it sticks, by finite elements: `validation/mountris2019-cube`.
+
+Side 0.1 m, Young's modulus 3000 Pa, Poisson's ratio 0.49; the free sides may pass the planes of the plates. The two energies
+are those of `stretched_block`. Where the sides stand when it is drawn out is the table `cube_bulge` of `finite_elements`.
+"""
+
+from typing import NamedTuple
+
+
+class AtRest(NamedTuple):
+    """Strain energy [J], force along z on the upper face [N], and how far each may be off, relatively."""
+
+    energy: float
+    reaction: float
+    energy_error: float
+    reaction_error: float
+
+
+BONDED_CUBE = {
+    ("coupled", 0.05): AtRest(0.34983, 12.5117, 2e-4, 2e-4),
+    ("decoupled", 0.05): AtRest(0.34697, 12.3609, 2e-4, 2e-4),
+    ("coupled", -0.01): AtRest(0.01958, -4.051, 2e-3, 3e-3),
+    ("decoupled", -0.01): AtRest(0.01962, -4.065, 3e-3, 3e-3),
+    ("coupled", -0.02): AtRest(0.08387, -8.95, 4e-3, 7e-3),
+    ("decoupled", -0.02): AtRest(0.08439, -9.05, 5e-3, 8e-3),
+}
+"""At each energy and distance [m] that the plates have moved apart."""

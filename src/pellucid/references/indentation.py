@@ -1,0 +1,73 @@
+"""A smooth rigid sphere pressed into an elastic layer on a rigid base: linear elasticity, half-space contact of Hertz included.
+
+A pressure with the Hankel transform p̂(k) = ∫₀ᵃ φ(t) cos kt dt lowers the face by
+2(1-ν²)/E ∫ L(kh) p̂(k) J₀(kr) dk, where L is 1 for the half-space. On the sphere's parabola that is Fredholm's equation
+φ(t) + 2/π ∫₀ᵃ φ(s) ∫₀^∞ (L-1) cos ks cos kt dk ds = E/(π(1-ν²)) (δ - t²/R), and φ(a) = 0 at the rim of the contact
+(N. N. Lebedev & Ya. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes et al., J. Biomech. 5 (1972) 541-551).
+"""
+
+from math import pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Layer(NamedTuple):
+    """Young's modulus [Pa], Poisson's ratio, thickness [m]; the base holds it, or lets it slip."""
+
+    young_modulus: float
+    poisson_ratio: float
+    thickness: float
+    bonded: bool
+
+    def compliance(self, kh: Array) -> Array:
+        """L, how much the face gives under a wave of pressure, over what a half-space gives (no unit)."""
+        x = np.minimum(kh, 300.0)
+        if not self.bonded:
+            share: Array = 2.0 * np.sinh(x) ** 2 / (np.sinh(2.0 * x) + 2.0 * x)
+            return share
+        m = 3.0 - 4.0 * self.poisson_ratio
+        held: Array = (2.0 * m * np.sinh(2.0 * x) - 4.0 * x) / (2.0 * m * np.cosh(2.0 * x) + 4.0 * x * x + 1.0 + m * m)
+        return held
+
+
+def hertz(young_modulus: float, poisson_ratio: float, radius: float, depth: float) -> float:
+    """Force [N] on a rigid sphere of a radius [m] that is a depth [m] in a half-space.
+
+    Source: K. L. Johnson, Contact Mechanics, 1985, eq. 4.23.
+    """
+    return 4.0 / 3.0 * young_modulus / (1.0 - poisson_ratio**2) * sqrt(radius * depth**3)
+
+
+def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, float]:
+    """Depth [m] and force [N] of a sphere of a radius [m] at a contact radius [m].
+
+    Raises ValueError where the contact is wider than two thicknesses: the quadrature does not resolve that.
+    """
+    if contact > 2.0 * layer.thickness:
+        raise ValueError(f"a contact radius of {contact:g} m is more than twice the thickness of {layer.thickness:g} m")
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    t, dt = 0.5 * contact * (nodes + 1.0), 0.5 * contact * weights
+    t, dt = np.append(t, contact), np.append(dt, 0.0)  # φ at the rim as well
+    waves, shares = np.polynomial.legendre.leggauss(200)
+    end = 25.0 / layer.thickness
+    k, dk = 0.5 * end * (waves + 1.0), 0.5 * end * shares
+    cosines = np.cos(np.outer(t, k))
+    kernel = 2.0 / pi * (cosines * ((layer.compliance(k * layer.thickness) - 1.0) * dk)) @ cosines.T
+    modulus = layer.young_modulus / (pi * (1.0 - layer.poisson_ratio**2))
+    sides = modulus * np.stack([np.ones_like(t), -(t**2) / radius], axis=1)
+    per_depth, of_shape = np.linalg.solve(np.eye(len(t)) + kernel * dt, sides).T
+    depth = -float(of_shape[-1] / per_depth[-1])
+    return depth, 2.0 * pi * float(dt @ (depth * per_depth + of_shape))
+
+
+def force(layer: Layer, radius: float, depth: float) -> float:
+    """Force [N] on a rigid sphere of a radius [m] that is a depth [m] in a layer; both small beside the radius."""
+    low, high = 0.0, sqrt(2.0 * radius * depth)  # a half-space has a = √(Rδ), a bed of springs √(2Rδ)
+    for _ in range(45):
+        contact = 0.5 * (low + high)
+        low, high = (contact, high) if at_contact(layer, radius, contact)[0] < depth else (low, contact)
+    return at_contact(layer, radius, 0.5 * (low + high))[1]

@@ -1,0 +1,44 @@
+"""A neo-Hookean block stretched along one axis with free sides: homogeneous, so one equation for the lateral stretch.
+
+Two energies: "coupled" μ/2 (I₁-3) - μ ln J + λ/2 (ln J)² and "decoupled" μ/2 (J^(-2/3) I₁-3) + κ/2 (J-1)², with I₁ = 2a² + s²
+and J = a²s for stretches s along the axis and a across it.
+"""
+
+from math import log
+from typing import Literal, NamedTuple
+
+
+class Stretched(NamedTuple):
+    """The lateral stretch, the energy per initial volume [J/m³] and the force per initial area [Pa] along the axis."""
+
+    lateral: float
+    energy: float
+    stress: float
+
+
+def stretched(form: Literal["coupled", "decoupled"], young_modulus: float, poisson_ratio: float, stretch: float) -> Stretched:
+    """The state of a block of Young's modulus [Pa] and Poisson's ratio < 0.5 at a stretch along its axis."""
+    mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
+    bulk = young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
+    state = _coupled if form == "coupled" else _decoupled
+    low, high = min(1.0, 1.0 / stretch), max(1.0, 1.0 / stretch)  # the lateral stress rises with a between these
+    for _ in range(100):
+        lateral = 0.5 * (low + high)
+        low, high = (lateral, high) if state(mu, bulk, lateral, stretch)[0] < 0.0 else (low, lateral)
+    _, energy, stress = state(mu, bulk, lateral, stretch)
+    return Stretched(lateral, energy, stress)
+
+
+def _coupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, float]:
+    """What has the sign of the lateral stress, the energy and the stress along the axis."""
+    lam, ln_J = bulk - 2.0 * mu / 3.0, log(a * a * s)
+    energy = 0.5 * mu * (2.0 * a * a + s * s - 3.0) - mu * ln_J + 0.5 * lam * ln_J**2
+    return mu * (a * a - 1.0) + lam * ln_J, energy, (mu * (s * s - 1.0) + lam * ln_J) / s
+
+
+def _decoupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, float]:
+    """The same for the decoupled energy."""
+    J, trace = a * a * s, 2.0 * a * a + s * s
+    shear, pressure = mu * J ** (-2.0 / 3.0), bulk * (J - 1.0) * J
+    energy = 0.5 * (shear * trace - 3.0 * mu) + 0.5 * bulk * (J - 1.0) ** 2
+    return shear * (a * a - trace / 3.0) + pressure, energy, (shear * (s * s - trace / 3.0) + pressure) / s

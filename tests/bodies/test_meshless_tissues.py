@@ -1,0 +1,72 @@
+"""Meshless solids of every hyperelastic law: forces, a uniform strain, and a block that is pulled and let go."""
+
+import numpy as np
+import pytest
+from samples import HYPERELASTIC, TISSUES
+
+from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, internal_forces
+from pellucid.bodies.meshless_solid.tables import make_tables
+from pellucid.case import Case
+from pellucid.jit.bundle import Bundle
+from pellucid.materials.law import energy
+from pellucid.simulation.simulation import Simulation
+
+BOX = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (3, 3, 3)}}
+TIME = {"end": 0.04, "courant": 0.225}
+NEW = [name for name in HYPERELASTIC if name != "neo-hookean"]
+
+
+def block(material, **more):
+    body = {"name": "block", "kind": "meshless-solid", "mesh": BOX, "material": material}
+    return Case.model_validate({"schema": 1, "title": "a test", "time": {"end": 0.4}, "body": [body]} | more)
+
+
+@pytest.mark.parametrize("name", NEW)
+def test_forces_are_the_derivative_of_the_energy_with_averaged_volume_ratios(name):
+    case = block(HYPERELASTIC[name].model_dump()).body[0]
+    assert case.averages_volume, "at a Poisson's ratio of 0.45"
+    law = case.law()
+    mesh = case.mesh_in_order()
+    solid, _ = make_tables(mesh, case.approximant.evaluator(mesh), law, 4, True, True)
+    nodes, bundle = mesh.nodes, Bundle(solid)
+
+    def forces(u):
+        found = np.zeros_like(nodes)
+        solid.displacement[:] = u
+        internal_forces(len(solid.sums), (len(nodes) + CHUNK - 1) // CHUNK, bundle, found)
+        return found, solid.sums[:, ENERGY].sum() + solid.node_sums[:, ENERGY].sum()
+
+    numbers = np.random.default_rng(3)
+    G = np.array([[0.2, 0.05, 0.0], [0.0, -0.2, 0.1], [0.05, 0.0, 0.15]])
+    u, along = nodes @ G.T + numbers.uniform(-2e-3, 2e-3, nodes.shape), numbers.uniform(-1.0, 1.0, nodes.shape)
+    step = 1e-7  # central differences of a smooth energy: an error of (step/spacing)² and of rounding over step
+    work = (forces(u + step * along)[1] - forces(u - step * along)[1]) / (2.0 * step)
+    assert -np.sum(forces(u)[0] * along) == pytest.approx(work, rel=1e-6)
+    # the patch test: a linear displacement has the energy of its strain
+    assert forces(nodes @ G.T)[1] == pytest.approx(1e-3 * energy(law, tuple((np.eye(3) + G).ravel().tolist())), rel=1e-10)
+
+
+@pytest.mark.parametrize("name", NEW)
+def test_a_block_that_is_pulled_and_let_go_keeps_its_energy(name):
+    """Clamped at its foot and thrown: kinetic energy turns into strain energy and part of it back."""
+    wave = {"kind": "sine-wave", "amplitude": (0.3, 0.0, 0.3), "wave_vector": (0.0, 0.0, 15.0)}
+    foot = {"box": {"lower": (-1.0, -1.0, -1e-4), "upper": (1.0, 1.0, 1e-4)}}
+    body = {"name": "block", "kind": "meshless-solid", "mesh": BOX, "material": HYPERELASTIC[name].model_dump()}
+    case = block({}, body=[body | {"initial": [wave]}], support=[{"name": "foot", "where": foot}], time=TIME)
+    sim = Simulation(case, threads=1)
+    kinetic, strained, errors = sim.bodies[0].totals.kinetic, [], []
+    while sim.time < case.time.end:
+        sim.step()
+        strained.append(sim.bodies[0].totals.stored)
+        errors.append(abs(sim.budget.energy_error()))
+    assert max(strained) > 0.5 * kinetic
+    # velocities stand half a step behind positions: an error of the first order that swings, as of any law
+    assert max(errors) < 0.025
+    assert np.isfinite(sim.bodies[0].field("stress")).all()
+
+
+@pytest.mark.parametrize("name", ["kelvin-voigt", "prony"])
+def test_a_viscous_law_is_refused(name):
+    """Its points would need a history."""
+    with pytest.raises(ValueError, match=f'kind "{name}" has no energy of the deformation gradient'):
+        block(TISSUES[name].model_dump())

@@ -1,0 +1,114 @@
+"""Closed surfaces filled with tetrahedra by TetGen: their volume to round-off, and what cannot be filled."""
+
+import sys
+
+import numpy as np
+import pytest
+from boundaries import boundary_edges
+from pydantic import ValidationError
+
+from pellucid.geometry.crossing import self_crossing
+from pellucid.geometry.quality import dihedral_angles
+from pellucid.geometry.solid_checks import solid_faults
+from pellucid.geometry.solid_meshes import SolidMesh
+from pellucid.geometry.surfaces import Icosphere
+from pellucid.geometry.triangulation import Triangulation
+
+RADIUS = 0.5
+ASIDE = np.array([0.3, 0.0, 0.0])
+BOX = {"box": {"lower": (0, 0, 0), "upper": (1, 2, 3), "points": (2, 2, 2)}}
+
+
+def ball(refinements, radius=RADIUS):
+    return Icosphere(centre=(0, 0, 0), radius=radius, refinements=refinements).triangulate()
+
+
+def joined(*surfaces):
+    counts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
+    triangles = [surface.triangles + count for surface, count in zip(surfaces, counts, strict=False)]
+    return Triangulation(np.concatenate([surface.vertices for surface in surfaces]), np.concatenate(triangles))
+
+
+@pytest.fixture
+def filled(tmp_path):
+    """The mesh of a surface that went through a file."""
+    meshlane = pytest.importorskip("meshlane")
+    pytest.importorskip("tetgen")
+
+    def fill(surface, size, ending="stl", **table):
+        path = tmp_path / f"surface.{ending}"
+        options = {"binary": True} if ending == "stl" else {}
+        meshlane.write_points_cells(str(path), surface.vertices, [("triangle", surface.triangles)], **options)
+        file = {"path": str(path), "closed": True} | table
+        return SolidMesh(inside={"surface": {"file": file}, "size": size}).mesh()
+
+    return fill
+
+
+def test_the_volume_of_a_ball_from_a_file_errs_with_the_square_of_its_triangles(filled):
+    missing = []
+    for refinements in (1, 2, 3):
+        mesh = filled(ball(refinements), 0.2)
+        assert list(solid_faults(mesh)) == []
+        assert set(boundary_edges(mesh)) == {2}
+        missing.append(1.0 - mesh.volumes.sum() / (4.0 / 3.0 * np.pi * RADIUS**3))
+    assert missing[-1] < 0.01
+    assert np.log2(np.divide(missing[:-1], missing[1:])) == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize("ending", ["stl", "obj", "ply"])
+def test_every_vertex_of_the_file_is_a_node(filled, ending):
+    surface = ball(1)
+    mesh = filled(surface, 0.3, ending, scale=0.001)
+    away = np.linalg.norm(0.001 * surface.vertices[:, None] - mesh.nodes[None], axis=2).min(axis=1)
+    assert away.max() < 1e-9
+
+
+def test_a_box_keeps_its_edges_and_tetrahedra_are_as_small_as_asked():
+    pytest.importorskip("tetgen")
+    for size in (1.0, 0.3):
+        mesh = SolidMesh(inside={"surface": BOX, "size": size}).mesh()
+        assert mesh.volumes.sum() == pytest.approx(6.0, rel=1e-12)
+        assert mesh.volumes.max() < 2.0 * size**3 / (6.0 * np.sqrt(2.0))  # TetGen moves nodes after the last refinement
+        assert dihedral_angles(mesh.nodes, mesh.cells).min() > 3.0  # TetGen promises no bound; these have 4.8 and more
+
+
+def test_a_piece_inside_another_is_a_hole(filled):
+    inner = ball(2, 0.3)
+    mesh = filled(joined(ball(2), inner._replace(triangles=inner.triangles[:, ::-1])), 0.15)
+    polyhedron = filled(ball(2), 0.15).volumes.sum()
+    assert mesh.volumes.sum() == pytest.approx(polyhedron * (1.0 - 0.6**3), rel=1e-6)  # STL holds seven digits
+    assert np.linalg.norm(mesh.nodes, axis=1).min() > 0.28
+    assert list(solid_faults(mesh)) == []
+
+
+def test_surfaces_without_an_inside_are_refused(filled):
+    whole = ball(2)
+    with pytest.raises(ValidationError, match="the surface is open: it has no inside"):
+        filled(whole, 0.2, closed=False)
+    with pytest.raises(ValidationError, match=r"of the surface: is declared closed and has 1 hole with 3 edges in all"):
+        filled(whole._replace(triangles=whole.triangles[1:]), 0.2)
+    with pytest.raises(ValidationError, match=r"of the surface: the normals point inward"):
+        filled(whole._replace(triangles=whole.triangles[:, ::-1]), 0.2)
+
+
+def test_a_surface_that_crosses_itself_is_refused(filled):
+    one = ball(2)
+    two = joined(one, one._replace(vertices=one.vertices + ASIDE))
+    with pytest.raises(ValidationError, match=r"the surface crosses itself near \(.*\) m; mend it there, or keep one of two"):
+        filled(two, 0.2)
+
+
+def test_where_a_surface_crosses_itself():
+    one = ball(2)
+    assert self_crossing(one) is None
+    place = self_crossing(joined(one, one._replace(vertices=one.vertices + ASIDE)))
+    assert np.linalg.norm(place) == pytest.approx(RADIUS, rel=0.03), "triangles lie within the balls, by 2.4 % at their middles"
+    assert np.linalg.norm(place - ASIDE) == pytest.approx(RADIUS, rel=0.03)
+    assert self_crossing(joined(one, one._replace(vertices=one.vertices + 7.0 * ASIDE))) is None
+
+
+def test_without_tetgen_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tetgen", None)
+    with pytest.raises(ValidationError, match=r"needs tetgen: pip install 'pellucid\[mesh\]'"):
+        SolidMesh(inside={"surface": BOX, "size": 0.123})
