@@ -16,6 +16,9 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
 
+STORAGE: Any = np.float32  # of gradients: doubles take a third more time and nearly twice the memory
+
+
 class Tables(NamedTuple):
     """A solid as kernels take it, and the volume of each node [m³], shape (n,)."""
 
@@ -30,12 +33,12 @@ def make_tables(
     n_points: int,
     consistent: bool,
     averaged: bool,
-    storage: Any = np.float32,
+    storage: Any = None,
 ) -> Tables:
     """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
 
     consistent: whether the gradients are corrected for consistent quadrature; averaged: whether the volume ratio is averaged
-    about the corners; storage: the type of numbers in which gradients are kept, singles or doubles. Raises ValueError where
+    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises ValueError where
     the approximant has no functions, or gives a node no volume.
     """
     shares = TETRAHEDRON[n_points]
@@ -54,7 +57,7 @@ def make_tables(
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])
         raise ValueError(f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3")
     packs = pack_lists(evaluator.active, n_points)
-    gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage)
+    gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage or STORAGE)
     del rows
     blocks, places = make_blocks(packs, n)
     n_packs = len(packs.first) - 1
