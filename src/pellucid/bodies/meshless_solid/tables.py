@@ -15,7 +15,6 @@ from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
-
 STORAGE: Any = np.float32  # of gradients: doubles take a third more time and nearly twice the memory
 
 
