@@ -46,16 +46,20 @@ class ForceCorrection:
     ) -> None:
         self._prescribed, self._position, self._motions = prescribed, position, motions
         self._axes: list[tuple[np.ndarray, sparse.csr_array]] = []
+        known: dict[bytes, sparse.csr_array] = {}  # axes mostly have the same nodes and faces
         for axis in range(3):
-            nodes = np.flatnonzero(prescribed.number[:, axis])
-            faces = prescribed.faces[prescribed.held[:, axis]]
-            shares = values[nodes]
-            self._axes.append((nodes, spread_over_faces(prescribed, evaluator, faces, nodes, shares) if spread else shares))
+            nodes, faces = np.flatnonzero(prescribed.number[:, axis]), prescribed.faces[prescribed.held[:, axis]]
+            key = nodes.tobytes() + faces.tobytes()
+            if key not in known:
+                shares = values[nodes]
+                known[key] = spread_over_faces(prescribed, evaluator, faces, nodes, shares) if spread else shares
+            self._axes.append((nodes, known[key]))
         self._factor(inertia)
 
     def _factor(self, inertia: np.ndarray) -> None:
         self._inertia = inertia
-        self._solve = [_solver(shares, inertia) if len(nodes) else np.copy for nodes, shares in self._axes]
+        known = {id(shares): _solver(shares, inertia) for _, shares in self._axes}
+        self._solve = [known[id(shares)] for _, shares in self._axes]
 
     def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """See `FieldCondition`."""
@@ -100,6 +104,8 @@ def spread_over_faces(
 
 def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
     """Impulses for the velocities that are lacking."""
+    if shares.shape[0] == 0:
+        return np.copy
     V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)
     try:
         factors = splu(V, options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
