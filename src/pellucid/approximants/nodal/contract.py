@@ -33,6 +33,7 @@ class Scratch(NamedTuple):
     slope: np.ndarray  # (n, 3)
     moments: np.ndarray  # (4, 10, 10)
     faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,)
+    normal: np.ndarray  # (3,) of the face on which the point lies, zero where it lies on none
 
 
 class Evaluator(NamedTuple):

@@ -18,7 +18,9 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
 
 from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.approximants.nodal.faces import unit_normals
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at
+from pellucid.geometry.cells import vector_areas
 from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 
 LARGEST_CONDITION = 1e10  # of V, above which forces are mostly round-off
@@ -89,9 +91,10 @@ def spread_over_faces(
     mesh = prescribed.mesh
     faces, owners = mesh.faces
     corners, n = mesh.nodes[faces[chosen]], len(TRIANGLE)
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = np.linalg.norm(vector_areas(mesh.nodes, faces[chosen]), axis=1)
+    normals = np.repeat(unit_normals(mesh.nodes, faces[chosen]), n, axis=0)
     places = np.einsum("qk,fki->fqi", TRIANGLE, corners).reshape(-1, 3)
-    functions = values_at(mesh, evaluator, np.repeat(owners[chosen, 0], n), places)
+    functions = values_at(mesh, evaluator, np.repeat(owners[chosen, 0], n), places, normals)
     weights = np.einsum("f,q,qk->fqk", area, TRIANGLE_WEIGHTS, TRIANGLE).ravel()
     row = np.repeat(np.searchsorted(nodes, faces[chosen]), n, axis=0).ravel()
     column = np.repeat(np.arange(n * len(chosen)), 3)
