@@ -149,6 +149,7 @@ def stretched(kind, essential):
     return abs(body.places() - exact).max() / strain, body
 
 
+@pytest.mark.usefixtures("gradients_in_doubles")
 @pytest.mark.parametrize(("kind", "essential"), CONFINED)
 def test_a_uniform_strain_stays_uniform_between_walls(kind, essential, monkeypatch):
     """The patch test of the equation of motion with its conditions: tractions of the walls balance the stress exactly."""

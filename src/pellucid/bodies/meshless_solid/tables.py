@@ -17,6 +17,8 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
+STORAGE: Any = np.float32  # of gradients: doubles take a third more time and nearly twice the memory
+
 
 class Tables(NamedTuple):
     """A solid as kernels take it; of each node the volume [m³], and Σ_q w |∇p_a| Σ_b |∇p_b| [m], which times a modulus bounds
@@ -34,12 +36,12 @@ def make_tables(
     n_points: int,
     consistent: bool,
     averaged: bool,
-    storage: Any = np.float32,
+    storage: Any = None,
 ) -> Tables:
     """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
 
     consistent: whether the gradients are corrected for consistent quadrature; averaged: whether the volume ratio is averaged
-    about the corners; storage: the type of numbers in which gradients are kept, singles or doubles. Raises ValueError where
+    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises ValueError where
     the approximant has no functions, or gives a node no volume.
     """
     shares = TETRAHEDRON[n_points]
@@ -60,7 +62,7 @@ def make_tables(
     row_sums = np.zeros(n)
     _add_row_sums(rows.row, rows.nodes, rows.gradients, weights, row_sums)
     packs = pack_lists(evaluator.active, n_points)
-    gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage)
+    gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage or STORAGE)
     del rows
     blocks, places = make_blocks(packs, n)
     n_packs = len(packs.first) - 1
