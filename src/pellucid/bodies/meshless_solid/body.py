@@ -148,16 +148,19 @@ class MeshlessSolid(ExplicitNodes):
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node or the place, where a fault was found in this step."""
-        super().check(n_steps, time)
         least = self._least_volume_ratio()
         if not least > 0.0:
             ratios = np.linalg.det(deformation_gradients(self.solid, len(self.mesh.cells)))
             cell = int(np.argmin(ratios)) // self.solid.n_points
-            place = ", ".join(f"{x:.6g}" for x in self.arrays["position"][self.mesh.cells[cell]].mean(axis=0))
-            text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted near ({place}) m: the volume ratio is"
+            place = ", ".join(f"{x:.6g}" for x in self.mesh.nodes[self.mesh.cells[cell]].mean(axis=0))
             raise RunStopped(
-                f"{text} {least:.3g}; load it more slowly, or use a smaller step", step=n_steps, time=time, body=self.name
+                f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted where ({place}) m was at rest: the volume "
+                f"ratio is {least:.3g}; load it more slowly, or use a smaller step",
+                step=n_steps,
+                time=time,
+                body=self.name,
             )
+        super().check(n_steps, time)
         if n_steps % RENEWED == 0:
             self._renew_frequency()
 
