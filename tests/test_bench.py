@@ -90,6 +90,18 @@ def test_contact_is_measured_beside_the_two_alone(result: dict[str, Any]) -> Non
     assert row["ratio"] == pytest.approx(seconds["together"] / (seconds["sheet"] + seconds["block"]))
 
 
+def test_forces_of_a_meshless_solid_are_measured(result: dict[str, Any]) -> None:
+    row = result["solid"]
+    assert row["points"] == pytest.approx(1000, rel=0.5)  # a cube of whole cubes
+    assert 4.0 < row["nodes_per_point"] < 40.0
+    # a gradient in single precision of each node at a point, and what belongs to the point alone
+    assert 12.0 * row["nodes_per_point"] < row["bytes_per_point"] < 14.0 * row["nodes_per_point"] + 400.0
+    assert set(row["forms"]) == {"averaged", "pointwise"}
+    for form in row["forms"].values():
+        assert form["point_updates_per_second"] == pytest.approx(row["points"] / form["seconds_per_update"])
+        assert 0.0 < form["moved_bytes_per_second"] < 1e13
+
+
 @pytest.mark.parametrize("points", [1000, 10_000])
 def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
     sim = Simulation(contact_case(points, WHICH["together"]))
@@ -108,6 +120,7 @@ def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:
     assert "M point-steps/s" in text
     assert all(body in text for body in MATERIALS)
     assert "a block that presses on a sheet" in text
+    assert "forces of a meshless solid" in text
 
 
 def test_bandwidth_is_that_of_a_computer() -> None:
@@ -122,7 +135,7 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     rows = peers.run_peers(points=1000, steps=1, threads=1)
     assert {row["peer"] for row in rows} == set(peers.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
-    assert "not run" in shown({"machine": MACHINE, "bodies": [], "contact": CONTACT, "peers": rows})
+    assert "not run" in shown({"machine": MACHINE, "bodies": [], "contact": CONTACT, "solid": SOLID, "peers": rows})
 
 
 def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,6 +148,7 @@ def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -
 
 
 CONTACT = {"elements": 1, "points": 8, "seconds_per_step": {"sheet": 1.0, "block": 1.0, "together": 2.0}, "ratio": 1.0}
+SOLID = {"points": 8, "nodes": 8, "build_seconds": 1.0, "build_bytes": 1, "forms": {}}
 MACHINE = {"processor": "a", "threads": 1, "triad_bytes_per_second": 1e10, "pellucid": "0", "numba": "0"}
 
 

@@ -149,3 +149,11 @@ def test_too_few_neighbours_are_named():
         ValueError, match=r"no shape functions at \(.*\) m in cell 0: the moment matrix has no inverse: too few"
     ):
         evaluate(approximant.evaluator(lonely), cells, points)
+
+
+@every_approximant
+def test_the_nodes_in_a_cell_are_about_as_many_as_stated(approximant):
+    mesh = irregular(14, 3)
+    within = (abs(mesh.nodes[mesh.cells].mean(axis=1) - 0.5) < 0.12).all(axis=1)
+    count = np.diff(approximant.evaluator(mesh).active.first)[within]
+    assert approximant.nodes_in_a_cell == pytest.approx(count.mean(), rel=0.5)

@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.case import Case, check_memory, loads, memory
 from pellucid.cli import app
 from pellucid.errors import CaseError
@@ -66,6 +67,35 @@ def test_what_fits_passes_and_what_does_not_names_need_and_remedy(case: Case, mo
     assert float(problem.remedy.split("above ")[1].split()[0]) > case.grid.cell
     monkeypatch.setattr(memory, "physical_memory", lambda: None)
     check_memory(case)
+
+
+TISSUE = """
+schema = 1
+title = "A tissue"
+[time]
+end = 0.1
+[[body]]
+kind = "meshless-solid"
+name = "tissue"
+mesh = { box = { lower = [0, 0, 0], upper = [1, 1, 1], cells = [6, 6, 6] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }
+"""
+
+
+def test_tables_of_a_meshless_solid_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = loads(TISSUE)
+    (body,) = case.body
+    mesh = body.mesh.mesh()
+    solid = make_tables(mesh, body.approximant.evaluator(mesh), body.law(), 4, False, True).solid
+    kept = sum(array.nbytes for array in (*solid.gradients, *solid.corners, solid.turns, solid.deformation, solid.weights))
+    assert kept < body.table_bytes() < 6.0 * kept  # more than twice as much is held while they are made
+    monkeypatch.setattr(memory, "physical_memory", lambda: 2**20)
+    with pytest.raises(CaseError) as caught:
+        check_memory(case)
+    (problem,) = caught.value.problems
+    assert problem.key == "body"
+    assert "shape functions at quadrature points need about 0.02" in problem.text
+    assert "coarser mesh" in problem.remedy
 
 
 @pytest.mark.parametrize("command", ["validate", "run"])

@@ -63,6 +63,9 @@ class FakeBody:
     def cells(self) -> Cells:
         return Cells.of_points(self.n_points)
 
+    def facts(self) -> dict[str, float]:
+        return {}
+
     def frame(self) -> dict[str, np.ndarray]:
         x = self.position[:, 0]
         fields = {
@@ -89,6 +92,9 @@ class FakeSimulation:
         self.case, self.threads = case, threads or 1
         self.bodies = [FakeBody("gas", True, (0.5, 0.5), 80, 1.0), FakeBody("block", False, (2.5, 0.5), 32, 0.0)]
         self.time, self.n_steps, self.dt = 0.0, 0, 0.0
+
+    def facts(self) -> dict:
+        return {}
 
     def run(self, recorder, until=None, progress=None) -> None:
         recorder.begin(self)

@@ -65,6 +65,14 @@ def test_the_equilibrium_depends_neither_on_the_way_there_nor_on_the_density(ref
     assert [run.energies()["strain"] for run in (fast, heavy)] == pytest.approx([strain] * 2, rel=1e-10)
 
 
+def test_scaled_masses_allow_larger_steps_to_the_same_equilibrium(reference):
+    scaled = finished(pulled({"tolerance": 1e-9, "mass_scaling": True}))
+    assert scaled.energies()["strain"] == pytest.approx(reference.energies()["strain"], rel=1e-10)
+    assert scaled.dt > 1.02 * reference.dt
+    assert scaled.bodies[0].motion.inertia.sum() == pytest.approx(scaled.bodies[0].mass, rel=1e-12)
+    assert scaled.conservation()["mass"] == 0.0
+
+
 def test_work_goes_into_strain_and_damping_and_no_momentum_is_lost(reference):
     energies = reference.energies()
     assert energies["damping_heat"] > 0.0
@@ -152,7 +160,7 @@ def test_what_does_not_come_to_rest_stops_the_run():
 
 
 def test_loads_that_grow_too_fast_invert_the_solid():
-    with pytest.raises(RunStopped, match=r"is inverted near|not a finite number"):
+    with pytest.raises(RunStopped, match="body `block` is inverted where"):
         finished(pulled({"loading": 3}, pull=-0.06))
 
 

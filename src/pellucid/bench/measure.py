@@ -1,12 +1,11 @@
 """One measurement in a process of its own, so that its peak memory is its own."""
 
 import json
-import resource
 import sys
 import time
-from pathlib import Path
 from typing import Any
 
+from pellucid.bench.memory import peak_bytes
 from pellucid.bench.problem import bench_case
 from pellucid.simulation.simulation import Simulation
 
@@ -17,7 +16,7 @@ BLOCKS = 3
 def measure(body: str, points: int, steps: int, threads: int | None) -> dict[str, Any]:
     """Step the benchmark problem `BLOCKS` times `steps` steps; the fastest block counts. Keys as in `bench`."""
     Simulation(bench_case(body, 1000), threads=threads).step()  # compiles the kernels or loads them
-    before = _peak_bytes()
+    before = peak_bytes()
     simulation = Simulation(bench_case(body, points), threads=threads, timed=True)
     n = sum(b.n_points for b in simulation.bodies)
     _advance(simulation, WARM_UP_STEPS)
@@ -31,8 +30,8 @@ def measure(body: str, points: int, steps: int, threads: int | None) -> dict[str
         "seconds_per_step": seconds / steps,
         "point_steps_per_second": n * steps / seconds,
         "cores": processor_seconds / seconds,
-        "bytes_per_point": (_peak_bytes() - before) / n,
-        "peak_bytes": _peak_bytes(),
+        "bytes_per_point": (peak_bytes() - before) / n,
+        "peak_bytes": peak_bytes(),
         "parts": _parts(simulation.timers, sum(block[0] for block in blocks)),
     }
 
@@ -49,15 +48,6 @@ def _advance(simulation: Simulation, steps: int) -> tuple[float, float]:
     for _ in range(steps):
         simulation.step()
     return time.perf_counter() - start, time.process_time() - processor_start
-
-
-def _peak_bytes() -> int:
-    """Largest memory that this process ever held. `getrusage` would count its parent's too on Linux."""
-    status = Path("/proc/self/status")
-    if status.exists():
-        return 1024 * next(int(line.split()[1]) for line in status.read_text().splitlines() if line.startswith("VmHWM"))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
 
 
 if __name__ == "__main__":

@@ -7,12 +7,13 @@ from rich.table import Table
 
 
 def table(result: dict[str, Any]) -> RenderableType:
-    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, contact, the peers."""
+    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, contact, a meshless
+    solid, the peers."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
-    shown: list[RenderableType] = [head, _bodies(result["bodies"]), _contact(result["contact"])]
+    shown: list[RenderableType] = [head, _bodies(result["bodies"]), _contact(result["contact"]), _solid(result["solid"])]
     if result["peers"]:
         shown.append(_peers(result["peers"]))
     return Group(*shown)
@@ -43,6 +44,24 @@ def _contact(row: dict[str, Any]) -> Table:
         shown.add_column(heading, justify="right")
     ms = [f"{1e3 * row['seconds_per_step'][what]:.2f}" for what in ("sheet", "block", "together")]
     shown.add_row(f"{row['elements']:,}", f"{row['points']:,}", *ms, f"{row['ratio']:.2f}")
+    return shown
+
+
+def _solid(row: dict[str, Any]) -> Table:
+    title = f"forces of a meshless solid: {row['points']:,} quadrature points, {row['nodes']:,} nodes, built in"
+    shown = Table(title=f"{title} {row['build_seconds']:.1f} s with {row['build_bytes'] / 2**20:.0f} MiB")
+    shown.add_column("volume ratio")
+    for heading in ("nodes/point", "M point updates/s", "ms/update", "bytes/point", "GB/s at least"):
+        shown.add_column(heading, justify="right")
+    for form, measured in row["forms"].items():
+        shown.add_row(
+            form,
+            f"{row['nodes_per_point']:.0f}",
+            f"{measured['point_updates_per_second'] / 1e6:.1f}",
+            f"{1e3 * measured['seconds_per_update']:.2f}",
+            f"{row['bytes_per_point']:.0f}",
+            f"{measured['moved_bytes_per_second'] / 1e9:.1f}",
+        )
     return shown
 
 

@@ -15,6 +15,7 @@ from pellucid.errors import RunStopped, UsageError
 POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
 MOST_POINTS = 1_000_000_000
 CONTACT_POINTS, CONTACT_STEPS = 200_000, 50
+SOLID_POINTS, SOLID_STEPS = 200_000, 50
 PEER_POINTS = 1_000_000
 
 
@@ -30,7 +31,9 @@ def bench(
 
     Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
     cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "contact": {elements, points, steps,
-    seconds_per_step: {sheet, block, together}, ratio}, "peers": [...]}; SI units.
+    seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
+    build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
+    point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "peers": [...]}; SI units.
     """
     import numba
 
@@ -52,7 +55,9 @@ def bench(
     bodies = [_measured(body, n, steps or _steps(n), threads) for body in MATERIALS for n in points or POINTS]
     size = min(max(points or POINTS), CONTACT_POINTS)
     contact = _in_a_process("contact", {"points": size, "steps": steps or CONTACT_STEPS, "threads": threads})
-    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "contact": contact, "peers": []}
+    size = min(max(points or POINTS), SOLID_POINTS)
+    solid = _in_a_process("meshless", {"points": size, "steps": steps or SOLID_STEPS, "threads": threads})
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "contact": contact, "solid": solid, "peers": []}
     if peers:
         size = PEER_POINTS if points is None else max(points)
         result["peers"] = [_with_ratio(peer, bodies) for peer in run_peers(size, steps or _steps(size), threads)]

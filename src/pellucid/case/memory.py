@@ -15,12 +15,17 @@ POINT_BYTES = 450  # position, velocity, state of the law, and the second copy t
 
 
 def check_memory(case: "Case") -> None:
-    """Raise CaseError where nodes and points together need more than the physical memory."""
+    """Raise CaseError where nodes, points and tables of shape functions together need more than the physical memory."""
     there = physical_memory()
     nodes, points = n_nodes(case), n_points(case)
-    needed = NODE_BYTES * nodes + POINT_BYTES * points
+    tables = sum(body.table_bytes() for body in case.body)
+    needed = NODE_BYTES * nodes + POINT_BYTES * points + tables
     if there is None or needed <= there:
         return
+    if tables > 0.5 * needed:
+        text = f"shape functions at quadrature points need about {needed / 2**30:.3g} GiB of memory"
+        remedy = "use a coarser mesh, fewer points_per_cell, or an approximant with fewer nodes in a support"
+        raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy=remedy))
     if case.grid_or_none is None:
         text = f"the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of memory"
         raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy="use fewer points"))

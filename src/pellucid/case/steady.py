@@ -19,7 +19,7 @@ class SteadyCase(Part):
     loading: int | None = parameter(
         "",
         "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
-        "cross the body eight times",
+        "cross the body eight times, and 400 at least",
         None,
         ge=1,
     )
@@ -37,3 +37,6 @@ class SteadyCase(Part):
             alone = sum(one.field == body.field for one in bodies) == 1
             if reason := body.why_not_relaxed(alone):
                 yield Finding((*other, "kind"), f"[steady]: {reason.text}", reason.remedy)
+            elif self.mass_scaling and (not body.scales_inertia or parts.grid is not None):
+                text = "on a grid, contact needs the masses" if body.scales_inertia else f'kind "{body.kind}" keeps its masses'
+                yield Finding((*path, "mass_scaling"), text, "leave it out")

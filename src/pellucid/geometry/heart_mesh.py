@@ -22,7 +22,7 @@ class HeartMesh(Tetrahedral):
     """
 
     size: float = parameter(
-        "m", "edge of a cube of the lattice; at 1 mm three edges or more lead through the right wall", gt=0, le=0.002
+        "m", "edge of a cube of the lattice; at 1 mm three edges or more lead through the right wall", gt=0, le=0.0035
     )
     apex_height: float = parameter("m", "height of the cap at the apex whose outer nodes are the set apex", 0.005, gt=0)
     patch_radius: float = parameter(

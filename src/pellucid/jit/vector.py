@@ -1,9 +1,11 @@
-"""A vector of eight doubles for kernels: eight terms of a sum, or eight points, at a time.
+"""A vector of four doubles for kernels: four points at a time.
 
 LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code. `load`
-takes eight numbers of a 1-D array that lie side by side, of either precision, `splat` repeats one, `store` puts eight back,
-`total` adds the lanes in a fixed order; + - * work on vectors and numbers. Without the compiler, numpy arrays of
-eight stand for vectors.
+takes four numbers of a 1-D array that lie side by side, of either precision, `spread` repeats one of them, `splat` a number;
+`store` puts four back; `total` adds the lanes in a fixed order, `totals` those of three vectors at a time; + - * work on
+vectors and numbers. Without the compiler, numpy arrays of four stand for vectors.
+
+Four doubles fill a register of AVX2, of which there are sixteen: nine sums of eight doubles would not fit.
 """
 
 import operator
@@ -15,7 +17,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic, models, overload, register_model
 
-LANES = 8
+LANES = 4
 _DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
 _NUMBERS = ir.VectorType(ir.IntType(32), LANES)
 
@@ -37,7 +39,7 @@ class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    """The address of eight numbers of an array from an index on, and their type."""
+    """The address of four numbers of an array from an index on, and their type."""
     numbers = ir.VectorType(context.get_data_type(kind.dtype), LANES)
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [index]), numbers.as_pointer())
@@ -63,14 +65,24 @@ def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
     return types.none(array, types.intp, VECTOR), emit
 
 
+def _repeat(builder: Any, number: Any) -> Any:
+    empty = ir.Constant(_DOUBLES, ir.Undefined)
+    first = builder.insert_element(empty, number, ir.IntType(32)(0))
+    return builder.shuffle_vector(first, empty, ir.Constant(_NUMBERS, [0] * LANES))
+
+
 @intrinsic
 def _splat(typing: Any, number: Any) -> Any:
-    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        empty = ir.Constant(_DOUBLES, ir.Undefined)
-        first = builder.insert_element(empty, values[0], ir.IntType(32)(0))
-        return builder.shuffle_vector(first, empty, ir.Constant(_NUMBERS, [0] * LANES))
+    return VECTOR(types.float64), lambda context, builder, signature, values: _repeat(builder, values[0])
 
-    return VECTOR(types.float64), emit
+
+@intrinsic
+def _spread(typing: Any, array: Any, index: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, values[0]).data
+        return _repeat(builder, builder.load(builder.gep(data, [values[1]])))
+
+    return VECTOR(types.Array(types.float64, 1, "C"), types.intp), emit
 
 
 @intrinsic
@@ -78,11 +90,24 @@ def _total(typing: Any, vector: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         lanes = [builder.extract_element(values[0], ir.IntType(32)(lane)) for lane in range(LANES)]
         while len(lanes) > 1:  # neighbours, then pairs of them
-            half = len(lanes) // 2
-            lanes = [builder.fadd(lanes[k], lanes[half + k]) for k in range(half)]
+            lanes = [builder.fadd(*lanes[k : k + 2]) for k in range(0, len(lanes), 2)]
         return lanes[0]
 
     return types.float64(VECTOR), emit
+
+
+@intrinsic
+def _totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    def pick(builder: Any, one: Any, other: Any, *lanes: int) -> Any:
+        return builder.shuffle_vector(one, other, ir.Constant(_NUMBERS, lanes))
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        a, b, c = values
+        ab = builder.fadd(pick(builder, a, b, 0, 4, 2, 6), pick(builder, a, b, 1, 5, 3, 7))
+        cc = builder.fadd(pick(builder, c, c, 0, 0, 2, 2), pick(builder, c, c, 1, 1, 3, 3))
+        return builder.fadd(pick(builder, ab, cc, 0, 1, 4, 5), pick(builder, ab, cc, 2, 3, 6, 7))
+
+    return VECTOR(VECTOR, VECTOR, VECTOR), emit
 
 
 def _binary(instruction: str) -> Any:
@@ -127,12 +152,21 @@ def _plain_splat(number: float) -> np.ndarray:
     return np.full(LANES, number)
 
 
+def _plain_spread(array: np.ndarray, index: int) -> np.ndarray:
+    return _plain_splat(array[index])
+
+
 def _plain_total(vector: np.ndarray) -> float:
     lanes = vector
     while len(lanes) > 1:
-        lanes = lanes[: len(lanes) // 2] + lanes[len(lanes) // 2 :]
+        lanes = lanes[::2] + lanes[1::2]
     return float(lanes[0])
 
 
-_PLAIN, _COMPILED = (_plain_load, _plain_store, _plain_splat, _plain_total), (_load, _store, _splat, _total)
-load, store, splat, total = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+def _plain_totals(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    return np.array([_plain_total(a), _plain_total(b), _plain_total(c), _plain_total(c)])
+
+
+_PLAIN = _plain_load, _plain_store, _plain_spread, _plain_splat, _plain_total, _plain_totals
+_COMPILED = _load, _store, _spread, _splat, _total, _totals
+load, store, spread, splat, total, totals = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

@@ -31,6 +31,8 @@ class BodyModel(Part):
     """A body as the user describes it. A new kind is a subclass with a `kind` of its own."""
 
     unique_name: ClassVar[bool] = True
+    scales_inertia: ClassVar[bool] = False
+    """Whether its nodes can have another inertia than their masses on the way to a steady state."""
     place: ClassVar[str]
     """The key that says where it is at the start."""
     is_surface: ClassVar[bool] = False
@@ -67,6 +69,10 @@ class BodyModel(Part):
     @abstractmethod
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, good to a layer of them; None where the case has no grid."""
+
+    def table_bytes(self) -> float:
+        """Memory that it takes beside its points, tables of shape functions [bytes]."""
+        return 0.0
 
     @abstractmethod
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:

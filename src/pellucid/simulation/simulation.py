@@ -277,6 +277,10 @@ class Simulation:
         """Relative errors of mass, momentum and energy."""
         return self.budget.conservation(self.bodies)
 
+    def facts(self) -> dict[str, Any]:
+        """What the summary tells of the analysis."""
+        return self.clock.facts()
+
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
         arrays = {f"{body.name}/{name}": array for body in self.bodies for name, array in body.state_arrays().items()}

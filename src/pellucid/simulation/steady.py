@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
 AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
-CROSSINGS, FEWEST = 8.0, 100  # of a body by shear waves while the loads grow, and steps for that at least
+CROSSINGS, FEWEST = 8.0, 400  # of a body by shear waves while the loads grow, and steps for that at least
 QUIET = 100  # steps in which the estimated error stays below the tolerance
 
 
@@ -41,6 +41,9 @@ class SteadyClock(Clock):
         self._crossing = max(_crossing(model) for model in models)
         self.steady = steady
         self._bodies: Sequence[Relaxable] = bodies
+        if steady.mass_scaling:
+            for body in bodies:
+                body.scale_inertia()
         self._start = [body.arrays["position"].copy() for body in bodies]
         self._step = 0  # of this load step
         self.loading = 1

@@ -33,10 +33,12 @@ class Scratch(NamedTuple):
     slope: np.ndarray  # (n, 3)
     moments: np.ndarray  # (4, 10, 10)
     faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,)
+    normal: np.ndarray  # (3,) of the face on which the point lies, zero where it lies on none
 
 
 class Evaluator(NamedTuple):
-    """An approximant for a mesh: the nodes of each cell, and the parameters of its functions, a NamedTuple of its own."""
+    """An approximant for a mesh: the nodes of each cell, in ascending order, and the parameters of its functions, a NamedTuple
+    of its own."""
 
     active: Lists
     functions: Any
@@ -54,6 +56,11 @@ class NodalApproximant(Model):
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Its functions for a mesh; constrained: numbers of the boundary faces on which conditions prescribe the field."""
+
+    @property
+    @abstractmethod
+    def nodes_in_a_cell(self) -> float:
+        """About how many nodes are active in a tetrahedron within an irregular mesh: for estimates of memory."""
 
     @property
     def interpolates(self) -> bool:

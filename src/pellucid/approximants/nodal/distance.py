@@ -10,7 +10,7 @@ from math import sqrt
 
 from pellucid.jit import pointwise
 
-TINY = 1e-300  # keeps divisors from zero, where what they divide is zero too
+TINY = 1e-150  # keeps divisors, and products of two of them, from zero, where what they divide is zero too
 
 
 @pointwise

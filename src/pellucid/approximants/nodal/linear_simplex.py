@@ -21,6 +21,11 @@ class LinearSimplexModel(NodalApproximant):
 
     kind: Literal["linear-simplex"] = "linear-simplex"
 
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Its corners."""
+        return 4.0
+
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions of the corners; constrained faces change nothing."""
         from pellucid.approximants.nodal.rings import nodes_of_cells  # scipy is heavy

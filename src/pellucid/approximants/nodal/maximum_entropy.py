@@ -13,6 +13,7 @@ MOST_ITERATIONS = 100
 CLOSE = 1e-13  # of Σ p_a (x - x_a), in the lengths by which the offsets are divided; one more step squares it off the faces
 FLAT = 1e-15  # of tr J, added to its diagonal: on a face of the convex hull J has no inverse
 EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
+ON_PLANE = 1e-11  # height over a face, in the lengths of the offsets, up to which a node lies on its plane
 SHORTEST = 1e-10  # of a step of the line search
 
 
@@ -147,9 +148,31 @@ def to_lengths(gradients, length):
 
 
 @pointwise
+def keep_face(n, normal, offset, log_prior):
+    """Leave out the nodes off a face where all nodes with a weight lie on one side of it: they have no part in the field there.
+
+    The functions are the limit of a λ that grows along the normal, which Newton's method cannot reach where nodes lie close to
+    the plane of the face, as on a curved boundary.
+    """
+    above = below = False
+    for a in range(n):
+        height = offset[a, 0] * normal[0] + offset[a, 1] * normal[1] + offset[a, 2] * normal[2]
+        if log_prior[a] > -inf:
+            above, below = above or height > ON_PLANE, below or height < -ON_PLANE
+    if above and below:
+        return
+    for a in range(n):
+        height = offset[a, 0] * normal[0] + offset[a, 1] * normal[1] + offset[a, 2] * normal[2]
+        if abs(height) > ON_PLANE:
+            log_prior[a] = -inf
+
+
+@pointwise
 def entropy_functions(length, flat, scratch, values, gradients):
     """Fill values (n,) and gradients (3, n) [1/m] from offsets, priors and slopes of these in units of a length [m]; a code."""
     n = len(values)
+    if scratch.normal[0] != 0.0 or scratch.normal[1] != 0.0 or scratch.normal[2] != 0.0:
+        keep_face(n, scratch.normal, scratch.offset, scratch.log_prior)
     failure = entropy_weights(n, flat, scratch.offset, scratch.log_prior, values)
     if failure == OK and gradients.shape[1] > 0:
         entropy_gradients(n, flat, scratch.offset, scratch.slope, values, gradients)

@@ -39,6 +39,11 @@ class LeastSquaresModel(NodalApproximant):
         """Never."""
         return False
 
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Counted at a dilatation of 1.6."""
+        return 88.0 * (self.dilatation / 1.6) ** 3
+
     def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
         """Functions with quartic weights; constrained faces change nothing."""
         from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy

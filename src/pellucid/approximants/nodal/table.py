@@ -9,6 +9,7 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
+NO_NORMALS = np.zeros((0, 3))
 CHUNK = 256  # points that one thread takes at a time
 
 
@@ -24,6 +25,7 @@ class Points(NamedTuple):
     values: np.ndarray
     gradients: np.ndarray
     failure: np.ndarray  # (m,)
+    normal: np.ndarray  # (m, 3) of faces on which the points lie, or (0, 3)
     longest: int  # row
 
 
@@ -47,11 +49,14 @@ class Rows(NamedTuple):
 def _evaluate_chunk(chunk, points):
     n = points.longest
     faces = np.zeros(FACE_COLUMNS * FACE_BLOCK)
-    scratch = Scratch(np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), faces)
+    scratch = Scratch(np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), faces, np.zeros(3))
     none = np.empty((3, 0))
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.cell))):
         cell, start, end = points.cell[k], points.row[k], points.row[k + 1]
         active = points.active[points.first[cell] : points.first[cell + 1]]
+        if len(points.normal) > 0:
+            for d in range(3):
+                scratch.normal[d] = points.normal[k, d]
         gradients = points.gradients[3 * start : 3 * end].reshape((3, end - start)) if len(points.gradients) > 0 else none
         points.failure[k] = shape_functions(
             points.functions, cell, points.position[k], active, scratch, points.values[start:end], gradients
@@ -63,9 +68,12 @@ def _evaluate(chunks, points):
     parallel_for(_evaluate_chunk, chunks, points)
 
 
-def evaluate(evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True) -> Rows:
+def evaluate(
+    evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True, normals: np.ndarray = NO_NORMALS
+) -> Rows:
     """Shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients are not to be asked for on faces.
 
+    normals: unit normals, shape (m, 3), of the faces of the boundary on which the points lie, where they do.
     Raises ValueError where an approximant has no value, naming the point.
     """
     first, active = evaluator.active
@@ -75,7 +83,7 @@ def evaluate(evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradie
     rows = Rows(row, _nodes_of(first, active, cells, row), np.empty(size), np.empty(3 * size if gradients else 0))
     failure = np.zeros(len(cells), np.int64)
     position, cells = np.ascontiguousarray(points, float), np.ascontiguousarray(cells, np.int64)
-    arrays = position, cells, row, rows.values, rows.gradients, failure
+    arrays = position, cells, row, rows.values, rows.gradients, failure, np.ascontiguousarray(normals, float)
     bundle = Bundle(Points(evaluator.functions, first, active, *arrays, int(count.max(initial=0))))
     _evaluate((len(cells) + CHUNK - 1) // CHUNK, bundle)
     if failure.any():

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
-from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
+from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, deformation_gradients, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.skin import Skin
@@ -95,7 +95,7 @@ class MeshlessSolid(ExplicitNodes):
         tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
         self.solid, self._bundle = tables.solid, Bundle(tables.solid)
         self._evaluator: Evaluator = evaluator
-        self._volume[:] = tables.node_volume
+        self._volume[:], self._row_sums = tables.node_volume, tables.row_sums
         self.arrays["mass"][:] = case.density * tables.node_volume
         self._at_nodes = values_at_nodes(mesh, evaluator)
         self.skin = self._make_skin(evaluator) if self.coupling else None
@@ -120,6 +120,11 @@ class MeshlessSolid(ExplicitNodes):
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
 
+    def scale_inertia(self) -> None:
+        """Let the inertia of the nodes follow the bounds on their rows of the stiffness; in all it stays the mass."""
+        self.motion.scale_inertia(self._row_sums * (self.mass / self._row_sums.sum()))
+        self.renew_totals()
+
     def springs(self) -> Springs:
         """Its internal forces, where the step ended."""
         return super().springs()._replace(position=self.arrays["position"])
@@ -137,8 +142,8 @@ class MeshlessSolid(ExplicitNodes):
     def _renew_frequency(self) -> None:
         """The largest frequency about the present strain, which bounds the step."""
         position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
-        displacement, mass = position - self.mesh.nodes, self.arrays["mass"]
-        found = largest_frequency(self._forces_at, displacement, mass, self.motion.free, extent)
+        displacement, inertia = position - self.mesh.nodes, self.motion.inertia
+        found = largest_frequency(self._forces_at, displacement, inertia, self.motion.free, extent)
         self._frequency = OVERESTIMATE * found
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
@@ -150,15 +155,19 @@ class MeshlessSolid(ExplicitNodes):
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node or the place, where a fault was found in this step."""
-        super().check(n_steps, time)
         least = self._least_volume_ratio()
         if not least > 0.0:
-            cell = int(np.argmin(np.linalg.det(self.solid.deformation.reshape(-1, 3, 3)))) // self.solid.deformation.shape[1]
-            place = ", ".join(f"{x:.6g}" for x in self.arrays["position"][self.mesh.cells[cell]].mean(axis=0))
-            text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted near ({place}) m: the volume ratio is"
+            ratios = np.linalg.det(deformation_gradients(self.solid, len(self.mesh.cells)))
+            cell = int(np.argmin(ratios)) // self.solid.n_points
+            place = ", ".join(f"{x:.6g}" for x in self.mesh.nodes[self.mesh.cells[cell]].mean(axis=0))
             raise RunStopped(
-                f"{text} {least:.3g}; load it more slowly, or use a smaller step", step=n_steps, time=time, body=self.name
+                f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted where ({place}) m was at rest: the volume "
+                f"ratio is {least:.3g}; load it more slowly, or use a smaller step",
+                step=n_steps,
+                time=time,
+                body=self.name,
             )
+        super().check(n_steps, time)
         if n_steps % RENEWED == 0:
             self._renew_frequency()
 

@@ -18,7 +18,9 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
 
 from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.approximants.nodal.faces import unit_normals
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at
+from pellucid.geometry.cells import vector_areas
 from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 
 LARGEST_CONDITION = 1e10  # of V, above which forces are mostly round-off
@@ -46,16 +48,20 @@ class ForceCorrection:
     ) -> None:
         self._prescribed, self._position, self._motions = prescribed, position, motions
         self._axes: list[tuple[np.ndarray, sparse.csr_array]] = []
+        known: dict[bytes, sparse.csr_array] = {}  # axes mostly have the same nodes and faces
         for axis in range(3):
-            nodes = np.flatnonzero(prescribed.number[:, axis])
-            faces = prescribed.faces[prescribed.held[:, axis]]
-            shares = values[nodes]
-            self._axes.append((nodes, spread_over_faces(prescribed, evaluator, faces, nodes, shares) if spread else shares))
+            nodes, faces = np.flatnonzero(prescribed.number[:, axis]), prescribed.faces[prescribed.held[:, axis]]
+            key = nodes.tobytes() + faces.tobytes()
+            if key not in known:
+                shares = values[nodes]
+                known[key] = spread_over_faces(prescribed, evaluator, faces, nodes, shares) if spread else shares
+            self._axes.append((nodes, known[key]))
         self._factor(inertia)
 
     def _factor(self, inertia: np.ndarray) -> None:
         self._inertia = inertia
-        self._solve = [_solver(shares, inertia) if len(nodes) else np.copy for nodes, shares in self._axes]
+        known = {id(shares): _solver(shares, inertia) for _, shares in self._axes}
+        self._solve = [known[id(shares)] for _, shares in self._axes]
 
     def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """See `FieldCondition`."""
@@ -85,9 +91,10 @@ def spread_over_faces(
     mesh = prescribed.mesh
     faces, owners = mesh.faces
     corners, n = mesh.nodes[faces[chosen]], len(TRIANGLE)
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = np.linalg.norm(vector_areas(mesh.nodes, faces[chosen]), axis=1)
+    normals = np.repeat(unit_normals(mesh.nodes, faces[chosen]), n, axis=0)
     places = np.einsum("qk,fki->fqi", TRIANGLE, corners).reshape(-1, 3)
-    functions = values_at(mesh, evaluator, np.repeat(owners[chosen, 0], n), places)
+    functions = values_at(mesh, evaluator, np.repeat(owners[chosen, 0], n), places, normals)
     weights = np.einsum("f,q,qk->fqk", area, TRIANGLE_WEIGHTS, TRIANGLE).ravel()
     row = np.repeat(np.searchsorted(nodes, faces[chosen]), n, axis=0).ravel()
     column = np.repeat(np.arange(n * len(chosen)), 3)
@@ -100,6 +107,8 @@ def spread_over_faces(
 
 def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
     """Impulses for the velocities that are lacking."""
+    if shares.shape[0] == 0:
+        return np.copy
     V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)
     try:
         factors = splu(V, options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")

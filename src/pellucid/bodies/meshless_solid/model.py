@@ -30,6 +30,8 @@ from pellucid.parts.part import Parts
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
+ENTRY_BYTES = 60  # of a node at a quadrature point: shape function, gradient and number, and what a step keeps of them
+QUADRATURE_BYTES = 300  # place, fit, deformation gradient
 NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
 
 
@@ -37,6 +39,7 @@ class MeshlessSolidCase(BodyModel):
     """A hyperelastic solid on its own nodes, with shape functions over a background mesh, in total-Lagrangian form."""
 
     place: ClassVar[str] = "mesh"
+    scales_inertia: ClassVar[bool] = True
 
     kind: Literal["meshless-solid"] = "meshless-solid"
     mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")
@@ -124,6 +127,11 @@ class MeshlessSolidCase(BodyModel):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""
         return len(self.mesh.mesh().nodes)
+
+    def table_bytes(self) -> float:
+        """Of its shape functions at the quadrature points, at the most while they are made [bytes]."""
+        points = len(self.mesh.mesh().cells) * self.points_per_cell
+        return points * (ENTRY_BYTES * self.approximant.nodes_in_a_cell + QUADRATURE_BYTES)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3)."""

@@ -4,12 +4,16 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.approximants.nodal.contract import Evaluator
-from pellucid.approximants.nodal.table import evaluate
+from pellucid.approximants.nodal.faces import unit_normals
+from pellucid.approximants.nodal.table import NO_NORMALS, evaluate
 from pellucid.geometry.simplex_mesh import SimplexMesh
 
-REACHES = 1e-9  # value above which a function counts as one that does not vanish; on faces it is found to 1e-12
-# shares of a face's corners at places between them: the middles of the edges, the middle, and three more
-_ON_FACE = np.array([*(0.5 * (1.0 - np.eye(3))), np.full(3, 1 / 3), *(np.full((3, 3), 0.15) + 0.55 * np.eye(3))])
+REACHES = 1e-11  # value above which a function counts as one that does not vanish; on faces it is found to 1e-12
+# shares of a face's corners at places between them: the middle, and towards the corners and edges. Not on edges: where these
+# are on the convex hull, maximum entropy has two nodes and no finite λ
+_ON_FACE = np.array(
+    [np.full(3, 1 / 3), *(np.full((3, 3), 0.15) + 0.55 * np.eye(3)), *(np.full((3, 3), 0.45) - 0.35 * np.eye(3))]
+)
 
 
 class PrescribedField:
@@ -63,7 +67,8 @@ class PrescribedField:
         """Functions at places on the faces, in their order."""
         faces, owners = self.mesh.faces
         places = np.einsum("qk,fki->fqi", _ON_FACE, self.mesh.nodes[faces[self.faces]]).reshape(-1, 3)
-        return values_at(self.mesh, evaluator, np.repeat(owners[self.faces, 0], len(_ON_FACE)), places)
+        n, normals = len(_ON_FACE), unit_normals(self.mesh.nodes, faces[self.faces])
+        return values_at(self.mesh, evaluator, np.repeat(owners[self.faces, 0], n), places, np.repeat(normals, n, axis=0))
 
 
 class Residuals:
@@ -88,9 +93,14 @@ class Residuals:
         return found
 
 
-def values_at(mesh: SimplexMesh, evaluator: Evaluator, cells: np.ndarray, places: np.ndarray) -> sparse.csr_array:
-    """Functions at places [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m, n)."""
-    rows = evaluate(evaluator, cells, places, gradients=False)
+def values_at(
+    mesh: SimplexMesh, evaluator: Evaluator, cells: np.ndarray, places: np.ndarray, normals: np.ndarray = NO_NORMALS
+) -> sparse.csr_array:
+    """Functions at places [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m, n).
+
+    normals: of the faces on which the places lie, shape (m, 3), where they do.
+    """
+    rows = evaluate(evaluator, cells, places, False, normals)
     return sparse.csr_array((rows.values, rows.nodes, rows.row), shape=(len(cells), len(mesh.nodes)))
 
 

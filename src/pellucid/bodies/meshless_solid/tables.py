@@ -1,5 +1,6 @@
 """What a meshless solid keeps of its approximant: gradients and weights at the points of its cells, and lumped masses."""
 
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -7,33 +8,48 @@ import numpy as np
 from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.approximants.nodal.table import Rows, evaluate
-from pellucid.bodies.meshless_solid.forces import CELLS, CHUNK, Blocks, Solid, internal_forces
+from pellucid.approximants.nodal.table import evaluate
+from pellucid.bodies.meshless_solid.forces import CHUNK, PACKS, Blocks, Functions, Solid, internal_forces
+from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.geometry.quadrature import TETRAHEDRON
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES
 
+STORAGE: Any = np.float32  # of gradients: doubles take a third more time and nearly twice the memory
+
 
 class Tables(NamedTuple):
-    """A solid as kernels take it, and the volume of each node [m³], shape (n,)."""
+    """A solid as kernels take it; of each node the volume [m³], and Σ_q w |∇p_a| Σ_b |∇p_b| [m], which times a modulus bounds
+    its row of the stiffness; both of shape (n,)."""
 
     solid: Solid
     node_volume: np.ndarray
+    row_sums: np.ndarray
 
 
-def make_tables(mesh: SimplexMesh, evaluator: Evaluator, law: Any, n_points: int, consistent: bool, averaged: bool) -> Tables:
+def make_tables(
+    mesh: SimplexMesh,
+    evaluator: Evaluator,
+    law: Any,
+    n_points: int,
+    consistent: bool,
+    averaged: bool,
+    storage: Any = None,
+) -> Tables:
     """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
 
     consistent: whether the gradients are corrected for consistent quadrature; averaged: whether the volume ratio is averaged
-    about the corners. Raises ValueError where the approximant has no functions, or gives a node no volume.
+    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises ValueError where
+    the approximant has no functions, or gives a node no volume.
     """
     shares = TETRAHEDRON[n_points]
     places = np.einsum("qk,cki->cqi", shares, mesh.nodes[mesh.cells]).reshape(-1, 3)
     weights = np.repeat(mesh.volumes / n_points, n_points)
     rows = evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), places)
     if consistent:
-        correct(mesh, evaluator, rows, places, weights)
+        correct(mesh, evaluator, rows, weights)
     n = len(mesh.nodes)
     if evaluator.positive:
         node_volume = np.bincount(rows.nodes, rows.values * np.repeat(weights, np.diff(rows.row)), n)
@@ -43,73 +59,80 @@ def make_tables(mesh: SimplexMesh, evaluator: Evaluator, law: Any, n_points: int
     if len(lost):
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])
         raise ValueError(f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3")
-    active, gradients = _padded(evaluator.active, rows, n_points)
-    blocks = make_blocks(active, n)
-    n_blocks, chunks = len(blocks.first) - 1, (n + CHUNK - 1) // CHUNK
+    row_sums = np.zeros(n)
+    _add_row_sums(rows.row, rows.nodes, rows.gradients, weights, row_sums)
+    packs = pack_lists(evaluator.active, n_points)
+    gradients, turns = pack_gradients(evaluator.active, packs, n_points, rows.gradients, mesh.nodes, storage or STORAGE)
+    del rows
+    blocks, places = make_blocks(packs, n)
+    n_packs = len(packs.first) - 1
+    lanes = np.zeros(LANES * n_packs)
+    lanes[: len(weights)] = weights
     solid = Solid(
         law=law,
-        shares=shares,
-        first=active.first,
-        gradients=gradients,
-        weights=mesh.volumes / n_points,
+        n_points=n_points,
+        gradients=Functions(packs.first, places, gradients),
+        turns=turns,
+        corners=_corners(mesh, blocks, n_points, weights),
+        weights=lanes,
         blocks=blocks,
-        corners=_corners(mesh, blocks),
         displacement=np.zeros((n, 3)),
-        deformation=np.zeros((len(mesh.cells), n_points, 9)),
+        deformation=np.zeros(9 * LANES * n_packs),
         block_force=np.zeros((len(blocks.nodes), 3)),
         block_volume=np.zeros(len(blocks.nodes) if averaged else 0),
         volume=np.ones(n),
         volume_ratio=np.ones(n),
         mean_stress=np.zeros(n),
-        sums=np.zeros((n_blocks, 2)),
-        node_sums=np.zeros((chunks, 2)),
+        sums=np.zeros((len(blocks.first) - 1, 2)),
+        node_sums=np.zeros(((n + CHUNK - 1) // CHUNK, 2)),
     )
     if averaged:
-        _measure_volumes(solid, chunks)
-    return Tables(solid, node_volume)
+        _measure_volumes(solid)
+    return Tables(solid, node_volume, row_sums)
 
 
-def _measure_volumes(solid: Solid, chunks: int) -> None:
+@kernel()
+def _add_row_sums(row, nodes, gradients, weights, sums):
+    """Add Σ_q w |∇p_a| Σ_b |∇p_b| to the sums of the nodes a."""
+    for k in range(len(row) - 1):
+        start, n = row[k], row[k + 1] - row[k]
+        at, total = 3 * start, 0.0
+        for pair in range(2):  # first Σ_b |∇p_b|, then the products with it
+            for j in range(n):
+                x, y, z = gradients[at + j], gradients[at + n + j], gradients[at + 2 * n + j]
+                size = sqrt(x * x + y * y + z * z)
+                if pair == 0:
+                    total += size
+                else:
+                    sums[nodes[start + j]] += weights[k] * size * total
+
+
+def _measure_volumes(solid: Solid) -> None:
     """The volume about each corner, added up as in a step: then the volume ratio at rest is 1 to the last bit."""
-    internal_forces(len(solid.sums), chunks, Bundle(solid), np.zeros_like(solid.displacement))
+    internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
 
-def make_blocks(active: Lists, n_nodes: int) -> Blocks:
-    """Blocks of cells for lists of their active nodes."""
-    n_blocks = (len(active.first) - 2) // CELLS + 1
-    block = np.repeat(np.arange(len(active.first) - 1) // CELLS, np.diff(active.first))
-    pairs, local = np.unique(block * n_nodes + active.items, return_inverse=True)
+def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
+    """Blocks of packs, and for each entry of their lists its node's place in the block, times the lanes of a vector."""
+    n_blocks = (len(packs.first) - 2) // PACKS + 1
+    block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
+    pairs, local = np.unique(block * n_nodes + packs.items, return_inverse=True)
     first = np.searchsorted(pairs, np.arange(n_blocks + 1) * n_nodes)
     nodes = pairs % n_nodes
     places = np.argsort(nodes, kind="stable")
     node_first = np.searchsorted(nodes[places], np.arange(n_nodes + 1))
-    return Blocks(first, nodes, (local.ravel() - first[block]).astype(np.int32), node_first, places)
+    return Blocks(first, nodes, node_first, places), (LANES * (local.ravel() - first[block])).astype(np.int32)
 
 
-def _padded(active: Lists, rows: Rows, n_points: int) -> tuple[Lists, np.ndarray]:
-    """The same lists, each filled up to a multiple of the lanes of a vector with nodes that have no gradient, and the
-    gradients [1/m] in the order cell, point, direction, node."""
-    count = np.diff(active.first)
-    room = -(-count // LANES) * LANES
-    first = np.concatenate([[0], np.cumsum(room)])
-    place = np.repeat(first[:-1] - active.first[:-1], count) + np.arange(len(active.items))
-    items = np.repeat(active.items[active.first[:-1]], room)
-    items[place] = active.items
-    gradients = np.zeros(3 * n_points * int(first[-1]))
-    cell = np.repeat(np.arange(len(count)), n_points)
-    point = np.tile(np.arange(n_points), len(count))
-    for axis in range(3):
-        start = 3 * n_points * first[cell] + (3 * point + axis) * room[cell]
-        source = 3 * rows.row[:-1] + axis * count[cell]
-        within = np.arange(int(rows.row[-1])) - np.repeat(rows.row[:-1], np.diff(rows.row))
-        gradients[np.repeat(start, np.diff(rows.row)) + within] = rows.gradients[np.repeat(source, np.diff(rows.row)) + within]
-    return Lists(first, items), gradients
-
-
-def _corners(mesh: SimplexMesh, blocks: Blocks) -> np.ndarray:
-    """The corners of the cells by their numbers within their blocks, shape (c, 4)."""
-    n, block = len(mesh.nodes), np.arange(len(mesh.cells)) // CELLS
+def _corners(mesh: SimplexMesh, blocks: Blocks, n_points: int, weights: np.ndarray) -> Functions:
+    """The linear functions of the corners in packs, times the weights."""
+    order, shares = np.argsort(mesh.cells, axis=1), TETRAHEDRON[n_points]
+    cells = Lists(4 * np.arange(len(mesh.cells) + 1), np.take_along_axis(mesh.cells, order, axis=1).ravel())
+    values = shares[:, order].swapaxes(0, 1) * weights.reshape(-1, n_points, 1)
+    packs, n = pack_lists(cells, n_points), len(mesh.nodes)
+    block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
     keys = np.repeat(np.arange(len(blocks.first) - 1), np.diff(blocks.first)) * n + blocks.nodes
-    return np.asarray(np.searchsorted(keys, block[:, None] * n + mesh.cells) - blocks.first[block][:, None])
+    place = LANES * (np.searchsorted(keys, block * n + packs.items) - blocks.first[block])
+    return Functions(packs.first, place.astype(np.int32), pack_numbers(cells, packs, n_points, values.ravel()))

@@ -53,7 +53,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     height, moved = _lines(run)["face"]
     bulge = float(np.interp(0.05, height, moved[:, 0]))
     known = float(_known_line(run, "face", np.array([0.05]))[0])
-    shape = Metric(bulge, known, abs(bulge / known - 1.0), of_mesh(run, 1.5), "m", "finite elements of second order")
+    shape = Metric(bulge, known, abs(bulge / known - 1.0), of_mesh(run, 2.0), "m", "finite elements of second order")
     return {**metrics_at(run, DISTANCE), "bulge": shape}
 
 

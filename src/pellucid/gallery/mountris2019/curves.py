@@ -1,10 +1,15 @@
-"""What the cases of Mountris et al. 2019 share: the residual of prescribed displacements, and history against the load."""
+"""What the cases of Mountris et al. 2019 share: residuals, work of what is prescribed, least volumes, force and energy."""
 
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from pellucid.results.storage.run import Run
 
 
@@ -29,3 +34,31 @@ def residuals(run: "Run", tolerance: float = 1e-12) -> dict[str, Metric]:
         value = float(run.summary[f"ebc_residual_{place}"])
         found[f"ebc_residual_{place}"] = Metric(value, 0.0, value, tolerance, "m", f"of the field {where}")
     return found
+
+
+def work_done(run: "Run") -> Metric:
+    """The strain energy against the work of the motion less the heat of the damping: second order in the steps of loading."""
+    energies = run.summary["energies"]
+    given = float(energies["motion_work"] - energies["damping_heat"])
+    stored = float(energies["strain"])
+    return Metric(stored, given, abs(stored / given - 1.0), 2e-3, "J", "work of the motion less the heat of the damping")
+
+
+def least_volume(run: "Run") -> Metric:
+    """The least ratio of volumes at a node over those at rest: a solid that is not inverted has a positive one."""
+    name, density = run.stored.bodies[0].name, run.stored.bodies[0].density
+    ratio = float(density / run.fields(name)["density"].max())
+    return Metric(ratio, 1.0, abs(ratio - 1.0), 0.5, "", "least volume of a node over that at rest; nearly incompressible: one")
+
+
+def force_and_energy(run: "Run", reaction: str, axis: int) -> "Figure":
+    """Force of the motion along an axis and strain energy at the equilibria, against its displacement."""
+    moves = run.case.motion[0].functions()[axis]
+    moved = np.array([moves(float(time)) for time in run.history["time"]])
+    figure = new_figure(10.0, 4.0)
+    left, right = figure.subplots(1, 2)
+    left.plot(1e3 * abs(moved), abs(run.history[reaction]), "-o", color=COLOURS[0])
+    right.plot(1e3 * abs(moved), 1e3 * run.history["strain_energy"], "-o", color=COLOURS[0])
+    label(left, "displacement", "force", "mm", "N")
+    label(right, "displacement", "strain energy", "mm", "mJ")
+    return figure

@@ -148,7 +148,7 @@ class Recorder:
             "end_time": sim.time,
             "conservation": {name: float(error) for name, error in sim.conservation().items()},
             "energies": {name: float(energy) for name, energy in sim.energies().items()},
-            **sim.clock.facts(),
+            **sim.facts(),
             **facts_of(sim.bodies),
         }
 

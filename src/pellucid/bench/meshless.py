@@ -1,0 +1,99 @@
+"""What the forces of a meshless solid cost: a strained cube, with the volume ratio of its points and averaged."""
+
+import json
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
+from pellucid.bench.memory import peak_bytes
+from pellucid.bench.problem import SOLID
+from pellucid.bodies.meshless_solid.forces import Solid, internal_forces
+from pellucid.bodies.meshless_solid.tables import Tables, make_tables
+from pellucid.geometry.box_mesh import box_mesh
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.spatial_order import spatial_order
+from pellucid.jit import set_threads
+from pellucid.jit.bundle import Bundle
+from pellucid.materials.neo_hookean import NeoHookeanMaterial
+
+POINTS_PER_CELL = 4
+CELLS_IN_A_CUBE = 12  # of the mesh of a box
+EDGE, STRAIN = 0.1, 0.01  # m
+
+
+def cube(points: int) -> SimplexMesh:
+    """Of about so many quadrature points."""
+    n = max(2, round((points / (POINTS_PER_CELL * CELLS_IN_A_CUBE)) ** (1.0 / 3.0)))
+    mesh = box_mesh(np.zeros(3), np.full(3, EDGE), (n, n, n))
+    return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))])
+
+
+def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
+    """Find the forces so many times, with the volume ratio of the points and with its averages; the fastest counts. Keys as in
+    `bench`."""
+    threads = set_threads(threads)
+    built(cube(200), True)  # compiles the kernels or loads them
+    before, mesh, start, processor_start = peak_bytes(), cube(points), time.perf_counter(), time.process_time()
+    tables = built(mesh, True)
+    n = len(mesh.cells) * POINTS_PER_CELL
+    result: dict[str, Any] = {
+        "points": n,
+        "nodes": len(mesh.nodes),
+        "nodes_per_point": len(tables.solid.gradients.place) / len(tables.solid.weights) * POINTS_PER_CELL,
+        "threads": threads,
+        "build_seconds": time.perf_counter() - start,
+        "build_processor_seconds": time.process_time() - processor_start,
+        "build_bytes": peak_bytes() - before,
+        "bytes_per_point": _size(tables.solid) / n,
+    }
+    return result | {"forms": forms(tables.solid, mesh, steps)}
+
+
+def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, float]]:
+    """Measurements of the two forms; processor time too, which other work on the machine disturbs less."""
+    found = {}
+    for form, taken in (("averaged", solid), ("pointwise", solid._replace(block_volume=np.zeros(0)))):
+        seconds, processor_seconds = _fastest(taken, mesh, steps)
+        found[form] = {
+            "seconds_per_update": seconds,
+            "point_updates_per_second": len(mesh.cells) * POINTS_PER_CELL / seconds,
+            "processor_seconds_per_update": processor_seconds,
+            "moved_bytes_per_second": _moved(taken) / seconds,
+        }
+    return found
+
+
+def built(mesh: SimplexMesh, averaged: bool) -> Tables:
+    """Tables with cell-based maximum entropy, gradients corrected."""
+    law = NeoHookeanMaterial(**SOLID).law()
+    return make_tables(mesh, CellMaximumEntropyModel().evaluator(mesh), law, POINTS_PER_CELL, True, averaged)
+
+
+def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]:
+    """The least time and the least processor time of so many updates of the forces [s]."""
+    solid.displacement[:] = STRAIN * EDGE * np.sin(mesh.nodes / EDGE)
+    bundle, force, taken = Bundle(solid), np.zeros_like(mesh.nodes), []
+    for _ in range(steps + 1):
+        start, processor_start = time.perf_counter(), time.process_time()
+        internal_forces(len(solid.sums), len(solid.node_sums), bundle, force)
+        taken.append((time.perf_counter() - start, time.process_time() - processor_start))
+    return min(seconds for seconds, _ in taken), min(seconds for _, seconds in taken)
+
+
+def _size(value: Any) -> int:
+    """Bytes of all arrays of a tuple of tuples and arrays."""
+    return sum(_size(part) for part in value) if isinstance(value, tuple) else getattr(value, "nbytes", 0)
+
+
+def _moved(solid: Solid) -> int:
+    """Bytes that an update reads and writes at the least: all tables, where the volume ratio is averaged twice."""
+    once = _size(solid.gradients) + solid.turns.nbytes + solid.deformation.nbytes
+    averages = _size(solid.corners) if len(solid.block_volume) else 0
+    return (2 if averages else 1) * (once + averages) + solid.weights.nbytes
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(measure(**json.loads(sys.argv[1]))) + "\n")

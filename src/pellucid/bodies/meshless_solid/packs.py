@@ -1,0 +1,154 @@
+"""Numbers of nodes at quadrature points, rearranged for kernels: packs of four points that share a list of nodes.
+
+A pack has four points of one cell or, with one point to a cell, those of four cells that stand next to each other in their
+order. Lanes without a point, at the end, have no weight.
+"""
+
+from math import frexp, ldexp
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.lists import Lists
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
+from pellucid.jit.vector import LANES
+from pellucid.tensors import cofactor, determinant
+
+CHUNK = 256  # packs that one thread takes at a time
+DIGITS = 24  # of a number in single precision
+
+
+class Source(NamedTuple):
+    """Lists of the cells and of the packs, and numbers at the points: of the nodes of the cell, component by component."""
+
+    n_points: int  # of a cell
+    cells: Lists
+    packs: Lists
+    numbers: np.ndarray
+
+
+def pack_lists(cells: Lists, n_points: int) -> Lists:
+    """The nodes of each pack, from those of each cell in ascending order."""
+    count, n_cells = np.diff(cells.first), len(cells.first) - 1
+    if n_points % LANES == 0:
+        times = n_points // LANES
+        first = np.concatenate([[0], np.cumsum(np.repeat(count, times))])
+        shift = np.repeat(np.repeat(cells.first[:-1], times) - first[:-1], np.diff(first))
+        return Lists(first, cells.items[shift + np.arange(int(first[-1]))])
+    size = LANES // n_points
+    n, n_packs = int(cells.items.max()) + 1, -(-n_cells // size)
+    keys = np.unique(np.repeat(np.arange(n_cells) // size, count) * n + cells.items)
+    return Lists(np.searchsorted(keys, np.arange(n_packs + 1) * n), keys % n)
+
+
+@kernel(inner=True)
+def _take(pack, source, parts, out):
+    """Fill out with the numbers of a pack: `parts` components of LANES points for each node, nothing where there is none."""
+    nq, cells, packs = source.n_points, source.cells, source.packs
+    start, end = packs.first[pack], packs.first[pack + 1]
+    out[: parts * LANES * (end - start)] = 0.0
+    for lane in range(LANES):
+        cell, q = (LANES * pack + lane) // nq, (LANES * pack + lane) % nq
+        if cell >= len(cells.first) - 1:
+            break
+        n, entry = cells.first[cell + 1] - cells.first[cell], start
+        at = parts * (nq * cells.first[cell] + q * n)
+        for k in range(n):
+            while packs.items[entry] < cells.items[cells.first[cell] + k]:
+                entry += 1
+            for part in range(parts):
+                out[(parts * (entry - start) + part) * LANES + lane] = source.numbers[at + part * n + k]
+
+
+@kernel(inner=True)
+def _take_chunk(chunk, source, parts, out):
+    first = source.packs.first
+    for pack in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first) - 1)):
+        _take(pack, source, parts, out[parts * LANES * first[pack] : parts * LANES * first[pack + 1]])
+
+
+@kernel(inner=True)
+def _round_together(n, step, numbers):
+    """Round n numbers, a step apart, of which the sum is to vanish, to multiples of what their largest has in single precision.
+
+    The sums of the first ones are rounded: the differences of these add up to nothing, exactly.
+    """
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(numbers[k * step]))
+    if largest == 0.0:
+        return
+    unit = ldexp(1.0, frexp(largest)[1] - DIGITS)
+    total = before = 0.0
+    for k in range(n):
+        total += numbers[k * step] / unit
+        here = np.rint(total) if k < n - 1 else 0.0
+        numbers[k * step] = (here - before) * unit
+        before = here
+
+
+@kernel(inner=True)
+def _turn(n, lane, nodes, position, g, K):
+    """Put K - I into K, with K = (Σ x_a ⊗ g_a)⁻¹, by which Kᵀ g_a reproduce linear functions."""
+    D = np.zeros((3, 3))
+    for k in range(n):
+        for i in range(3):
+            x = position[nodes[k], i] - position[nodes[0], i]
+            for j in range(3):
+                D[i, j] += x * g[(3 * k + j) * LANES + lane]
+    E = (D[0, 0], D[0, 1], D[0, 2], D[1, 0], D[1, 1], D[1, 2], D[2, 0], D[2, 1], D[2, 2])
+    over, C = 1.0 / determinant(E), cofactor(E)
+    for i in range(3):
+        for j in range(3):
+            K[(3 * i + j) * LANES + lane] = over * C[3 * j + i] - (i == j)
+
+
+@kernel(inner=True)
+def _gradients_chunk(chunk, source, position, longest, rounded, gradients, turns):
+    first, nodes, nq = source.packs.first, source.packs.items, source.n_points
+    g = np.empty(3 * LANES * longest)
+    for pack in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first) - 1)):
+        n = first[pack + 1] - first[pack]
+        _take(pack, source, 3, g)
+        for lane in range(min(LANES, nq * (len(source.cells.first) - 1) - LANES * pack)):
+            if rounded:
+                for axis in range(3):
+                    _round_together(n, 3 * LANES, g[axis * LANES + lane :])
+            _turn(n, lane, nodes[first[pack] : first[pack + 1]], position, g, turns[9 * LANES * pack : 9 * LANES * (pack + 1)])
+        for k in range(3 * LANES * n):
+            gradients[3 * LANES * first[pack] + k] = g[k]
+
+
+@kernel()
+def _fill(chunks, source, parts, out):
+    parallel_for(_take_chunk, chunks, source, parts, out)
+
+
+@kernel()
+def _fill_gradients(chunks, source, position, longest, rounded, gradients, turns):
+    parallel_for(_gradients_chunk, chunks, source, position, longest, rounded, gradients, turns)
+
+
+def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:
+    """One number to each node of a point, in packs: LANES to an entry of their lists."""
+    out, chunks = np.empty(LANES * len(packs.items)), -(-(len(packs.first) - 1) // CHUNK)
+    _fill(chunks, Bundle(Source(n_points, cells, packs, numbers)), 1, out)
+    return out
+
+
+def pack_gradients(
+    cells: Lists, packs: Lists, n_points: int, rows: np.ndarray, position: np.ndarray, storage: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients as g_a and K: 3 × LANES numbers of a storage type to an entry of the lists, and 9 × LANES to a pack, K - I.
+
+    rows: the gradients [1/m] as rows of shape functions have them; position: of the nodes [m], shape (n, 3). In single
+    precision g_a add up to nothing at each point, to the last bit.
+    """
+    n_packs = len(packs.first) - 1
+    gradients, turns = np.empty(3 * LANES * len(packs.items), storage), np.zeros(9 * LANES * n_packs, storage)
+    longest, rounded = int(np.diff(packs.first).max()), np.dtype(storage) == np.float32
+    source = Bundle(Source(n_points, cells, packs, rows))
+    _fill_gradients(-(-n_packs // CHUNK), source, position, longest, rounded, gradients, turns)
+    return gradients, turns

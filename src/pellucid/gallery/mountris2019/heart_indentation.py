@@ -1,0 +1,25 @@
+"""A heart of two ventricles whose right wall is pushed in."""
+
+from typing import TYPE_CHECKING
+
+from pellucid.gallery.mountris2019.curves import force_and_energy, least_volume, residuals, work_done
+from pellucid.results.metrics import Metric
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+METRICS = ("strain_energy", "least_volume", "ebc_residual_nodes", "ebc_residual_between")
+
+CAPTIONS = {"heart_indentation": "Force of the hand and strain energy against its displacement, at the equilibria."}
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Work, the least volume, and how far the field is from what is prescribed."""
+    return {"strain_energy": work_done(run), "least_volume": least_volume(run), **residuals(run)}
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Force and energy against the displacement."""
+    return {"heart_indentation": force_and_energy(run, "push", 0)}
