@@ -122,8 +122,9 @@ def test_an_oscillation_decays_at_its_damping_ratio():
     assert abs(found[0.0][2]) < 1e-3 * omega
     ratio = 5.0 * omega / (2.0 * MU)
     assert 0.05 < ratio < 0.2
-    # the velocity of half a step before damps: of the first order in the step, ω dt = 0.006
-    assert found[5.0][2] == pytest.approx(ratio * omega, rel=0.01)
+    # the velocity of half a step before damps: of the first order in the step, ω dt = 0.006. The wave is no pure mode of the
+    # mesh: as much as it seems to decay without viscosity for that, it does with it
+    assert found[5.0][2] - found[0.0][2] == pytest.approx(ratio * omega, rel=3e-3)
     assert found[5.0][1] == pytest.approx(omega * np.sqrt(1.0 - ratio**2), rel=2e-3)
 
 
@@ -146,16 +147,15 @@ def test_the_step_is_just_stable(material, averaged):
     assert not sizes[1] < 1e-2
 
 
-THROWN = ["kelvin-voigt", "kelvin-voigt-tissue", "prony", "prony-2"]
+THROWN = {name: TISSUES[name].model_dump() for name in ("kelvin-voigt", "kelvin-voigt-tissue", "prony-2")} | {"prony": PRONY}
 
 
-@pytest.mark.parametrize("name", THROWN)
-def test_the_energy_closes_with_what_is_dissipated(name):
+@pytest.mark.parametrize("material", THROWN.values(), ids=THROWN)
+def test_the_energy_closes_with_what_is_dissipated(material):
     """Clamped at its foot and thrown."""
     wave = {"kind": "sine-wave", "amplitude": (0.3, 0.0, 0.3), "wave_vector": (0.0, 0.0, 15.0)}
     foot = {"box": {"lower": (-1.0, -1.0, -1e-4), "upper": (1.0, 1.0, 1e-4)}}
     time = {"end": 0.04, "courant": 0.225}
-    material = TISSUES[name].model_dump()
     case = block(material, body={"initial": [wave]}, support=[{"name": "foot", "where": foot}], time=time)
     simulation = Simulation(case, threads=1)
     kinetic, errors, lost = simulation.bodies[0].totals.kinetic, [], [0.0]
