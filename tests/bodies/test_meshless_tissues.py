@@ -27,7 +27,7 @@ def test_forces_are_the_derivative_of_the_energy_with_averaged_volume_ratios(nam
     assert case.averages_volume, "at a Poisson's ratio of 0.45"
     law = case.law()
     mesh = case.mesh_in_order()
-    solid, _ = make_tables(mesh, case.approximant.evaluator(mesh), law, 4, True, True)
+    solid = make_tables(mesh, case.approximant.evaluator(mesh), law, 4, True, True).solid
     nodes, bundle = mesh.nodes, Bundle(solid)
 
     def forces(u):

@@ -88,6 +88,10 @@ def test_tables_of_a_meshless_solid_are_counted(monkeypatch: pytest.MonkeyPatch)
     mesh = body.mesh.mesh()
     solid = make_tables(mesh, body.approximant.evaluator(mesh), body.law(), 4, False, True).solid
     kept = sum(array.nbytes for array in (*solid.gradients, *solid.corners, solid.turns, solid.deformation, solid.weights))
+    viscous = {"kind": "kelvin-voigt", "density": 1000, "elastic": body.material.model_dump(), "viscosity": 1.0}
+    changed = type(body).model_validate(body.model_dump() | {"material": viscous})
+    history = 8 * (6 + 9 + 1) * 4 * len(mesh.cells)  # stress, deformation gradient and lost energy of a point
+    assert changed.table_bytes() == body.table_bytes() + history
     assert kept < body.table_bytes() < 6.0 * kept  # more than twice as much is held while they are made
     monkeypatch.setattr(memory, "physical_memory", lambda: 2**20)
     with pytest.raises(CaseError) as caught:
