@@ -23,7 +23,7 @@ import numpy as np
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store, total, totals
-from pellucid.materials.law import energy, first_piola_kirchhoff, volumetric_energy, volumetric_stress
+from pellucid.materials.law import energy_and_stress, volumetric_energy, volumetric_stress
 from pellucid.tensors import cofactor, determinant
 
 PACKS = 512  # of a block
@@ -148,7 +148,8 @@ def _find_stresses(law, averaged, s):
             s[8 * COLUMN + i],
         )
         w, J = s[WEIGHT * COLUMN + i], determinant(F)
-        P, stored, extra = first_piola_kirchhoff(law, F), energy(law, F), 0.0
+        stored, P = energy_and_stress(law, F)
+        extra = 0.0
         if averaged:
             stored -= volumetric_energy(law, J)
             extra = s[NODAL * COLUMN + i] - w * volumetric_stress(law, J)
