@@ -39,6 +39,9 @@ class Tissue(NamedTuple):
     def law(self):
         return NeoHookean(*lame(3000.0, 0.3), self.density)
 
+    def viscous(self):
+        return None
+
     def initial_velocity(self, position):
         return np.zeros_like(position)
 

@@ -29,7 +29,7 @@ class Solid:
         order = spatial_order(mesh.nodes[mesh.cells].mean(axis=1))
         self.mesh = SimplexMesh(mesh.nodes, mesh.cells[order])
         approximant = NODAL_APPROXIMANTS.entries[kind]()
-        self.solid, self.node_volume = make_tables(
+        self.solid, self.node_volume, _ = make_tables(
             self.mesh, approximant.evaluator(self.mesh), LAW, points, consistent, averaged, storage
         )
         self.bundle, self.averaged = Bundle(self.solid), averaged

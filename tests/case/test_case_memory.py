@@ -12,6 +12,7 @@ from pellucid.case import Case, check_memory, loads, memory
 from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
+from pellucid.materials.kelvin_voigt import KelvinVoigtMaterial
 
 BLOCK = """
 schema = 1
@@ -88,6 +89,10 @@ def test_tables_of_a_meshless_solid_are_counted(monkeypatch: pytest.MonkeyPatch)
     mesh = body.mesh.mesh()
     solid = make_tables(mesh, body.approximant.evaluator(mesh), body.law(), 4, False, True).solid
     kept = sum(array.nbytes for array in (*solid.gradients, *solid.corners, solid.turns, solid.deformation, solid.weights))
+    kelvin_voigt = KelvinVoigtMaterial(density=1000.0, elastic=body.material, viscosity=1.0)
+    changed = body.model_copy(update={"material": kelvin_voigt})
+    history = 8 * (6 + 9 + 1) * 4 * len(mesh.cells)  # stress, deformation gradient and lost energy of a point
+    assert changed.table_bytes() == body.table_bytes() + history
     assert kept < body.table_bytes() < 6.0 * kept  # more than twice as much is held while they are made
     monkeypatch.setattr(memory, "physical_memory", lambda: 2**20)
     with pytest.raises(CaseError) as caught:

@@ -10,6 +10,7 @@ from pellucid.materials.hyperelastic import FiniteStrainState
 from pellucid.materials.law import (
     cauchy_stress,
     energy,
+    energy_and_stress,
     first_piola_kirchhoff,
     signal_speed,
     stored_energy,
@@ -27,6 +28,15 @@ every_seed = pytest.mark.parametrize("seed", range(4))
 def gradient(seed, size=0.4):
     """A deformation gradient at random."""
     return np.eye(3) + np.random.default_rng(seed).uniform(-size, size, (3, 3))
+
+
+@every_seed
+@every_hyperelastic
+def test_energy_and_stress_together_are_those_apart(material, seed):
+    law, F = material.law(), tensor(gradient(seed))
+    stored, P = energy_and_stress(law, F)
+    assert stored == energy(law, F)
+    assert first_piola_kirchhoff(law, F) == P
 
 
 def scale_of(material, F):

@@ -7,6 +7,7 @@ modulus `kappa` [Pa] and the initial density `rho0` [kg/m³].
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from math import sqrt
+from typing import Any
 
 from pellucid.jit import generic, point_function, pointwise
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
@@ -83,14 +84,19 @@ def decoupled(law: type[LawType]) -> type[LawType]:
     return law
 
 
+@pointwise
+def total_stress(law: Any, J: float, isochoric: Symmetric) -> Symmetric:
+    """Cauchy stress [Pa] of an isochoric Kirchhoff stress and the volume ratio."""
+    s, mean = scale(1.0 / J, isochoric), volumetric_stress(law, J)
+    return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
+
+
 def _energy(law, F):
     return isochoric_energy(law, F) + volumetric_energy(law, determinant(F))
 
 
 def _cauchy_stress(law, F):
-    J = determinant(F)
-    s, mean = scale(1.0 / J, isochoric_stress(law, F)), volumetric_stress(law, J)
-    return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
+    return total_stress(law, determinant(F), isochoric_stress(law, F))
 
 
 def _wave_speed(law, F):

@@ -15,6 +15,7 @@ from pellucid.materials.law import (
     LawType,
     cauchy_stress,
     energy,
+    energy_and_stress,
     first_piola_kirchhoff,
     rate_type,
     signal_speed,
@@ -61,6 +62,7 @@ def hyperelastic(law: type[LawType]) -> type[LawType]:
     point_function(signal_speed, law)(_signal_speed)
     point_function(stored_energy, law)(_stored_energy)
     point_function(first_piola_kirchhoff, law)(_first_piola_kirchhoff)
+    point_function(energy_and_stress, law)(_energy_and_stress)
     return law
 
 
@@ -83,3 +85,7 @@ def _stored_energy(law, state, density):
 
 def _first_piola_kirchhoff(law, F):
     return piola_transform(cauchy_stress(law, F), F)
+
+
+def _energy_and_stress(law, F):
+    return energy(law, F), first_piola_kirchhoff(law, F)

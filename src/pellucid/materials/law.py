@@ -89,6 +89,11 @@ def first_piola_kirchhoff(law: Law, F: Tensor) -> Tensor:
 
 
 @generic
+def energy_and_stress(law: Law, F: Tensor) -> tuple[float, Tensor]:
+    """`energy` and `first_piola_kirchhoff` together; a law registers it where both come from the same costly numbers."""
+
+
+@generic
 def wave_speed(law: Law, F: Tensor) -> float:
     """Fastest plane wave relative to the material in the current configuration [m/s], or a bound above it."""
 

@@ -11,10 +11,18 @@ from typing import Literal, NamedTuple
 from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.decoupled import BulkMaterial, decoupled, isochoric_energy, isochoric_stiffness, isochoric_stress
+from pellucid.materials.decoupled import (
+    BulkMaterial,
+    decoupled,
+    isochoric_energy,
+    isochoric_stiffness,
+    isochoric_stress,
+    total_stress,
+)
+from pellucid.materials.law import energy_and_stress, volumetric_energy
 from pellucid.materials.principal import Triple, from_principal, principal
 from pellucid.model import parameter
-from pellucid.tensors import left_cauchy_green
+from pellucid.tensors import determinant, left_cauchy_green, piola_transform
 
 
 @decoupled
@@ -65,33 +73,38 @@ def _logarithms(x: Triple) -> Triple:
     return a - mean, b - mean, c - mean
 
 
+@pointwise
+def _in_principal_axes(law: Ogden, e: Triple) -> tuple[float, Triple]:
+    """W_iso and the principal isochoric Kirchhoff stresses ∂W_iso/∂e."""
+    stored = a = b = c = 0.0
+    for p in range(len(law.moduli)):
+        mu, alpha = law.moduli[p], law.exponents[p]
+        x, y, z = expm1(alpha * e[0]), expm1(alpha * e[1]), expm1(alpha * e[2])
+        stored += mu / alpha * (x + y + z)
+        a += mu * x
+        b += mu * y
+        c += mu * z
+    mean = (a + b + c) / 3.0
+    return stored, (a - mean, b - mean, c - mean)
+
+
 @point_function(isochoric_energy, Ogden)
 def _isochoric_energy(law, F):
-    e = _logarithms(principal(left_cauchy_green(F))[0])
-    total = 0.0
-    for p in range(len(law.moduli)):
-        alpha = law.exponents[p]
-        total += law.moduli[p] / alpha * (expm1(alpha * e[0]) + expm1(alpha * e[1]) + expm1(alpha * e[2]))
-    return total
+    return _in_principal_axes(law, _logarithms(principal(left_cauchy_green(F))[0]))[0]
 
 
 @point_function(isochoric_stress, Ogden)
 def _isochoric_stress(law, F):
     x, u, v, w = principal(left_cauchy_green(F))
-    return from_principal(_principal_stresses(law, _logarithms(x)), u, v, w)
+    return from_principal(_in_principal_axes(law, _logarithms(x))[1], u, v, w)
 
 
-@pointwise
-def _principal_stresses(law: Ogden, e: Triple) -> Triple:
-    """Principal isochoric Kirchhoff stresses ∂W_iso/∂e."""
-    a = b = c = 0.0
-    for p in range(len(law.moduli)):
-        mu, alpha = law.moduli[p], law.exponents[p]
-        a += mu * expm1(alpha * e[0])
-        b += mu * expm1(alpha * e[1])
-        c += mu * expm1(alpha * e[2])
-    mean = (a + b + c) / 3.0
-    return a - mean, b - mean, c - mean
+@point_function(energy_and_stress, Ogden)
+def _energy_and_stress(law, F):
+    J, (x, u, v, w) = determinant(F), principal(left_cauchy_green(F))
+    stored, stresses = _in_principal_axes(law, _logarithms(x))
+    cauchy = total_stress(law, J, from_principal(stresses, u, v, w))
+    return stored + volumetric_energy(law, J), piola_transform(cauchy, F)
 
 
 @point_function(isochoric_stiffness, Ogden)

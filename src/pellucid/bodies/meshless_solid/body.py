@@ -8,20 +8,20 @@ import numpy as np
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
-from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, deformation_gradients, internal_forces
-from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, MOTION, nodal_field
+from pellucid.bodies.meshless_solid.forces import LEAST_J, deformation_gradients
+from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.skin import Skin
 from pellucid.bodies.meshless_solid.skin_points import skin_points
-from pellucid.bodies.meshless_solid.stable_step import largest_frequency
+from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.tables import make_tables
+from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.contact.surface import ContactBody
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells, cells_of_faces
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.parts.body import Placement, Springs
 
@@ -52,6 +52,7 @@ class SolidOfNodes(Protocol):
     def damping(self) -> float: ...
     def mesh_in_order(self) -> SimplexMesh: ...
     def law(self) -> Law: ...
+    def viscous(self) -> Viscous | None: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
@@ -64,7 +65,7 @@ class MeshlessSolid(ExplicitNodes):
         self.name, self.mesh, self.damping, self._case = case.name, case.mesh_in_order(), case.damping, case
         self._law, self._density = case.law(), case.density
         n = len(self.mesh.nodes)
-        self._volume, self._chunks = np.zeros(n), (n + CHUNK - 1) // CHUNK
+        self._volume = np.zeros(n)
         self.skin: Skin | None = None
         self._frequency = 0.0  # the largest [rad/s], renewed now and then
         velocity = case.initial_velocity(self.mesh.nodes)
@@ -93,7 +94,11 @@ class MeshlessSolid(ExplicitNodes):
         if len(disturbed):
             evaluator = case.approximant.evaluator(mesh, disturbed)
         tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
-        self.solid, self._bundle = tables.solid, Bundle(tables.solid)
+        self.solid, viscous = tables.solid, case.viscous()
+        self._forces = ElasticForces(self.solid)
+        if viscous is not None:
+            wave_number = float(np.sqrt((tables.row_sums / tables.node_volume).max()))
+            self._forces = ViscousForces(viscous, self.solid, case.density, wave_number)
         self._evaluator: Evaluator = evaluator
         self._volume[:], self._row_sums = tables.node_volume, tables.row_sums
         self.arrays["mass"][:] = case.density * tables.node_volume
@@ -117,7 +122,7 @@ class MeshlessSolid(ExplicitNodes):
         if self.skin:
             self.skin.update()
         self.prescribed.displacement += dt * self.motion.rows
-        self._find_forces()
+        self._find_forces(dt)
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
 
     def scale_inertia(self) -> None:
@@ -129,22 +134,19 @@ class MeshlessSolid(ExplicitNodes):
         """Its internal forces, where the step ended."""
         return super().springs()._replace(position=self.arrays["position"])
 
-    def _find_forces(self) -> None:
-        """Internal forces and energy at the positions of the nodes."""
-        self._forces_at(self.arrays["position"] - self.mesh.nodes, self.motion.internal)
-        nodal = float(self.solid.node_sums[:, ENERGY].sum()) if len(self.solid.block_volume) else 0.0
-        self.totals.stored = float(self.solid.sums[:, ENERGY].sum()) + nodal
-
-    def _forces_at(self, displacement: np.ndarray, force: np.ndarray) -> None:
-        self.solid.displacement[:] = displacement
-        internal_forces(len(self.solid.sums), self._chunks, self._bundle, force)
+    def _find_forces(self, dt: float = 0.0) -> None:
+        """Internal forces and energy at the positions of the nodes, which these reached in a step dt [s]."""
+        self._forces.find(self.arrays["position"] - self.mesh.nodes, self.motion.internal, dt)
+        self.totals.stored, lost = self._forces.stored(), self._forces.lost
+        if lost is not None:
+            self.totals.parts["dissipated"] = lost
+            self.totals.stored += lost
 
     def _renew_frequency(self) -> None:
         """The largest frequency about the present strain, which bounds the step."""
         position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
         displacement, inertia = position - self.mesh.nodes, self.motion.inertia
-        found = largest_frequency(self._forces_at, displacement, inertia, self.motion.free, extent)
-        self._frequency = OVERESTIMATE * found
+        self._frequency = OVERESTIMATE * self._forces.largest_frequency(displacement, inertia, self.motion.free, extent)
         self._find_forces()
         self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
 
@@ -227,16 +229,19 @@ class MeshlessSolid(ExplicitNodes):
     # checkpoint and results
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Those of the nodes, what was prescribed so far, and the bound on the step."""
+        """Those of the nodes and of the history of the points, what was prescribed so far, and the bound on the step."""
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
+        history = {f"history/{name}": array for name, array in self._forces.arrays.items()}
         skin = self.skin.state_arrays() if self.skin else {}
-        return {**super().state_arrays(), **skin, **prescribed, "frequency": np.array([self._frequency])}
+        return {**super().state_arrays(), **history, **skin, **prescribed, "frequency": np.array([self._frequency])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
         self._frequency = float(arrays["frequency"][0])
         self.prescribed.displacement[:] = arrays["prescribed_displacement"]
+        for name, array in self._forces.arrays.items():
+            array[...] = arrays[f"history/{name}"]
         if self.skin:
             self.skin.restore(arrays)
         self._find_forces()
@@ -257,7 +262,7 @@ class MeshlessSolid(ExplicitNodes):
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
-        return list(FIELDS)
+        return [*FIELDS, LOST] if self._forces.lost is not None else list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
         """A field at the nodes. Position and velocity are those of the material there, Σ p_b(x_a) u_b, which the functions
@@ -268,4 +273,6 @@ class MeshlessSolid(ExplicitNodes):
             return self.places()
         if name == "velocity":
             return np.asarray(self._at_nodes @ self.arrays["velocity"])
-        return self.arrays[name] if name in MOTION else nodal_field(name, self.mesh, self.solid, self._law, self._density)
+        if name in MOTION:
+            return self.arrays[name]
+        return nodal_field(name, self.mesh, self.solid, self._forces.at_points, self._law, self._density)

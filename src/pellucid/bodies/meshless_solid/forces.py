@@ -23,7 +23,7 @@ import numpy as np
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store, total, totals
-from pellucid.materials.law import energy, first_piola_kirchhoff, volumetric_energy, volumetric_stress
+from pellucid.materials.law import energy_and_stress, volumetric_energy, volumetric_stress
 from pellucid.tensors import cofactor, determinant
 
 PACKS = 512  # of a block
@@ -111,7 +111,7 @@ def _deform(pack, solid, u, F, at, step):
 
 
 @kernel(inner=True)
-def _pull(pack, solid, P, at, f):
+def pull(pack, solid, P, at, f):
     """Take P ∇p_a from the forces f of the block: P, times the weights, in P from `at` on, components a column apart."""
     K, k = solid.turns, 9 * LANES * pack
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
@@ -148,7 +148,8 @@ def _find_stresses(law, averaged, s):
             s[8 * COLUMN + i],
         )
         w, J = s[WEIGHT * COLUMN + i], determinant(F)
-        P, stored, extra = first_piola_kirchhoff(law, F), energy(law, F), 0.0
+        stored, P = energy_and_stress(law, F)
+        extra = 0.0
         if averaged:
             stored -= volumetric_energy(law, J)
             extra = s[NODAL * COLUMN + i] - w * volumetric_stress(law, J)
@@ -167,7 +168,7 @@ def _find_stresses(law, averaged, s):
 
 
 @kernel(inner=True)
-def _displacements(start, m, solid):
+def displacements(start, m, solid):
     """Of the m nodes of a block, a vector for each."""
     u = np.zeros(LANES * m)
     for k in range(m):
@@ -177,10 +178,10 @@ def _displacements(start, m, solid):
 
 
 @kernel(inner=True)
-def _deform_block(block, solid):
+def deform_block(block, solid):
     """Deformation gradients of a block, and what it gives to the volumes about the nodes."""
     start, end = solid.blocks.first[block], solid.blocks.first[block + 1]
-    u, volume, corners = _displacements(start, end - start, solid), solid.block_volume[start:end], solid.corners
+    u, volume, corners = displacements(start, end - start, solid), solid.block_volume[start:end], solid.corners
     volume[:] = 0.0
     for pack in range(PACKS * block, min(PACKS * (block + 1), len(corners.first) - 1)):
         at = 9 * LANES * pack
@@ -200,7 +201,7 @@ def _components(s, at, step):
 
 
 @kernel(inner=True)
-def _average_chunk(chunk, solid):
+def average_chunk(chunk, solid):
     """Volume ratios of nodes, the energy in them and their stresses."""
     blocks, least, stored = solid.blocks, np.inf, 0.0
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(solid.volume))):
@@ -215,11 +216,29 @@ def _average_chunk(chunk, solid):
 
 
 @kernel(inner=True)
+def fill_batch(first, n, solid, averaged, mean, u, s):
+    """Put deformation gradients, weights and nodal means of n packs into columns of s; u, mean: of the nodes of the block."""
+    corners = solid.corners
+    for k in range(n):
+        pack, here = first + k, 9 * LANES * (first + k)
+        store(s, WEIGHT * COLUMN + k * LANES, load(solid.weights, LANES * pack))
+        if averaged:
+            extra = splat(0.0)
+            for entry in range(corners.first[pack], corners.first[pack + 1]):
+                extra += spread(mean, corners.place[entry] // LANES) * load(corners.numbers, LANES * entry)
+            store(s, NODAL * COLUMN + k * LANES, extra)
+        else:
+            _deform(pack, solid, u, solid.deformation, here, LANES)
+        for i in range(9):
+            store(s, i * COLUMN + k * LANES, load(solid.deformation, here + i * LANES))
+
+
+@kernel(inner=True)
 def _force_block(block, solid):
     """Forces of a block on its nodes; where the volume ratio is not averaged, the deformation gradients too."""
     blocks, corners, averaged = solid.blocks, solid.corners, len(solid.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
-    u = _displacements(start, m, solid)
+    u = displacements(start, m, solid)
     f, mean, s = np.zeros(LANES * m), np.zeros(m), np.zeros(COLUMNS * COLUMN)
     if averaged:
         for k in range(m):
@@ -227,21 +246,10 @@ def _force_block(block, solid):
     stored, least, end = splat(0.0), np.inf, min(PACKS * (block + 1), len(corners.first) - 1)
     for first in range(PACKS * block, end, BATCH):
         n = min(BATCH, end - first)
-        for k in range(n):
-            pack, here = first + k, 9 * LANES * (first + k)
-            store(s, WEIGHT * COLUMN + k * LANES, load(solid.weights, LANES * pack))
-            if averaged:
-                extra = splat(0.0)
-                for entry in range(corners.first[pack], corners.first[pack + 1]):
-                    extra += spread(mean, corners.place[entry] // LANES) * load(corners.numbers, LANES * entry)
-                store(s, NODAL * COLUMN + k * LANES, extra)
-            else:
-                _deform(pack, solid, u, solid.deformation, here, LANES)
-            for i in range(9):
-                store(s, i * COLUMN + k * LANES, load(solid.deformation, here + i * LANES))
+        fill_batch(first, n, solid, averaged, mean, u, s)
         _find_stresses(solid.law, averaged, s)
         for k in range(n):
-            _pull(first + k, solid, s, STRESS * COLUMN + k * LANES, f)
+            pull(first + k, solid, s, STRESS * COLUMN + k * LANES, f)
             stored += load(s, STORED * COLUMN + k * LANES)
             for lane in range(LANES):
                 least = min(least, s[RATIO * COLUMN + k * LANES + lane])
@@ -252,7 +260,8 @@ def _force_block(block, solid):
 
 
 @kernel(inner=True)
-def _add_blocks(chunk, solid, force):
+def add_blocks(chunk, solid, force):
+    """Forces of a chunk of the nodes, from what their blocks have of them."""
     blocks = solid.blocks
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(force))):
         for d in range(3):
@@ -266,7 +275,7 @@ def _add_blocks(chunk, solid, force):
 def internal_forces(n_blocks, chunks, solid, force):
     """Fill force (n, 3) [N], the deformation gradients, and the sums of blocks and chunks."""
     if len(solid.block_volume) > 0:
-        parallel_for(_deform_block, n_blocks, solid)
-        parallel_for(_average_chunk, chunks, solid)
+        parallel_for(deform_block, n_blocks, solid)
+        parallel_for(average_chunk, chunks, solid)
     parallel_for(_force_block, n_blocks, solid)
-    parallel_for(_add_blocks, chunks, solid, force)
+    parallel_for(add_blocks, chunks, solid, force)

@@ -11,7 +11,7 @@ from pellucid.approximants.nodal.contract import AnyNodalApproximant
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
@@ -23,11 +23,14 @@ from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.materials.hyperelastic import HyperelasticMaterial
 from pellucid.materials.law import Law
+from pellucid.materials.point_state import initial_arrays
+from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
+    from pellucid.bodies.meshless_solid.viscous_forces import Viscous
     from pellucid.parts.body import Body, Placement
 
 ENTRY_BYTES = 60  # of a node at a quadrature point: shape function, gradient and number, and what a step keeps of them
@@ -36,14 +39,14 @@ NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is av
 
 
 class MeshlessSolidCase(BodyModel):
-    """A hyperelastic solid on its own nodes, with shape functions over a background mesh, in total-Lagrangian form."""
+    """An elastic or viscous solid on its own nodes, with shape functions over a background mesh, in total-Lagrangian form."""
 
     place: ClassVar[str] = "mesh"
     scales_inertia: ClassVar[bool] = True
 
     kind: Literal["meshless-solid"] = "meshless-solid"
     mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")
-    material: Material = parameter("", "what it is made of: a hyperelastic solid")
+    material: Material = parameter("", "what it is made of: a hyperelastic solid, or a viscous one around it")
     approximant: AnyNodalApproximant = parameter("", "its shape functions", CellMaximumEntropyModel())
     essential: Literal["direct", "ebciem", "sebciem"] | None = parameter(
         "",
@@ -74,7 +77,12 @@ class MeshlessSolidCase(BodyModel):
         """Whether the volume ratio is averaged."""
         if self.volume_averaging is not None:
             return self.volume_averaging
-        return float(getattr(self.material, "poisson_ratio", 0.5)) >= NEARLY_INCOMPRESSIBLE
+        return float(getattr(self._at_rest, "poisson_ratio", 0.5)) >= NEARLY_INCOMPRESSIBLE
+
+    @property
+    def _at_rest(self) -> Material:
+        """The material that bears the load at rest."""
+        return self.material.hyperelastic() if isinstance(self.material, ViscoelasticMaterial) else self.material
 
     @property
     def essential_conditions(self) -> str:
@@ -87,8 +95,16 @@ class MeshlessSolidCase(BodyModel):
         return self.material.density
 
     def law(self) -> Law:
-        """Its law as kernels take it."""
-        return self.material.law()
+        """Its hyperelastic law as kernels take it."""
+        return self._at_rest.law()
+
+    def viscous(self) -> "Viscous | None":
+        """Its law with a history and the state of its points at the start; None of a hyperelastic solid."""
+        from pellucid.bodies.meshless_solid.viscous_forces import Viscous
+
+        if isinstance(self.material, HyperelasticMaterial):
+            return None
+        return Viscous(self.material.law(), self.material.initial_state())
 
     def build(self, placement: "Placement") -> "Body":
         """Its nodes."""
@@ -101,8 +117,12 @@ class MeshlessSolidCase(BodyModel):
         """Whether a drag slows its nodes."""
         return self.damping > 0.0
 
-    def why_not_relaxed(self, alone: bool) -> None:
-        """Nothing hinders it."""
+    def why_not_relaxed(self, alone: bool) -> Reason | None:
+        """A viscous material: the time in which it creeps is not that of the relaxation."""
+        if not isinstance(self.material, ViscoelasticMaterial):
+            return None
+        text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not follow'
+        return Reason(text, "give the body its `elastic` material, which bears the load at rest")
 
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""
@@ -131,7 +151,10 @@ class MeshlessSolidCase(BodyModel):
     def table_bytes(self) -> float:
         """Of its shape functions at the quadrature points, at the most while they are made [bytes]."""
         points = len(self.mesh.mesh().cells) * self.points_per_cell
-        return points * (ENTRY_BYTES * self.approximant.nodes_in_a_cell + QUADRATURE_BYTES)
+        history = 0
+        if isinstance(self.material, ViscoelasticMaterial):
+            history = sum(array.nbytes for array in initial_arrays(self.material.initial_state(), 1).values())
+        return points * (ENTRY_BYTES * self.approximant.nodes_in_a_cell + QUADRATURE_BYTES + history)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3)."""
@@ -154,13 +177,14 @@ class MeshlessSolidCase(BodyModel):
             "strain_energy",
             "stored_energy",
             "kinetic_energy",
+            *(("dissipated_energy",) if isinstance(self.material, ViscoelasticMaterial) else ()),
         )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Faults of its mesh, a material that is not hyperelastic, and what does not fit the grid."""
+        """Faults of its mesh, a material without a hyperelastic law, and what does not fit the grid."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
-        if not isinstance(self.material, HyperelasticMaterial):
+        if not isinstance(self.material, HyperelasticMaterial | ViscoelasticMaterial):
             text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
             yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')
         if self.essential_conditions == "direct" and not self.approximant.interpolates:

@@ -1,6 +1,7 @@
 """Fields of a meshless solid at its nodes, as results show them."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,56 +16,98 @@ from pellucid.tensors import determinant
 
 MOTION = ("id", "position", "velocity", "mass")
 FIELDS = (*MOTION, "density", "pressure", "stress", "strain_energy")
+LOST = "dissipated_energy"  # a field of viscous solids
+
+
+class AtPoints(NamedTuple):
+    """Of the points, but for what averaged volume ratios change: Cauchy stress [Pa], shape (n, 6); strain energy and, under
+    laws that tell it apart, energy lost so far in unit reference volume [J/m³], shape (n,)."""
+
+    stress: np.ndarray
+    stored: np.ndarray
+    lost: np.ndarray | None = None
 
 
 @kernel(inner=True)
-def _fields_block(block, solid, stress, stored):
+def _deformation(solid, point):
+    at = 9 * LANES * (point // LANES) + point % LANES
+    return (
+        solid.deformation[at],
+        solid.deformation[at + LANES],
+        solid.deformation[at + 2 * LANES],
+        solid.deformation[at + 3 * LANES],
+        solid.deformation[at + 4 * LANES],
+        solid.deformation[at + 5 * LANES],
+        solid.deformation[at + 6 * LANES],
+        solid.deformation[at + 7 * LANES],
+        solid.deformation[at + 8 * LANES],
+    )
+
+
+@kernel(inner=True)
+def _elastic_block(block, solid, stress, stored):
+    for point in range(LANES * PACKS * block, min(LANES * PACKS * (block + 1), len(stored))):
+        F = _deformation(solid, point)
+        s = cauchy_stress(solid.law, F)
+        stored[point] = energy(solid.law, F)
+        for k in range(6):
+            stress[point, k] = s[k]
+
+
+@kernel()
+def _elastic(n, solid, stress, stored):
+    parallel_for(_elastic_block, n, solid, stress, stored)
+
+
+def elastic_points(solid: Solid, n: int) -> AtPoints:
+    """Of a hyperelastic solid, from its n deformation gradients."""
+    found = AtPoints(np.zeros((n, 6)), np.zeros(n))
+    _elastic(len(solid.sums), Bundle(solid), found.stress, found.stored)
+    return found
+
+
+@kernel(inner=True)
+def _fields_block(block, solid, of_stress, of_stored, stress, stored):
     corners, nq, averaged = solid.corners, solid.n_points, len(solid.block_volume) > 0
     start = solid.blocks.first[block]
     for point in range(LANES * PACKS * block, min(LANES * PACKS * (block + 1), nq * len(stored))):
-        pack, lane, cell = point // LANES, point % LANES, point // nq
-        at, w = 9 * LANES * pack + lane, solid.weights[point]
-        F = (
-            solid.deformation[at],
-            solid.deformation[at + LANES],
-            solid.deformation[at + 2 * LANES],
-            solid.deformation[at + 3 * LANES],
-            solid.deformation[at + 4 * LANES],
-            solid.deformation[at + 5 * LANES],
-            solid.deformation[at + 6 * LANES],
-            solid.deformation[at + 7 * LANES],
-            solid.deformation[at + 8 * LANES],
-        )
-        s = cauchy_stress(solid.law, F)
-        stored[cell] += w * energy(solid.law, F)
+        pack, lane, cell, w = point // LANES, point % LANES, point // nq, solid.weights[point]
+        stored[cell] += w * of_stored[point]
         extra = 0.0
         if averaged:
-            J = determinant(F)
+            J = determinant(_deformation(solid, point))
             stored[cell] -= w * volumetric_energy(solid.law, J)
             extra -= volumetric_stress(solid.law, J)
             for entry in range(corners.first[pack], corners.first[pack + 1]):
                 node = solid.blocks.nodes[start + corners.place[entry] // LANES]
                 extra += corners.numbers[LANES * entry + lane] / w * solid.mean_stress[node]
         for k in range(6):
-            stress[cell, k] += (s[k] + (extra if k < 3 else 0.0)) / nq
+            stress[cell, k] += (of_stress[point, k] + (extra if k < 3 else 0.0)) / nq
 
 
 @kernel()
-def _fields(n, solid, stress, stored):
-    parallel_for(_fields_block, n, solid, stress, stored)
+def _fields(n, solid, of_stress, of_stored, stress, stored):
+    parallel_for(_fields_block, n, solid, of_stress, of_stored, stress, stored)
 
 
-def nodal_field(name: str, mesh: SimplexMesh, solid: Solid, law: Any, density: float) -> np.ndarray:
-    """Density [kg/m³], Cauchy stress, pressure [Pa], strain energy of unit mass [J/kg] or of the node [J], `stored_energy`.
+def nodal_field(
+    name: str, mesh: SimplexMesh, solid: Solid, at_points: Callable[[int], AtPoints], law: Any, density: float
+) -> np.ndarray:
+    """Density [kg/m³], Cauchy stress, pressure [Pa], strain energy of unit mass [J/kg] or of the node [J], `stored_energy`,
+    dissipated energy of unit mass [J/kg].
 
-    Means over the cells about a node by their volumes; energies are shared out to the corners of the cells.
+    Means over the cells about a node by their volumes; energies are shared out to the corners of the cells. law: the
+    hyperelastic one.
     """
     if name == "density":
         if len(solid.block_volume):
             return density / solid.volume_ratio
         return density / _mean(mesh, np.linalg.det(deformation_gradients(solid, len(mesh.cells)).mean(axis=1)))
+    found = at_points(solid.n_points * len(mesh.cells))
+    if name == LOST and found.lost is not None:
+        return _mean(mesh, found.lost.reshape(len(mesh.cells), -1).mean(axis=1)) / density
     stress, stored = np.zeros((len(mesh.cells), 6)), np.zeros(len(mesh.cells))
-    _fields(len(solid.sums), Bundle(solid), stress, stored)
+    _fields(len(solid.sums), Bundle(solid), found.stress, found.stored, stress, stored)
     if name in ("strain_energy", "stored_energy"):
         energies = np.bincount(mesh.cells.ravel(), np.repeat(stored, 4) / 4.0, len(mesh.nodes))
         if len(solid.block_volume):

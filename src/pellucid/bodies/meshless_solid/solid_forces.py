@@ -1,0 +1,46 @@
+"""The forces of a hyperelastic meshless solid, their energy, and the frequency that bounds the step."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pellucid.bodies.meshless_solid.forces import ENERGY, Solid, internal_forces
+from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points
+from pellucid.bodies.meshless_solid.stable_step import largest_frequency
+from pellucid.jit.bundle import Bundle
+
+
+class ElasticForces:
+    """What a body asks of its material: here stresses follow from the deformation alone."""
+
+    def __init__(self, solid: Solid) -> None:
+        self.solid, self.bundle = solid, Bundle(solid)
+        self.arrays: Mapping[str, np.ndarray] = {}
+        """The history of the points, by name."""
+
+    def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
+        """Fill force (n, 3) [N] at displacements [m], shape (n, 3), that were reached in a step dt [s]."""
+        self.solid.displacement[:] = displacement
+        internal_forces(len(self.solid.sums), len(self.solid.node_sums), self.bundle, force)
+
+    def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
+        """Forces at displacements that may be reached so fast; of what is hyperelastic they do not depend on it."""
+        self.find(displacement, force, 0.0)
+
+    def stored(self) -> float:
+        """Strain energy [J]."""
+        nodal = float(self.solid.node_sums[:, ENERGY].sum()) if len(self.solid.block_volume) else 0.0
+        return float(self.solid.sums[:, ENERGY].sum()) + nodal
+
+    @property
+    def lost(self) -> float | None:
+        """Energy that the material dissipated so far [J], of those that tell it apart."""
+        return None
+
+    def largest_frequency(self, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray, extent: float) -> float:
+        """As the function, about displacements [m]; forces and energy must be found again."""
+        return largest_frequency(self._try, displacement, mass, free, extent)
+
+    def at_points(self, n: int) -> AtPoints:
+        """Stresses and energies at the n points."""
+        return elastic_points(self.solid, n)
