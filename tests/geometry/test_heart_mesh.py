@@ -91,7 +91,7 @@ def test_three_edges_or_more_lead_through_the_right_wall_at_the_finest():
 
 
 def test_walls_that_the_lattice_would_miss_are_refused():
-    with pytest.raises(ValidationError, match=r"heart.size\n.*less than or equal to 0.002"):
+    with pytest.raises(ValidationError, match=r"heart.size\n.*less than or equal to 0.0035"):
         SolidMesh(heart={"size": 0.004})
     with pytest.raises(ValidationError, match="make `size` larger"):
         SolidMesh(heart={"size": 0.0002})

@@ -19,14 +19,14 @@ class SteadyCase(Part):
     loading: int | None = parameter(
         "",
         "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
-        "cross the body eight times, and 400 at least",
+        "cross the body sixteen times while all loads grow, and 800 in all at least",
         None,
         ge=1,
     )
     tolerance: float = parameter(
         "", "estimated error of the displacements at which a state counts as steady, of the largest of them", 1e-6, gt=0, le=0.1
     )
-    courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.9, gt=0, le=1)
+    courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.8, gt=0, le=1)
     mass_scaling: bool = parameter("", "whether inertia is scaled so that all nodes allow the same step", False)
     most_steps: int = parameter("", "steps of the relaxation of a load step before the run stops itself", 100_000, ge=100)
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
 AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
-CROSSINGS, FEWEST = 8.0, 400  # of a body by shear waves while the loads grow, and steps for that at least
+CROSSINGS = 16.0  # of a body by shear waves while all loads grow
+ALL_LOADS, FEWEST = 800, 100  # steps for that, and for a load step, at least
 QUIET = 100  # steps in which the estimated error stays below the tolerance
 
 
@@ -63,7 +64,8 @@ class SteadyClock(Clock):
         dt = self.case.courant * stable
         self.check_collapse(dt, name)
         if self._step == 0:
-            self.loading = self.steady.loading or max(FEWEST, ceil(CROSSINGS * self._crossing / dt))
+            whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt)
+            self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps))
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
