@@ -123,7 +123,9 @@ def test_on_a_grid_they_are_refused():
 
 
 def test_too_few_neighbours_are_an_error_of_the_case():
-    case = Case.model_validate(pulled_block(approximant={"kind": "moving-least-squares", "dilatation": 1.01}))
+    flat = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (3, 3, 1)}}  # tetrahedra three times as high
+    table = pulled_block(approximant={"kind": "moving-least-squares", "dilatation": 1.01}, mesh=flat)
+    case = Case.model_validate(table)
     with pytest.raises(CaseError) as caught:
         Simulation(case, threads=1)
     text = str(caught.value)

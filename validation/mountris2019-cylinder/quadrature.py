@@ -1,8 +1,8 @@
 """The indented cylinder with 1 to 32 points a cell, and as linear tetrahedra: strain energies and forces at the end.
 
-    python quadrature.py ACROSS ALONG
+    python quadrature.py ACROSS ALONG [KIND...]
 
-Writes quadrature.csv beside this file.
+Adds rows to quadrature.csv beside this file, of all kinds or those named.
 """
 
 import csv
@@ -18,6 +18,7 @@ POINTS = (1, 4, 8, 16, 32)
 KINDS = {
     "meshless": {},
     "meshless, plain": {"body.cylinder.volume_averaging": False},
+    "meshless, uncorrected": {"body.cylinder.volume_averaging": False, "body.cylinder.consistent": False},
     "tetrahedra": {"body.cylinder.approximant": {"kind": "linear-simplex"}, "body.cylinder.volume_averaging": False},
     "tetrahedra, averaged": {"body.cylinder.approximant": {"kind": "linear-simplex"}},
 }
@@ -41,10 +42,13 @@ if __name__ == "__main__":
     across, along = int(sys.argv[1]), int(sys.argv[2])
     mesh = {"body.cylinder.mesh.cylinder.across": across, "body.cylinder.mesh.cylinder.along": along}
     columns = ("kind", "points", "nodes", "steps", "strain_energy", "force", "stopped")
-    with TABLE.open("w", newline="", encoding="utf-8") as file:
+    new = not TABLE.exists()
+    with TABLE.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns, lineterminator="\n")
-        writer.writeheader()
-        for kind, changes in KINDS.items():
+        if new:
+            writer.writeheader()
+        for kind in sys.argv[3:] or KINDS:
+            changes = KINDS[kind]
             for points in POINTS if kind.startswith("meshless") else POINTS[:1]:
                 steady = {"steady.load_steps": 1, "steady.tolerance": 1e-4, "body.cylinder.points_per_cell": points}
                 row = run(mesh | steady | changes)
