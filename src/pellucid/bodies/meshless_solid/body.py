@@ -174,9 +174,9 @@ class MeshlessSolid(ExplicitNodes):
             self._renew_frequency()
 
     def _least_volume_ratio(self) -> float:
-        """Of the averages where the volume ratio is averaged, else of the points."""
-        sums = self.solid.node_sums if len(self.solid.block_volume) else self.solid.sums
-        return float(sums[:, LEAST_J].min())
+        """Of the points, and of the averages where the volume ratio is averaged: laws need both to be positive."""
+        least = float(self.solid.sums[:, LEAST_J].min())
+        return min(least, float(self.solid.node_sums[:, LEAST_J].min())) if len(self.solid.block_volume) else least
 
     # conditions
 
