@@ -172,3 +172,29 @@ def test_what_cannot_be_steady_is_refused():
         Case.model_validate(table | {"body": [points | {"kind": "material-points", "material": TISSUE}]})
     with pytest.raises((CaseError, ValueError), match="steady states choose the step of their relaxation"):
         pulled(time={"end": 1.0, "step": 1e-3})
+
+
+def test_gravity_and_loads_without_rise_grow_over_the_load_steps():
+    """Half-way in time half of a smooth rise acts, at the end all: linear in small loads."""
+    load = {"kind": "traction", "body": "block", "where": {"normal": (0.0, 0.0, 1.0)}, "traction": (0.0, 0.0, 3.0)}
+    case = pulled({"tolerance": 1e-7, "load_steps": 2}, pull=0.0, gravity=(0.0, 0.0, -2.0), load=[load])
+    force = vertical_reactions(case)
+    assert force == pytest.approx([0.5 * (2.0 - 0.03), 2.0 - 0.03], abs=1e-5)  # 1 kg, 3 Pa on 0.01 m²
+
+
+def vertical_reactions(case):
+    """Of the bottom at each equilibrium [N]."""
+    probe = {"name": "z", "quantity": "reaction", "condition": "bottom", "component": "z"}
+    simulation, rows = Simulation(case, threads=1), []
+    reader = ProbeReader(case.model_validate(case.to_data() | {"probe": [probe]}).probe)
+    while not simulation.clock.finished(None):
+        before = simulation.time
+        simulation.step()
+        if simulation.time > before:
+            rows += reader.read(simulation.bodies, simulation.reactions(), simulation.time)
+    return rows
+
+
+def test_a_body_that_moves_at_the_start_is_refused():
+    with pytest.raises((CaseError, ValueError), match="a steady state begins at rest"):
+        pulled(body={"velocity": (0.0, 0.0, 1.0)})

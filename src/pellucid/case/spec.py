@@ -169,7 +169,15 @@ class Case(Model):
         """What acts on the bodies, by class; the rigidity of bodies that say so comes first."""
         rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
-        return {Rigid: rigid} | {base: several for base, several in parts.items() if issubclass(base, Condition)}
+        acting = {base: several for base, several in parts.items() if issubclass(base, Condition)}
+        if self.steady is not None:
+            acting = {base: tuple(map(self._growing, several)) for base, several in acting.items()}
+        return {Rigid: rigid} | acting
+
+    def _growing(self, condition: Condition) -> Condition:
+        """The condition; one that would act in full at once grows with the loads of a steady state."""
+        at_once = getattr(condition, "rise", None) == 0.0
+        return condition.model_copy(update={"rise": self.time.end}) if at_once else condition
 
     def with_settings(self, settings: Mapping[str, Any]) -> "Case":
         """The case with values put at dotted keys, such as {"grid.cell": 0.02, "body.driver.velocity": [1, 0, 0]}.

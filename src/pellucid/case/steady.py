@@ -31,8 +31,13 @@ class SteadyCase(Part):
     most_steps: int = parameter("", "steps of the relaxation of a load step before the run stops itself", 100_000, ge=100)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Bodies that cannot come to rest so."""
+        """Bodies that cannot come to rest so, or do not begin at rest."""
         bodies = parts.of(BodyModel)
+        for other, body in parts.placed(BodyModel):
+            initial = getattr(body, "initial", None)
+            if any(body.velocity) or initial:
+                key = "velocity" if any(body.velocity) else "initial"
+                yield Finding((*other, key), "a steady state begins at rest", "leave it out")
         for other, body in parts.placed(BodyModel):
             alone = sum(one.field == body.field for one in bodies) == 1
             if reason := body.why_not_relaxed(alone):

@@ -77,10 +77,10 @@ class Relaxable(Protocol):
 
     arrays: dict[str, np.ndarray]
 
-    def relax(self, keep: float, gain: float, load_rate: float) -> None:
+    def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
 
-        load_rate: how fast the loads change, in simulated time over that of the step.
+        load_rate: how fast the loads change, in simulated time over that of the step; gravity_share: what acts of gravity.
         """
 
     def scale_inertia(self) -> None:

@@ -177,7 +177,7 @@ class Simulation:
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
-            body.check(self.clock.n_steps, self.clock.time)
+            body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
         self._check_energy()
         self._check_contact()
@@ -215,11 +215,11 @@ class Simulation:
         if self.n_steps < FIRST_JUDGED or error < self.case.energy.warn:
             return
         causes = f"transfer {self.budget.transfer:.3g} J, time integration {self.budget.time_integration:.3g} J"
-        text = f"step {self.n_steps}, time {self.time:.6g} s: the energy error is {100 * error:.2g} % ({causes})"
+        time = self.clock.progress()
+        text = f"step {self.n_steps}, time {time:.6g} s: the energy error is {100 * error:.2g} % ({causes})"
         if error >= self.case.energy.stop:
             raise RunStopped(
-                f"{text}, above energy.stop = {100 * self.case.energy.stop:g} %; use a smaller step, a finer grid, or raise "
-                f"energy.stop if the loss is meant"
+                f"{text}, above energy.stop = {100 * self.case.energy.stop:g} %; {self.clock.against_energy_error}"
             )
         self._warn("energy", f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %")
 

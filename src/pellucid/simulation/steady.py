@@ -75,9 +75,9 @@ class SteadyClock(Clock):
 
     def pace(self, dt: float) -> None:
         """Tell the bodies the damping of the coming step, and how fast the loads change."""
-        kappa = self._kappa
+        kappa, (start, grown) = self._kappa, self.span(dt)
         for body in self._bodies:
-            body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, self.span(dt)[1] / dt)
+            body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, grown / dt, smooth_step((start + grown) / self.case.end))
 
     def advance(self, dt: float) -> None:
         """Count a step, and find out whether a steady state is reached."""
@@ -145,6 +145,8 @@ class SteadyClock(Clock):
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
 
     # results and checkpoint
+
+    against_energy_error = "raise steady.load_steps or steady.loading, or lower steady.courant: the loads grow too fast"
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells: steps of each load step, the estimated error, and the forces that are left, of all forces."""

@@ -130,9 +130,10 @@ class ExplicitNodes(NodalBody):
 
     # steady states
 
-    def relax(self, keep: float, gain: float, load_rate: float) -> None:
+    def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Damp the coming step."""
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
+        self.motion.share_gravity(gravity_share)
 
     def scale_inertia(self) -> None:
         """Scale the inertia of the nodes so that all allow about the same step; a kind of body that can says how."""

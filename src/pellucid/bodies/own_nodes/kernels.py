@@ -42,7 +42,7 @@ class NodeForces(NamedTuple):
     inertia: np.ndarray  # (n,) [kg], the same but where a steady state scales it
     internal: np.ndarray  # (n, 3) of stress and hourglass control [N]
     loads: np.ndarray  # (channels, n, 3) external forces [N]
-    gravity: tuple[float, float, float]  # [m/s²]
+    gravity: np.ndarray  # (3,) [m/s²]
     increment: np.ndarray  # (n, 3) of velocity, by contact [m/s]
     lead: np.ndarray  # (2, n, 3) of velocity, by supports and motions that act on the field [m/s]; (0, 0, 0) where none does
     prescribed: np.ndarray  # (n, 3) 0 where free, else 1 + the row of `rows`

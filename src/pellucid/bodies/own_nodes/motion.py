@@ -43,7 +43,10 @@ class NodalMotion:
         increment: np.ndarray,
     ) -> None:
         n = len(arrays["mass"])
-        self._arrays, self._grid, self._thin, self.gravity = arrays, grid, thin, gravity
+        self._arrays, self._grid, self._thin, self._full_gravity = arrays, grid, thin, np.array(gravity, float)
+        self.gravity = self._full_gravity.copy()
+        """What acts of it now [m/s²], shape (3,)."""
+        self.gravity_share = 1.0
         self._increment, self._columns = increment, FIRST_LOAD + n_loads
         self.internal, self.loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
         self.chunks = (n + CHUNK - 1) // CHUNK
@@ -159,6 +162,10 @@ class NodalMotion:
         """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self.loads[column - FIRST_LOAD] += force
 
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act."""
+        self.gravity_share, self.gravity[:] = share, share * self._full_gravity
+
     def scale_inertia(self, inertia: np.ndarray) -> None:
         """Let the nodes answer forces with another inertia [kg], shape (n,), than that of their masses."""
         self.inertia = inertia
@@ -173,8 +180,8 @@ class NodalMotion:
     def forces(self) -> np.ndarray:
         """All forces on the nodes but those of contact and constraints [N], shape (n, 3)."""
         force = self.internal + self.loads.sum(axis=0) if len(self.loads) else self.internal
-        if any(self.gravity):
-            force = force + self._arrays["mass"][:, None] * np.array(self.gravity)
+        if self.gravity.any():
+            force = force + self._arrays["mass"][:, None] * self.gravity
         return np.asarray(force)
 
     def drag_forces(self, dt: float) -> np.ndarray:
@@ -240,7 +247,8 @@ class NodalMotion:
         motions = slice(n_supports, rows - 1)
         reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
         whole = step_work(np.concatenate([sums[: self._columns + 1], reactions.ravel()]), self._columns)
-        return whole._replace(motions=dict(zip(self._motions, impulses[motions], strict=True)))
+        named = dict(zip(self._motions, impulses[motions], strict=True))
+        return whole._replace(gravity_mass=self.gravity_share * whole.gravity_mass, motions=named)
 
     @property
     def contact_impulse(self) -> np.ndarray:
