@@ -73,7 +73,8 @@ def energies(run: "Run") -> "Figure":
         if np.any(values != 0.0):
             left.plot(times, values, LINES[number // 7 % 4], label=words)
     label(left, "time", "energy", "s", "J")
-    figure.legend(loc="outside lower center", ncols=5)
+    if left.lines:
+        figure.legend(loc="outside lower center", ncols=5)
     right.plot(times, 100.0 * run.history["energy_error"], color="black")
     right.axhline(0.0, color="#889", linewidth=0.8)
     label(right, "time", "error of the balance", "s", "%")
