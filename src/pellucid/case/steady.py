@@ -38,7 +38,6 @@ class SteadyCase(Part):
             if any(body.velocity) or initial:
                 key = "velocity" if any(body.velocity) else "initial"
                 yield Finding((*other, key), "a steady state begins at rest", "leave it out")
-        for other, body in parts.placed(BodyModel):
             alone = sum(one.field == body.field for one in bodies) == 1
             if reason := body.why_not_relaxed(alone):
                 yield Finding((*other, "kind"), f"[steady]: {reason.text}", reason.remedy)

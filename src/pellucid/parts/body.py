@@ -83,9 +83,6 @@ class Relaxable(Protocol):
         load_rate: how fast the loads change, in simulated time over that of the step; gravity_share: what acts of gravity.
         """
 
-    def scale_inertia(self) -> None:
-        """Scale the inertia of the nodes so that all allow about the same step."""
-
     def springs(self) -> Springs:
         """Its internal forces of the last step, and the places where they were found."""
 

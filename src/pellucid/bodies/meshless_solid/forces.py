@@ -234,15 +234,32 @@ def fill_batch(first, n, solid, averaged, mean, u, s):
 
 
 @kernel(inner=True)
+def mean_stresses(start, m, solid):
+    """Of the m nodes of a block, where the volume ratio is averaged."""
+    mean = np.zeros(m)
+    if len(solid.block_volume) > 0:
+        for k in range(m):
+            mean[k] = solid.mean_stress[solid.blocks.nodes[start + k]]
+    return mean
+
+
+@kernel(inner=True)
+def end_block(block, solid, f, stored, least):
+    """Keep the forces f of a block, a vector for each of its nodes, its stored energy and its least volume ratio."""
+    start = solid.blocks.first[block]
+    for k in range(solid.blocks.first[block + 1] - start):
+        for d in range(3):
+            solid.block_force[start + k, d] = f[LANES * k + d]
+    solid.sums[block, ENERGY], solid.sums[block, LEAST_J] = total(stored), least
+
+
+@kernel(inner=True)
 def _force_block(block, solid):
     """Forces of a block on its nodes; where the volume ratio is not averaged, the deformation gradients too."""
     blocks, corners, averaged = solid.blocks, solid.corners, len(solid.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
     u = displacements(start, m, solid)
-    f, mean, s = np.zeros(LANES * m), np.zeros(m), np.zeros(COLUMNS * COLUMN)
-    if averaged:
-        for k in range(m):
-            mean[k] = solid.mean_stress[blocks.nodes[start + k]]
+    f, mean, s = np.zeros(LANES * m), mean_stresses(start, m, solid), np.zeros(COLUMNS * COLUMN)
     stored, least, end = splat(0.0), np.inf, min(PACKS * (block + 1), len(corners.first) - 1)
     for first in range(PACKS * block, end, BATCH):
         n = min(BATCH, end - first)
@@ -253,10 +270,7 @@ def _force_block(block, solid):
             stored += load(s, STORED * COLUMN + k * LANES)
             for lane in range(LANES):
                 least = min(least, s[RATIO * COLUMN + k * LANES + lane])
-    for k in range(m):
-        for d in range(3):
-            solid.block_force[start + k, d] = f[LANES * k + d]
-    solid.sums[block, ENERGY], solid.sums[block, LEAST_J] = total(stored), least
+    end_block(block, solid, f, stored, least)
 
 
 @kernel(inner=True)

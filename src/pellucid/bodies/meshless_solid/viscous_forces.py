@@ -13,8 +13,6 @@ from pellucid.bodies.meshless_solid.forces import (
     BATCH,
     COLUMN,
     COLUMNS,
-    ENERGY,
-    LEAST_J,
     NODAL,
     PACKS,
     RATIO,
@@ -26,7 +24,9 @@ from pellucid.bodies.meshless_solid.forces import (
     average_chunk,
     deform_block,
     displacements,
+    end_block,
     fill_batch,
+    mean_stresses,
     pull,
 )
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints
@@ -35,7 +35,7 @@ from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, largest_frequ
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
-from pellucid.jit.vector import LANES, splat, total
+from pellucid.jit.vector import LANES, splat
 from pellucid.jit.vector import load as load_lanes
 from pellucid.materials.law import (
     AT_REST,
@@ -134,10 +134,7 @@ def _force_block(block, solid, history, dt, keep):
     blocks, averaged = solid.blocks, len(solid.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
     u = displacements(start, m, solid)
-    f, mean, s = np.zeros(LANES * m), np.zeros(m), np.zeros(COLUMNS * COLUMN)
-    if averaged:
-        for k in range(m):
-            mean[k] = solid.mean_stress[blocks.nodes[start + k]]
+    f, mean, s = np.zeros(LANES * m), mean_stresses(start, m, solid), np.zeros(COLUMNS * COLUMN)
     stored, least, lost = splat(0.0), np.inf, 0.0
     end = min(PACKS * (block + 1), len(solid.corners.first) - 1)
     for first in range(PACKS * block, end, BATCH):
@@ -149,10 +146,7 @@ def _force_block(block, solid, history, dt, keep):
             stored += load_lanes(s, STORED * COLUMN + k * LANES)
             for lane in range(LANES):
                 least = min(least, s[RATIO * COLUMN + k * LANES + lane])
-    for k in range(m):
-        for d in range(3):
-            solid.block_force[start + k, d] = f[LANES * k + d]
-    solid.sums[block, ENERGY], solid.sums[block, LEAST_J] = total(stored), least
+    end_block(block, solid, f, stored, least)
     history.lost[block] = lost
 
 

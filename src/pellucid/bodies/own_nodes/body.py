@@ -135,10 +135,6 @@ class ExplicitNodes(NodalBody):
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
         self.motion.share_gravity(gravity_share)
 
-    def scale_inertia(self) -> None:
-        """Scale the inertia of the nodes so that all allow about the same step; a kind of body that can says how."""
-        raise NotImplementedError(f"the inertia of body {self.name} is that of its masses")
-
     def springs(self) -> Springs:
         """Its internal forces, at the places at which the step began."""
         position = self.arrays["position"] - self._dt * self.arrays["velocity"]

@@ -4,16 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.mountris2019.curves import form_of, residuals
+from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
 from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from pellucid.results.storage.run import Run
-
-    Array = NDArray[np.float64]
 
 EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
 
@@ -22,17 +18,11 @@ METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_node
 
 def at(run: "Run", distance: float) -> tuple[float, float]:
     """Strain energy [J] and force along z on the top [N] when the plates have moved apart by a distance [m]."""
-    moved = displacement(run)
+    moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
     if abs(moved[row] - distance) > 1e-6 * abs(distance):
         raise ValueError(f"no equilibrium at {distance:g} m; take a number of load steps that has one")
     return float(run.history["strain_energy"][row]), float(run.history["reaction_z"][row])
-
-
-def displacement(run: "Run") -> "Array":
-    """Of the top at each row of the history [m]."""
-    moves = run.case.motion[0].functions()[2]
-    return np.array([moves(float(time)) for time in run.history["time"]])
 
 
 def of_mesh(run: "Run", share: float, exponent: float) -> float:

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.mountris2019.clamped_cube import METRICS, displacement, known_at, metrics_at, of_mesh
+from pellucid.gallery.mountris2019.clamped_cube import METRICS, known_at, metrics_at, of_mesh
+from pellucid.gallery.mountris2019.curves import displacement
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -30,7 +31,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     """Reaction and energy against the displacement."""
     figure = new_figure(10.0, 4.0)
     left, right = figure.subplots(1, 2)
-    moved = -1e3 * displacement(run)
+    moved = -1e3 * displacement(run, 2)
     left.plot(moved, -np.asarray(run.history["reaction_z"]), "-o", color=COLOURS[0], label="meshless solid")
     right.plot(moved, run.history["strain_energy"], "-o", color=COLOURS[0], label="meshless solid")
     known = [known_at(run, distance) for distance in KNOWN]

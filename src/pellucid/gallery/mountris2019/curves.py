@@ -9,6 +9,7 @@ from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
@@ -51,10 +52,15 @@ def least_volume(run: "Run") -> Metric:
     return Metric(ratio, 1.0, abs(ratio - 1.0), 0.5, "", "least volume of a node over that at rest; nearly incompressible: one")
 
 
+def displacement(run: "Run", axis: int) -> "NDArray[np.float64]":
+    """Of the motion along an axis at each row of the history [m]."""
+    moves = run.case.motion[0].functions()[axis]
+    return np.array([moves(float(time)) for time in run.history["time"]])
+
+
 def force_and_energy(run: "Run", reaction: str, axis: int) -> "Figure":
     """Force of the motion along an axis and strain energy at the equilibria, against its displacement."""
-    moves = run.case.motion[0].functions()[axis]
-    moved = np.array([moves(float(time)) for time in run.history["time"]])
+    moved = displacement(run, axis)
     figure = new_figure(10.0, 4.0)
     left, right = figure.subplots(1, 2)
     left.plot(1e3 * abs(moved), abs(run.history[reaction]), "-o", color=COLOURS[0])
