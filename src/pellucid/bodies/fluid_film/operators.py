@@ -1,0 +1,36 @@
+"""What the velocities of a film's nodes do at its quadrature points, as rows: strain rate, change of curvature, slope.
+
+A row holds the factors of the velocity components of the nodes of an element, node by node, so that `row · v` is the rate.
+The same rows give the virtual power and, squared, the dissipation, which makes the operator symmetric, and rigid motions
+have no strain rate to rounding.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Operators(NamedTuple):
+    """Rows at the q quadrature points of e elements with m nodes each, in d dimensions, with the nodes at some place."""
+
+    area: np.ndarray  # (e, q) of a quadrature point [m²]
+    position: np.ndarray  # (e, q, d) [m]
+    normal: np.ndarray  # (e, q, d) outward
+    value: np.ndarray  # (e, q, m, d) shape functions, for each component of the velocity
+    strain: np.ndarray  # (e, q, s, m, d) rate of deformation in an orthonormal frame [1/m]: 1; 11, 22; or 11, 22, 2·12
+    slope: np.ndarray  # (e, q, c, m, d) of the normal component of the velocity along that frame, c = 1 or 2 [1/m]
+    curvature: np.ndarray  # (e, q) J = 2H, the sum of the principal curvatures [1/m], positive as of a sphere
+    bending: np.ndarray  # (e, q, m, d) its rate of change at the material point [1/m²]
+
+    def dilatation(self) -> np.ndarray:
+        """Rows of the rate of areas, tr D [1/m], shape (e, q, m, d)."""
+        return np.asarray(self.strain[:, :, :2].sum(axis=2))
+
+    def volume_rate(self) -> np.ndarray:
+        """Rows of the rate of the volume inside, area times normal velocity [m²], shape (e, q, m, d)."""
+        return np.asarray(self.area[..., None, None] * self.normal[:, :, None, :] * self.value)
+
+    def volume(self) -> float:
+        """Volume inside [m³], by the divergence theorem; a closed curve's is the area inside, 1 m deep."""
+        d = self.position.shape[2] if self.strain.shape[2] != 2 else 3
+        return float(np.einsum("eq,eqi,eqi->", self.area, self.normal, self.position) / d)
