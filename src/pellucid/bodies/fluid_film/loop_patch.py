@@ -1,0 +1,186 @@
+"""Loop's subdivision surface on one triangle, from the nodes of its corners and of the rings about these.
+
+Where all corners have six neighbours it is a box spline of degree 4; else the triangle is cut in four until the place lies in
+one where they have. Source: Loop 1987 (thesis, University of Utah); Stam 1998, Evaluation of Loop subdivision surfaces; as
+finite elements: Cirak, Ortiz & Schröder 2000, Int. J. Numer. Methods Eng. 47, 2039.
+
+The ring of a corner begins with the next corner and the one before, and ends with the node across from the one before.
+"""
+
+from math import cos, pi
+
+import numpy as np
+
+from pellucid.jit import kernel, pointwise
+
+REGULAR = 6  # neighbours
+DEEPEST = 30  # cuts before a place counts as the corner
+VALUE, FIRST_1, FIRST_2, SECOND_11, SECOND_12, SECOND_22, COUNT = range(7)  # with the shares of corners 1 and 2
+
+
+def _corner_terms() -> list[dict[tuple[int, int, int], float]]:
+    """Of a corner, and the three nodes of its ring from the one across from the next corner on; 12 times the box splines.
+
+    Keys are the powers of the shares of the corner, the next one and the one before.
+    """
+    corner = {(4, 0, 0): 6.0, (2, 1, 1): 60.0, (0, 2, 2): 12.0}
+    for a, b in ((1, 2), (2, 1)):
+        for powers, factor in (((3, 1, 0), 24), ((2, 2, 0), 24), ((1, 3, 0), 8), ((0, 4, 0), 1), ((1, 2, 1), 36), ((0, 3, 1), 6)):
+            corner[powers[0], powers[a], powers[b]] = float(factor)
+    across = {(4, 0, 0): 1.0, (0, 0, 4): 1.0, (2, 0, 2): 12.0, (3, 0, 1): 6.0, (1, 0, 3): 6.0}
+    across |= {(3, 1, 0): 2.0, (0, 1, 3): 2.0, (2, 1, 1): 6.0, (1, 1, 2): 6.0}
+    return [corner, across, {(4, 0, 0): 1.0, (3, 0, 1): 2.0}, {(4, 0, 0): 1.0, (3, 1, 0): 2.0}]
+
+
+POWERS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)])
+
+
+def _box_splines() -> np.ndarray:
+    factors = np.zeros((12, len(POWERS)))
+    place = {tuple(powers): k for k, powers in enumerate(POWERS.tolist())}
+    for c in range(3):
+        for k, terms in enumerate(_corner_terms()):
+            for powers, factor in terms.items():
+                factors[c if k == 0 else 2 + 3 * c + k, place[tuple(np.roll(powers, c).tolist())]] = factor / 12.0
+    return factors
+
+
+BOX_SPLINES = _box_splines()
+
+
+@pointwise
+def share_of_neighbour(valence):
+    """How much a neighbour counts when a node is moved by subdivision."""
+    inner = 0.375 + 0.25 * cos(2.0 * pi / valence)
+    return (0.625 - inner * inner) / valence
+
+
+@pointwise
+def limit_share(valence):
+    """How much a neighbour counts in the place of a node on the surface."""
+    return 1.0 / (0.375 / share_of_neighbour(valence) + valence)
+
+
+@kernel(inner=True)
+def _cut(corner, ring, count, moved, middle):
+    """Corners moved, and the middles of the edges to their rings."""
+    k = corner.shape[1]
+    for c in range(3):
+        n = count[c]
+        share = share_of_neighbour(n)
+        for i in range(k):
+            total = 0.0
+            for j in range(n):
+                total += ring[c, j, i]
+                sides = ring[c, (j + 1) % n, i] + ring[c, (j + n - 1) % n, i]
+                middle[c, j, i] = 0.375 * (corner[c, i] + ring[c, j, i]) + 0.125 * sides
+            moved[c, i] = (1.0 - n * share) * corner[c, i] + share * total
+
+
+@kernel(inner=True)
+def _child_at_corner(c, corner, ring, count, moved, middle):
+    """The triangle that keeps corner c becomes the triangle; it begins with that corner."""
+    d, p = (c + 1) % 3, (c + 2) % 3
+    n = count[c]
+    for i in range(corner.shape[1]):
+        corner[0, i], corner[1, i], corner[2, i] = moved[c, i], middle[c, 0, i], middle[c, 1, i]
+        for j in range(n):
+            ring[0, j, i] = middle[c, j, i]
+        ring[1, 0, i], ring[1, 1, i], ring[1, 2, i] = middle[c, 1, i], moved[c, i], middle[c, n - 1, i]
+        ring[1, 3, i], ring[1, 4, i], ring[1, 5, i] = middle[d, 2, i], moved[d, i], middle[d, 0, i]
+        ring[2, 0, i], ring[2, 1, i], ring[2, 2, i] = moved[c, i], middle[c, 0, i], middle[d, 0, i]
+        ring[2, 3, i], ring[2, 4, i], ring[2, 5, i] = moved[p, i], middle[p, count[p] - 1, i], middle[c, 2, i]
+    count[0], count[1], count[2] = n, REGULAR, REGULAR
+
+
+@kernel(inner=True)
+def _child_in_middle(corner, ring, count, moved, middle):
+    """The triangle between the middles of the edges becomes the triangle; it begins with that after corner 0."""
+    for i in range(corner.shape[1]):
+        for c in range(3):
+            d, p = (c + 1) % 3, (c + 2) % 3
+            corner[c, i] = middle[c, 0, i]
+            ring[c, 0, i], ring[c, 1, i], ring[c, 2, i] = middle[d, 0, i], middle[p, 0, i], moved[c, i]
+            ring[c, 3, i], ring[c, 4, i], ring[c, 5, i] = middle[c, count[c] - 1, i], middle[d, 2, i], moved[d, i]
+    count[0], count[1], count[2] = REGULAR, REGULAR, REGULAR
+
+
+@kernel(inner=True)
+def _spline(corner, ring, share, along, factors, powers, out):
+    """The box spline and its derivatives along two directions."""
+    k = corner.shape[1]
+    weight = np.zeros((12, COUNT))
+    for t in range(powers.shape[0]):
+        base = np.zeros((3, 3))  # x^a, a x^(a-1), a (a-1) x^(a-2) of each share
+        for axis in range(3):
+            a, x = powers[t, axis], share[axis]
+            base[0, axis] = x**a
+            base[1, axis] = a * x ** max(a - 1, 0)
+            base[2, axis] = a * (a - 1) * x ** max(a - 2, 0)
+        u, v, w = base[0, 0], base[0, 1], base[0, 2]
+        du, dv, dw = base[1, 0] * v * w, u * base[1, 1] * w, u * v * base[1, 2]
+        duu, dvv, dww = base[2, 0] * v * w, u * base[2, 1] * w, u * v * base[2, 2]
+        duv, dvw, dwu = base[1, 0] * base[1, 1] * w, u * base[1, 1] * base[1, 2], base[1, 0] * v * base[1, 2]
+        term = np.zeros(COUNT)
+        term[0] = u * v * w
+        for a in range(2):
+            term[1 + a] = du * along[a, 0] + dv * along[a, 1] + dw * along[a, 2]
+            for b in range(a, 2):
+                f, g = along[a], along[b]
+                term[3 + a + b] = duu * f[0] * g[0] + dvv * f[1] * g[1] + dww * f[2] * g[2]
+                term[3 + a + b] += duv * (f[0] * g[1] + f[1] * g[0]) + dvw * (f[1] * g[2] + f[2] * g[1])
+                term[3 + a + b] += dwu * (f[2] * g[0] + f[0] * g[2])
+        for node in range(12):
+            for j in range(COUNT):
+                weight[node, j] += factors[node, t] * term[j]
+    for j in range(COUNT):
+        for i in range(k):
+            total = 0.0
+            for c in range(3):
+                total += weight[c, j] * corner[c, i]
+            for c in range(3):
+                for s in range(3):
+                    total += weight[3 + 3 * c + s, j] * ring[c, 2 + s, i]
+            out[j, i] = total
+
+
+@kernel(inner=True)
+def evaluate(corner, ring, count, share, factors, powers, out):
+    """Value and derivatives (COUNT, k) at shares (3,) of the corners; corner (3, k), ring (3, v, k), v >= 6, count (3,).
+
+    All but `out`, `factors` and `powers` are used up. At a corner without six neighbours derivatives are zero.
+    """
+    moved, middle = np.zeros_like(corner), np.zeros_like(ring)
+    along = np.zeros((2, 3))
+    along[0, 0], along[0, 1], along[1, 0], along[1, 2] = -1.0, 1.0, -1.0, 1.0
+    for _ in range(DEEPEST):
+        if count[0] == REGULAR and count[1] == REGULAR and count[2] == REGULAR:
+            _spline(corner, ring, share, along, factors, powers, out)
+            return
+        _cut(corner, ring, count, moved, middle)
+        largest = 0
+        for c in range(1, 3):
+            if share[c] > share[largest]:
+                largest = c
+        a, d, p = largest, (largest + 1) % 3, (largest + 2) % 3
+        if share[a] >= 0.5:
+            _child_at_corner(a, corner, ring, count, moved, middle)
+            share[0], share[1], share[2] = 1.0 - 2.0 * (share[d] + share[p]), 2.0 * share[d], 2.0 * share[p]
+            for j in range(2):
+                along[j, 0], along[j, 1], along[j, 2] = 2.0 * along[j, a], 2.0 * along[j, d], 2.0 * along[j, p]
+        else:
+            _child_in_middle(corner, ring, count, moved, middle)
+            share[0], share[1], share[2] = 1.0 - 2.0 * share[2], 1.0 - 2.0 * share[0], 1.0 - 2.0 * share[1]
+            for j in range(2):
+                along[j, 0], along[j, 1], along[j, 2] = -2.0 * along[j, 2], -2.0 * along[j, 0], -2.0 * along[j, 1]
+    nearest = 0
+    for c in range(1, 3):
+        if share[c] > share[nearest]:
+            nearest = c
+    weight = limit_share(count[nearest])
+    out[:] = 0.0
+    for i in range(corner.shape[1]):
+        total = 0.0
+        for j in range(count[nearest]):
+            total += ring[nearest, j, i]
+        out[VALUE, i] = (1.0 - count[nearest] * weight) * corner[nearest, i] + weight * total
