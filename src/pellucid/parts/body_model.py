@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
@@ -95,9 +96,13 @@ class BodyModel(Part):
         """Whether it moves as a rigid body."""
         return False
 
+    def channels(self) -> Sequence[Channel]:
+        """The channels of work and losses that it counts itself."""
+        return ()
+
     @property
-    def is_damped(self) -> bool:
-        """Whether a drag slows its nodes."""
+    def has_own_step(self) -> bool:
+        """Whether it takes steps of its own within those of the clock, which then need no bound but that of the output."""
         return False
 
     def why_not_relaxed(self, alone: bool) -> Reason | None:
