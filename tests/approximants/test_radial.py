@@ -200,7 +200,7 @@ def test_stencils_on_a_surface_do_not_reach_to_another_sheet():
     """Two flat sheets, nearer to each other than their points."""
     u, v = np.meshgrid(np.arange(8.0), np.arange(8.0), indexing="ij")
     sheet = np.stack([u.ravel(), v.ravel(), np.zeros(64)], axis=1)
-    points = np.concatenate([sheet, (*sheet, 0.0, 0.0, 0.1)])
+    points = np.concatenate([sheet, sheet + np.array([0.0, 0.0, 0.1])])
     normals = np.repeat([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], 64, axis=0)
     near = on_surface(points, normals, 12)
     assert (near.nodes[:64] < 64).all()
