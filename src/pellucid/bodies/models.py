@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_points.model import MembranePointsCase
@@ -16,3 +17,4 @@ BODIES.add(MaterialPointsCase)
 BODIES.add(MembranePointsCase)
 BODIES.add(MembraneElementsCase)
 BODIES.add(MeshlessSolidCase)
+BODIES.add(DiffusingFieldCase)

@@ -66,7 +66,9 @@ def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray) -> tup
     """
     corner = simplices.points[simplices.corners]
     place = np.einsum("qa,tak->tqk", shares, corner)
-    along = np.broadcast_to(np.einsum("ab,tak->tbk", slopes, corner)[:, None], (*place.shape[:2], slopes.shape[1], place.shape[2]))
+    along = np.broadcast_to(
+        np.einsum("ab,tak->tbk", slopes, corner)[:, None], (*place.shape[:2], slopes.shape[1], place.shape[2])
+    )
     if simplices.normals is None:
         return place, along
     normal = simplices.normals[simplices.corners]
