@@ -45,5 +45,7 @@ FIELDS: dict[str, Field] = {
     "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),
     "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage or viscosity took"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
+    "concentration": Field(1, "1", "concentration of a diffusing field, amount by volume"),
+    "amount": Field(1, "m^3", "concentration times volume of the node; summed, that of the body"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }

@@ -3,6 +3,7 @@
 from typing import Annotated
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
+from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_points.model import MembranePointsCase
@@ -18,3 +19,4 @@ BODIES.add(MembranePointsCase)
 BODIES.add(MembraneElementsCase)
 BODIES.add(MeshlessSolidCase)
 BODIES.add(FluidFilmCase)
+BODIES.add(DiffusingFieldCase)

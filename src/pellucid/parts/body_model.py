@@ -34,6 +34,8 @@ class BodyModel(Part):
     unique_name: ClassVar[bool] = True
     scales_inertia: ClassVar[bool] = False
     """Whether its nodes can have another inertia than their masses on the way to a steady state: it has a `scale_inertia`."""
+    moves: ClassVar[bool] = True
+    """Whether it has inertia, on which forces act; what does not bounds no step."""
     place: ClassVar[str]
     """The key that says where it is at the start."""
     is_surface: ClassVar[bool] = False
