@@ -48,6 +48,10 @@ class TimeCase(Part):
         """A fixed step that cannot be stable even at the start, or beside steady states, which choose their own."""
         if self.step is not None and parts.one(SteadyCase) is not None:
             yield Finding((*path, "step"), "steady states choose the step of their relaxation", "leave it out")
+        bodies = parts.of(BodyModel)
+        if self.step is None and bodies and parts.are_sound(BodyModel) and not any(body.moves for body in bodies):
+            text = f"is missing: body {bodies[0].name} does not move and bounds no step"
+            yield Finding((*path, "step"), text, "give one that resolves what happens in it")
         if self.step is None or parts.grid is None:
             return
         for body in parts.of(BodyModel):

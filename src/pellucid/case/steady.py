@@ -35,8 +35,9 @@ class SteadyCase(Part):
         bodies = parts.of(BodyModel)
         for other, body in parts.placed(BodyModel):
             initial = getattr(body, "initial", None)
-            if any(body.velocity) or initial:
-                key = "velocity" if any(body.velocity) else "initial"
+            velocity = any(getattr(body, "velocity", ()))
+            if body.moves and (velocity or initial):
+                key = "velocity" if velocity else "initial"
                 yield Finding((*other, key), "a steady state begins at rest", "leave it out")
             alone = sum(one.field == body.field for one in bodies) == 1
             if reason := body.why_not_relaxed(alone):

@@ -54,7 +54,11 @@ class Support(Condition):
         """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-        if self.body is not None:
+        bodies = parts.of(BodyModel) if self.body is None else [parts.named(BodyModel, self.body)]
+        fixed = [body.name for body in bodies if body is not None and not body.moves]
+        if fixed and len(fixed) == len(bodies) and parts.are_sound(BodyModel):
+            yield Finding((*path, "body"), f"body {fixed[0]} does not move", "leave this support out")
+        elif self.body is not None:
             yield from self._body_problems(self.body, path, parts)
         elif parts.grid is not None and isinstance(self.where, Region) and self.where.box is not None:
             yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)

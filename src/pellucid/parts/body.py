@@ -22,6 +22,8 @@ from pellucid.grid.points import FAULTS
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 
+from pellucid.parts.surface_load import Traction
+
 
 class NodalSupport(NamedTuple):
     """A support on nodes of a body that has its own."""
@@ -143,6 +145,10 @@ class Body(ABC):
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals of a membrane over this step; other bodies have none."""
         raise ValueError(f"body {self.name} is no membrane: it has no normal to push along")
+
+    def add_traction(self, traction: Traction, column: int) -> None:
+        """Add forces on the surface of a fluid film over this step, which asks for them itself; other bodies have none."""
+        raise ValueError(f"body {self.name} does not ask for loads on its surface")
 
     @abstractmethod
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:

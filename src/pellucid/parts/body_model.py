@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
@@ -33,6 +34,8 @@ class BodyModel(Part):
     unique_name: ClassVar[bool] = True
     scales_inertia: ClassVar[bool] = False
     """Whether its nodes can have another inertia than their masses on the way to a steady state: it has a `scale_inertia`."""
+    moves: ClassVar[bool] = True
+    """Whether it has inertia, on which forces act; what does not bounds no step."""
     place: ClassVar[str]
     """The key that says where it is at the start."""
     is_surface: ClassVar[bool] = False
@@ -95,9 +98,13 @@ class BodyModel(Part):
         """Whether it moves as a rigid body."""
         return False
 
+    def channels(self) -> Sequence[Channel]:
+        """The channels of work and losses that it counts itself."""
+        return ()
+
     @property
-    def is_damped(self) -> bool:
-        """Whether a drag slows its nodes."""
+    def has_own_step(self) -> bool:
+        """Whether it takes steps of its own within those of the clock, which then need no bound but that of the output."""
         return False
 
     def why_not_relaxed(self, alone: bool) -> Reason | None:

@@ -19,12 +19,13 @@ COLLAPSED = 1e-6  # of the largest step so far
 class Clock:
     """Counts steps and time. The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ)).
 
-    longest: a step that is never exceeded, such as the time in which bodies fall through a cell [s].
+    longest: a step that bounds it like that of a body, such as the time in which bodies fall through a cell [s]; most: that
+    of the output, where bodies take steps of their own [s].
     """
 
-    def __init__(self, case: "TimeCase", longest: float = inf) -> None:
+    def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf) -> None:
         self.case = case
-        self.longest = longest
+        self.longest, self.most = longest, most
         self.n_steps = 0
         self.time = 0.0
         self.dt = 0.0
@@ -42,7 +43,7 @@ class Clock:
             self._check_fixed(self.case.step, stable, name)
             remaining = self.case.end / self.case.step - self.n_steps
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
-        dt = min(self.case.courant * stable, self.case.end)
+        dt = min(self.case.courant * stable, self.most, self.case.end)
         self.check_collapse(dt, name)
         remaining = self.case.end - self.time
         if remaining <= dt * (1.0 + 1e-9):

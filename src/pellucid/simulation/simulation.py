@@ -89,8 +89,8 @@ class Simulation:
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
-        damped = case.steady is not None or any(body.is_damped for body in case.body)
-        layout = layout_of(case, [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if damped else [])])
+        own = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
+        layout = layout_of(case, [*own, *(channel for body in case.body for channel in body.channels())])
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         self.bodies = [built[body.name][0] for body in case.body]
@@ -108,7 +108,8 @@ class Simulation:
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
-        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else Clock(case.time, longest)
+        most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
+        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else Clock(case.time, longest, most)
         self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()

@@ -6,7 +6,9 @@ The kinds that a case can name are listed here: one line each.
 from typing import Annotated
 
 from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial.polynomial import Polynomial
 from pellucid.bodies.initial.sine_wave import SineWave
+from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
 from pellucid.registry import Family, OneOf
 
 INITIAL_FIELDS = Family("initial field", InitialField)
@@ -14,3 +16,5 @@ Initial = Annotated[InitialField, OneOf(INITIAL_FIELDS)]
 INITIAL_MEANING = "fields that are added to the state at the start"
 
 INITIAL_FIELDS.add(SineWave)
+INITIAL_FIELDS.add(Polynomial)
+INITIAL_FIELDS.add(SphericalHarmonic)

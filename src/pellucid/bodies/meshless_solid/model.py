@@ -1,6 +1,6 @@
 """Meshless solids as the user describes them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -11,6 +11,7 @@ from pellucid.approximants.nodal.contract import AnyNodalApproximant
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
+from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
@@ -112,10 +113,9 @@ class MeshlessSolidCase(BodyModel):
 
         return MeshlessSolid(self, placement)
 
-    @property
-    def is_damped(self) -> bool:
-        """Whether a drag slows its nodes."""
-        return self.damping > 0.0
+    def channels(self) -> Sequence[Channel]:
+        """What a drag on its nodes takes."""
+        return (DAMPING_HEAT,) if self.damping > 0.0 else ()
 
     def why_not_relaxed(self, alone: bool) -> Reason | None:
         """A viscous material: the time in which it creeps is not that of the relaxation."""

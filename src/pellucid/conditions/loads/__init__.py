@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.loads.film_pressure import FilmPressure
 from pellucid.conditions.loads.point_load import PointLoad
 from pellucid.conditions.loads.traction import Traction
 from pellucid.registry import Family, OneOf
@@ -14,3 +15,4 @@ AnyLoad = Annotated[LoadModel, OneOf(LOADS)]
 LOADS.add(BodyForce)
 LOADS.add(Traction)
 LOADS.add(PointLoad)
+LOADS.add(FilmPressure)

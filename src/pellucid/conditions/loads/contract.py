@@ -72,9 +72,12 @@ class LoadModel(Condition):
         return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there."""
+        """A body that is not there, or has no inertia."""
         yield from super().problems(path, parts)
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        body = parts.named(BodyModel, self.body)
+        if body is not None and not body.moves:
+            yield Finding((*path, "body"), f"body {self.body} does not move: it has no inertia", "leave this load out")
 
 
 class Load(LoadModel):

@@ -13,6 +13,9 @@ Fields = dict[str, np.ndarray]
 """The fields of a body at an instant, by name."""
 
 
+DIFFUSING = "diffusing-field"
+
+
 class Limits(NamedTuple):
     """Values at the ends of the colours, and at which of them values go on beyond."""
 
@@ -25,15 +28,19 @@ def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     """Name and unit of a quantity, "speed" or "load", of several bodies."""
     if quantity == "speed":
         return "speed", FIELDS["velocity"].unit
+    if all(body.kind == DIFFUSING for body in bodies):
+        return "concentration", FIELDS["concentration"].unit
     kinds = dict.fromkeys("pressure" if body.equation_of_state else "von Mises stress" for body in bodies)
     return " or ".join(kinds), FIELDS["stress"].unit
 
 
 def values_of(body: StoredBody, fields: Fields, quantity: str) -> np.ndarray:
     """The quantity of every point, shape (n,). The load is the pressure of a body with an equation of state, of others von
-    Mises' equivalent stress."""
+    Mises' equivalent stress; a field that diffuses bears none, and shows its concentration."""
     if quantity == "speed":
         return scalar(fields["velocity"])
+    if body.kind == DIFFUSING:
+        return fields["concentration"]
     return fields["pressure"] if body.equation_of_state else scalar(fields["stress"])
 
 

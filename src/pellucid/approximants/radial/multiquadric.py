@@ -1,0 +1,29 @@
+"""Hardy's multiquadric."""
+
+from typing import Literal
+
+import numpy as np
+
+from pellucid.approximants.radial.contract import Profile, ShapedModel
+
+
+class MultiquadricModel(ShapedModel):
+    """φ = √(1 + (εr)²) (Hardy 1971)."""
+
+    kind: Literal["multiquadric"] = "multiquadric"
+
+    def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
+        """φ = √(1 + ε² s)."""
+        e = shape * shape
+        value = np.sqrt(1.0 + e * square)
+        return Profile(value, 0.5 * e / value, -0.25 * e * e / value**3)
+
+    @property
+    def least_degree(self) -> int:
+        """It is conditionally definite of order 1."""
+        return 0
+
+    @property
+    def derivatives(self) -> int:
+        """Smooth: what is asked for at most."""
+        return 2

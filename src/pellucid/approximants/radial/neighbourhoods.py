@@ -1,0 +1,80 @@
+"""Stencils of nearest neighbours: along a curve, and on scattered points of a surface, in coordinates of the tangents."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pellucid.approximants.radial.stencils import StencilError
+
+FOLDED = "is wider than the bend of the {what} there: seen along the {normal}, it folds over itself; use more nodes"
+
+
+class Stencils(NamedTuple):
+    """Stencils about n points in k dimensions, with m nodes each, in d coordinates along tangents at the point."""
+
+    nodes: np.ndarray  # (n, m) numbers of the points; in a surface the nearest first, on a curve in their order along it
+    tangents: np.ndarray  # (n, d, k) orthonormal
+    coordinates: np.ndarray  # (n, m, d) of the nodes about the point [m]
+
+
+def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
+    """Stencils of so many neighbours along a curve through points, shape (n, k) [m], in their order.
+
+    About each point as many stand on one side as on the other; at the ends of an open curve those that there are. Raises
+    StencilError where there are too few points, or where a stencil bends back.
+    """
+    n = len(points)
+    if n < size:
+        raise StencilError(0, f"needs {size} points, and the curve has {n}; use more points, or fewer `neighbours`")
+    first = np.arange(n) - size // 2
+    if not closed:
+        first = np.clip(first, 0, n - size)
+    nodes = (first[:, None] + np.arange(size)) % n
+    number = np.arange(n)
+    back, on = number - 1, (number + 1) % n
+    if not closed:
+        back, on = np.maximum(number - 1, 0), np.minimum(number + 1, n - 1)
+    secant = points[on] - points[back]
+    tangents = (secant / np.linalg.norm(secant, axis=1)[:, None])[:, None]
+    coordinates = _coordinates(points, nodes, tangents)
+    folded = np.flatnonzero((np.diff(coordinates[:, :, 0], axis=1) <= 0.0).any(axis=1))
+    if folded.size:
+        raise StencilError(int(folded[0]), FOLDED.format(what="curve", normal="normal"))
+    return Stencils(nodes, tangents, coordinates)
+
+
+def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
+    """Stencils of so many nearest points of a surface with unit normals, shape (n, 3) each [m].
+
+    Points whose normal is turned by more than a right angle belong to another sheet, and are no neighbours. Raises
+    StencilError where too few are left.
+    """
+    tree, n, wanted = cKDTree(points), len(points), size
+    if n < size:
+        raise StencilError(0, f"needs {size} points, and the surface has {n}; use more points, or fewer `neighbours`")
+    while True:
+        found = tree.query(points, wanted)[1].reshape(n, wanted)
+        alike = np.einsum("nmk,nk->nm", normals[found], normals) > 0.0
+        lacking = np.flatnonzero(alike.sum(axis=1) < size)
+        if not lacking.size:
+            break
+        if wanted == n:
+            raise StencilError(int(lacking[0]), FOLDED.format(what="surface", normal="normal"))
+        wanted = min(2 * wanted, n)
+    order = np.argsort(~alike, axis=1, kind="stable")[:, :size]
+    nodes = np.take_along_axis(found, order, axis=1)
+    tangents = tangents_across(normals)
+    return Stencils(nodes, tangents, _coordinates(points, nodes, tangents))
+
+
+def tangents_across(normals: np.ndarray) -> np.ndarray:
+    """Two unit vectors that with each normal make a right-handed frame, shape (n, 2, 3)."""
+    least = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    one = np.cross(normals, least)
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    return np.stack([one, np.cross(normals, one)], axis=1)
+
+
+def _coordinates(points: np.ndarray, nodes: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+    return np.einsum("nmk,ndk->nmd", points[nodes] - points[:, None], tangents)

@@ -1,0 +1,161 @@
+"""Shape functions of radial point interpolation on stencils, many of them at once.
+
+The interpolant of values f at the nodes x_j of a stencil is Σ λ_j φ(|x - x_j|) + Σ μ_k p_k(x) with Σ λ_j p_k(x_j) = 0
+(Liu & Gu 2005; Benet 2015, section 4), in coordinates about the middle of the nodes, over the largest distance from it, the
+radius of the stencil. With F, which fits the polynomials p to f by least squares, and Z, whose columns are an orthonormal
+basis of what polynomials at the nodes are orthogonal to, it is
+
+    N(x) f = p(x) F f + w(x) Zᵀ f,    w(x) = (φ(x) - p(x) F A) Z (Zᵀ A Z)⁻¹,    A_ij = φ(|x_i - x_j|).
+
+As w is of order one and Zᵀ leaves nothing of a polynomial, these are reproduced to round-off, however ill-conditioned A is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.radial.contract import RadialModel
+from pellucid.approximants.radial.polynomials import monomials
+
+WORST_CONDITION = 1e12
+RAISE = 1.25  # factor by which a shape parameter is raised
+CLOSEST = 1e-6  # distance of two nodes over the radius of their stencil
+UNISOLVENT = 1e-9  # smallest singular value of the polynomials at the nodes over the largest
+
+
+class StencilError(ValueError):
+    """Stencils on which there is no interpolant."""
+
+    def __init__(self, number: int, text: str) -> None:
+        self.number = number
+        """Of the first such stencil."""
+        self.text = text
+        super().__init__(f"stencil {number} {text}")
+
+
+class Functions(NamedTuple):
+    """Shape functions of m nodes at q places of each of s stencils, and derivatives by the coordinates of the stencil."""
+
+    value: np.ndarray  # (s, q, m)
+    first: np.ndarray  # (s, q, d, m) [1/m]
+    second: np.ndarray  # (s, q, d, d, m) [1/m²]; (s, q, 0, 0, m) where it was not asked for
+
+
+class Interpolants(NamedTuple):
+    """The coefficients of the shape functions of s stencils with m nodes in d dimensions."""
+
+    radial: RadialModel
+    centre: np.ndarray  # (s, d) [m]
+    radius: np.ndarray  # (s,) [m]
+    nodes: np.ndarray  # (s, m, d) about the centre, over the radius
+    shape: np.ndarray  # (s,) shape parameters times the radius
+    fit: np.ndarray  # (s, p, m) F
+    across: np.ndarray  # (s, m - p, m) Zᵀ
+    coefficients: np.ndarray  # (s, m + p, m - p) of w Zᵀ A Z in the radial functions and the monomials
+    inverse: np.ndarray  # (s, m - p, m - p) of Zᵀ A Z
+
+
+def interpolants(nodes: np.ndarray, radial: RadialModel) -> Interpolants:
+    """The interpolants of stencils with nodes (s, m, d) [m].
+
+    Raises StencilError where the nodes of a stencil do not determine the polynomials, or two of them coincide.
+    """
+    centre = nodes.mean(axis=1)
+    offset = nodes - centre[:, None]
+    radius = np.sqrt((offset**2).sum(axis=2).max(axis=1))
+    if (flat := np.flatnonzero(radius == 0.0)).size:
+        raise StencilError(int(flat[0]), "has all of its nodes at one place")
+    scaled = offset / radius[:, None, None]
+    basis = monomials(scaled, radial.degree).value
+    m, p = basis.shape[1:]
+    if m < p:
+        text = f"has {m} nodes, too few for the {p} polynomials of degree {radial.degree}"
+        raise StencilError(0, f"{text}; use {p} `neighbours` or more, or a lower `degree`")
+    orthogonal, triangular = np.linalg.qr(basis, mode="complete")
+    triangular = triangular[:, :p]
+    _check_unisolvent(triangular, radial)
+    within, across = orthogonal[:, :, :p], orthogonal[:, :, p:]
+    square = sum((x[:, :, None] - x[:, None]) ** 2 for x in np.moveaxis(scaled, 2, 0))
+    _check_apart(square)
+    shape, kernel = _kernels(square, across, radial)
+    turned = np.swapaxes(across, 1, 2)
+    fit = np.linalg.solve(triangular, np.swapaxes(within, 1, 2))
+    between = kernel @ across
+    coefficients = np.concatenate([across, -fit @ between], axis=1)
+    return Interpolants(radial, centre, radius, scaled, shape, fit, turned, coefficients, np.linalg.inv(turned @ between))
+
+
+def _check_unisolvent(triangular: np.ndarray, radial: RadialModel) -> None:
+    singular = np.linalg.svd(triangular, compute_uv=False)
+    found = np.flatnonzero(singular[:, -1] < UNISOLVENT * singular[:, 0])
+    if found.size:
+        text = f"has nodes that do not determine polynomials of degree {radial.degree}: they lie on a curve of that degree"
+        raise StencilError(int(found[0]), f"{text}; use more `neighbours`, a lower `degree`, or nodes that are less regular")
+
+
+def _check_apart(square: np.ndarray) -> None:
+    m = square.shape[1]
+    least = square[:, ~np.eye(m, dtype=bool)].min(axis=1)
+    found = np.flatnonzero(least < CLOSEST**2)
+    if found.size:
+        raise StencilError(int(found[0]), "has two nodes at one place, or nearly so; remove one of them")
+
+
+def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tuple[np.ndarray, np.ndarray]:
+    """Shape parameters (s,), raised where systems are ill-conditioned, and radial functions between the nodes (s, m, m)."""
+    shape = np.full(len(square), radial.initial_shape)
+    kernel = radial.profile(square, shape[:, None, None]).value
+    ill = np.arange(len(square) if radial.initial_shape > 0.0 and across.shape[2] else 0)
+    while ill.size:
+        ill = ill[_condition(kernel[ill], across[ill]) > WORST_CONDITION]
+        shape[ill] *= RAISE
+        kernel[ill] = radial.profile(square[ill], shape[ill][:, None, None]).value
+    return shape, kernel
+
+
+def _condition(kernel: np.ndarray, across: np.ndarray) -> np.ndarray:
+    """About the condition number of the whole system: a bound of the kernel over the smallest eigenvalue that counts."""
+    eigenvalues = np.linalg.eigvalsh(np.swapaxes(across, 1, 2) @ kernel @ across)
+    return kernel.shape[1] * np.abs(kernel).max(axis=(1, 2)) / np.maximum(np.abs(eigenvalues).min(axis=1), 1e-300)
+
+
+def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None = None, derivatives: int = 2) -> Functions:
+    """The shape functions at places [m], shape (s, q, d), of all stencils or of those numbered `of`, shape (s,).
+
+    derivatives: 1 leaves out the second ones. Raises ValueError where the radial function has not so many at its nodes.
+    """
+    radial = found.radial
+    if derivatives > radial.derivatives:
+        text = f'a radial function of kind "{radial.kind}" has only {radial.derivatives} derivative at its nodes'
+        raise ValueError(f"{text}, and {derivatives} are needed; raise its `power`")
+    which = slice(None) if of is None else of
+    radius = found.radius[which]
+    x = (places - found.centre[which][:, None]) / radius[:, None, None]
+    offset = x[:, :, None] - found.nodes[which][:, None]  # (s, q, m, d)
+    profile = radial.profile((offset**2).sum(axis=3), found.shape[which][:, None, None])
+    basis = monomials(x, radial.degree)
+    s, q, m, d = offset.shape
+    slope = np.moveaxis(2.0 * profile.first[..., None] * offset, 3, 2)
+    first = _combined(found, which, slope, basis.first) / radius[:, None, None, None]
+    if derivatives < 2:
+        return Functions(_combined(found, which, profile.value, basis.value), first, np.zeros((s, q, 0, 0, m)))
+    bend = 4.0 * profile.second[..., None, None] * offset[..., :, None] * offset[..., None, :]
+    bend += 2.0 * profile.first[..., None, None] * np.eye(d)
+    second = _combined(found, which, np.moveaxis(bend, 2, 4), basis.second) / (radius**2)[:, None, None, None, None]
+    return Functions(_combined(found, which, profile.value, basis.value), first, second)
+
+
+def _combined(found: Interpolants, which: np.ndarray | slice, radial: np.ndarray, polynomial: np.ndarray) -> np.ndarray:
+    """Shape functions, shape (s, ..., m), from radial functions, shape (s, ..., m), and monomials, shape (s, ..., p)."""
+    shape = radial.shape
+    rows, p = radial.reshape(shape[0], -1, shape[-1]), polynomial.reshape(shape[0], -1, polynomial.shape[-1])
+    w = np.concatenate([rows, p], axis=2) @ found.coefficients[which] @ found.inverse[which]
+    return (p @ found.fit[which] + w @ found.across[which]).reshape(shape)
+
+
+def stencil_functions(nodes: np.ndarray, places: np.ndarray, radial: RadialModel, derivatives: int = 2) -> Functions:
+    """The shape functions of stencils with nodes (s, m, d) at places (s, q, d) [m]; d is 1 or 2.
+
+    derivatives: 1 leaves out the second ones. Raises StencilError for a stencil that has no interpolant.
+    """
+    return functions_at(interpolants(nodes, radial), places, derivatives=derivatives)

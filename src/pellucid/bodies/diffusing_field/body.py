@@ -1,0 +1,145 @@
+"""A field that diffuses on fixed nodes, stepped by the generalised trapezoidal rule."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+from pellucid.approximants.radial.stencils import StencilError
+from pellucid.bodies.diffusing_field.weak_forms import WeakForm, on_closed_surface, on_line
+from pellucid.bodies.initial.state import add_initial_state
+from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
+from pellucid.errors import CaseError, Problem
+from pellucid.geometry.cells import Cells
+from pellucid.grid.points import NOT_FINITE
+from pellucid.parts.body import NodalBody, NodalSupport, Placement
+
+if TYPE_CHECKING:
+    from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
+
+OWN_FIELDS = ("id", "position", "velocity", "mass", "volume", "concentration")
+
+
+class DiffusingField(NodalBody):
+    """Nodes that stay where they are and carry a concentration c.
+
+    A step finds the change δ of the nodes that are not held from (M + α Δt D K) δ = -Δt D K c. The unknown is the change, so
+    that round-off is that of the change: where columns of K add up to nothing, the amount Σ_I (M c)_I is kept.
+    """
+
+    energy_kind = "internal"
+
+    def __init__(self, case: "DiffusingFieldCase", placement: Placement) -> None:
+        self.name, self._domain, self._alpha = case.name, case.domain, case.alpha
+        self._columns, self._supports = FIRST_LOAD + placement.n_loads, 0
+        form, position = _weak_form(case), case.domain.positions()
+        n = len(position)
+        self._content, self._outflow = form.content, case.material.diffusivity * form.outflow
+        volume = np.asarray(form.content.sum(axis=0)).reshape(n)  # ∫ N_J, of a cross-section of 1 m² or a thickness of 1 m
+        self.arrays = {
+            "id": np.arange(n),
+            "position": position,
+            "velocity": np.zeros((n, 3)),
+            "mass": case.material.density * volume,
+            "volume": volume,
+            "concentration": np.full(n, case.concentration),
+        }
+        add_initial_state(case.name, case.initial, self.arrays)
+        held = np.zeros(n, bool)
+        if (line := case.domain.line) is not None:
+            for node, value in ((0, line.at_lower), (-1, line.at_upper)):
+                if value is not None:
+                    held[node], self.arrays["concentration"][node] = True, value
+        self._free = np.flatnonzero(~held)
+        self._density, self._dt = case.material.density, 0.0
+        self.totals = Totals()
+
+    # the step
+
+    def predict(self, dt: float) -> None:
+        """Nothing moves."""
+
+    def correct(self, remap: bool) -> None:
+        """Nothing moves."""
+
+    def update(self, dt: float) -> None:
+        """The concentration at the end of the step."""
+        if dt != self._dt:
+            matrix = csc_array((self._content + self._alpha * dt * self._outflow)[self._free][:, self._free])
+            self._solver, self._dt = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}), dt
+        c = self.arrays["concentration"]
+        c[self._free] += self._solver.solve(-dt * (self._outflow @ c)[self._free])
+
+    def renew_totals(self) -> None:
+        """They are zero: it has neither momentum nor energy, and bounds no step."""
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped` where a concentration is no number."""
+        wrong = np.flatnonzero(~np.isfinite(self.arrays["concentration"]))
+        if wrong.size:
+            self.stop(NOT_FINITE, int(wrong[0]), n_steps, time)
+
+    def work(self) -> StepWork:
+        """None."""
+        return no_work(self._columns, self._supports)
+
+    # conditions: the model refuses those that name it
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """Its nodes are at rest anyway."""
+        self._supports = len(supports)
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Raises ValueError."""
+        raise ValueError(f"the nodes of body {self.name} do not move")
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        """Raises ValueError."""
+        raise ValueError(f"the nodes of body {self.name} do not move")
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Raises ValueError."""
+        raise ValueError(f"body {self.name} has no inertia on which a force could act")
+
+    # results
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Arrays of the nodes."""
+        return self.arrays
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        for name, array in self.arrays.items():
+            array[...] = arrays[name]
+
+    @property
+    def field_names(self) -> list[str]:
+        """Its own arrays, the density of what carries it, and the amount of each node."""
+        return [*OWN_FIELDS, "density", "amount"]
+
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order of the nodes."""
+        if name == "amount":
+            return self.arrays["volume"] * self.arrays["concentration"]
+        return np.full(self.n_points, self._density) if name == "density" else self.arrays[name]
+
+    def cells(self) -> Cells:
+        """Segments of the line, or triangles."""
+        if self._domain.line is None:
+            return Cells(triangles=self._domain.chosen().triangulate().triangles)
+        number = np.arange(self.n_points - 1)
+        return Cells(lines=np.stack([number, number + 1], axis=1))
+
+
+def _weak_form(case: "DiffusingFieldCase") -> WeakForm:
+    """Raises CaseError where a node has no stencil."""
+    try:
+        if case.domain.line is not None:
+            return on_line(case.domain.line, case.radial, case.window)
+        return on_closed_surface(case.domain.chosen().triangulate(), case.radial)
+    except StencilError as error:
+        place = ", ".join(f"{value:.4g}" for value in case.domain.positions()[error.number])
+        text = f"the stencil of the node at ({place}) m {error.text}"
+        raise CaseError(Problem(text, f"body.{case.name}.radial")) from error

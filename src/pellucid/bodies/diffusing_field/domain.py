@@ -1,0 +1,51 @@
+"""Where a field diffuses."""
+
+from typing import ClassVar, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.geometry.choice import Choice
+from pellucid.geometry.surfaces import Surface
+from pellucid.model import Model, parameter
+
+
+class Line(Model):
+    """An interval of the x-axis with nodes at equal distances, its ends among them."""
+
+    lower: float = parameter("m", "lower end")
+    upper: float = parameter("m", "upper end")
+    nodes: int = parameter("", "number of nodes", ge=3, le=1_000_000)
+    at_lower: float | None = parameter("", "concentration that is held at the lower end; without it nothing passes there", None)
+    at_upper: float | None = parameter("", "concentration that is held at the upper end; without it nothing passes there", None)
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> Self:
+        if self.upper <= self.lower:
+            raise ValueError(f"the line reaches from {self.lower:g} to {self.upper:g} m: let `upper` lie above `lower`")
+        return self
+
+    def places(self) -> np.ndarray:
+        """Of the nodes along x, shape (n,) [m]."""
+        return np.linspace(self.lower, self.upper, self.nodes)
+
+
+class Domain(Choice):
+    """A line or a closed surface."""
+
+    what: ClassVar[str] = "a domain"
+
+    line: Line | None = None
+    surface: Surface | None = None
+
+    def positions(self) -> np.ndarray:
+        """Of the nodes, shape (n, 3) [m]."""
+        if self.line is None:
+            return np.asarray(self.chosen().triangulate().vertices)
+        x = self.line.places()
+        return np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=1)
+
+    @property
+    def dimension(self) -> int:
+        """1 or 2."""
+        return 1 if self.line is not None else 2

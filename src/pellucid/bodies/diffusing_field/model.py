@@ -1,0 +1,123 @@
+"""Diffusing fields as the user describes them."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from pellucid.approximants.radial import AnyRadial
+from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
+from pellucid.bodies.diffusing_field.domain import Domain
+from pellucid.bodies.initial import INITIAL_MEANING, Initial
+from pellucid.bodies.initial.state import initial_problems
+from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.inside import Inside
+from pellucid.geometry.shapes import Box
+from pellucid.geometry.surface_checks import faults
+from pellucid.grid.model import GridCase
+from pellucid.materials.diffusive import DiffusiveMaterial
+from pellucid.model import parameter
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.body import Body, Placement
+
+WIDEST = 1.0
+"""Half-width of a window over the spacing, beyond which waves that the nodes carry grow."""
+
+
+class DiffusingFieldCase(BodyModel):
+    """A concentration that diffuses on fixed nodes of a line or a closed surface, ∂c/∂t = D Δc; nothing moves."""
+
+    place: ClassVar[str] = "domain"
+    moves: ClassVar[bool] = False
+
+    kind: Literal["diffusing-field"] = "diffusing-field"
+    domain: Domain = parameter("", "where it diffuses")
+    material: DiffusiveMaterial = parameter("", "what it diffuses in")
+    radial: AnyRadial = parameter("", "radial functions that interpolate it", PolyharmonicModel())
+    window: float = parameter(
+        "", "on a line, half-width of the windows of the balance over the spacing; 0.5 conserves", 0.5, gt=0
+    )
+    alpha: float = parameter("", "share of the new state in the rate of a step: 0.5 is of second order", 0.5, ge=0.5, le=1)
+    concentration: float = parameter("", "uniform concentration at the start", 0.0)
+    initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
+
+    def build(self, placement: "Placement") -> "Body":
+        """Its nodes."""
+        from pellucid.bodies.diffusing_field.body import DiffusingField
+
+        return DiffusingField(self, placement)
+
+    def owns_nodes(self, alone: bool) -> bool:
+        """Always."""
+        return True
+
+    def needs_grid(self, parts: Parts) -> bool:
+        """Never."""
+        return False
+
+    def why_no_motion(self) -> Reason:
+        """Its nodes are fixed."""
+        return Reason(f"the nodes of body {self.name} are fixed", "leave this motion out")
+
+    def has_volume_waves(self) -> bool:
+        """None."""
+        return False
+
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
+        """At rest."""
+        return np.zeros_like(position)
+
+    def occupied(self) -> Geometry:
+        """What the surface encloses; of a line a box without width."""
+        if self.domain.surface is not None:
+            return Inside(surface=self.domain.surface)
+        (x, y, z), (a, b, c) = (end.tolist() for end in self.bounds())
+        return Box(lower=(x, y, z), upper=(a, b, c))
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [m]."""
+        position = self.domain.positions()
+        return position.min(axis=0), position.max(axis=0)
+
+    def n_points(self, grid: GridCase | None) -> float:
+        """Number of nodes."""
+        return len(self.domain.positions()) if self.domain.line is None else self.domain.line.nodes
+
+    @property
+    def probed(self) -> tuple[str, ...]:
+        """The fields that probes can read."""
+        return "position", "mass", "volume", "density", "concentration", "amount"
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A grid, windows that are too wide, faults of the surface, too few nodes for a stencil."""
+        yield from super().problems(path, parts)
+        yield from initial_problems(self.initial, ("concentration",), path)
+        if parts.grid is not None:
+            text = f"{self.name} stays where it is and meets nothing: it cannot stand beside bodies on a grid"
+            yield Finding((*path, "kind"), text, "leave the table [grid] out, and give the field a case of its own")
+        if self.window > WIDEST:
+            text = f"above {WIDEST:g}: to windows wider than the spacing some waves of the nodes do not show, or with the wrong sign"
+            text += ", and grow without bound"
+            yield Finding((*path, "window"), text, "use 0.5, with which windows meet and the amount is kept")
+        if self.window != type(self).model_fields["window"].default and self.domain.line is None:
+            yield Finding((*path, "window"), "windows are for lines; on a surface there are none", "leave it out")
+        if (surface := self.domain.surface) is not None:
+            place = (*path, self.place, "surface")
+            if not surface.closed:
+                yield Finding(place, "the surface is open, and a field needs a closed one", "use one that encloses a volume")
+                return
+            yield from (Finding(place, text, remedy) for text, remedy in faults(*surface.triangulate(), closed=True))
+        yield from self._stencil_problems(path)
+
+    def _stencil_problems(self, path: Path) -> Iterator[Finding]:
+        size, least = self.radial.stencil_size(self.domain.dimension), self.radial.n_polynomials(self.domain.dimension)
+        if size < least:
+            text = f"below {least}, the number of polynomials of degree {self.radial.degree} that its nodes must determine"
+            yield Finding((*path, "radial", "neighbours"), text, f"use {least} or more, or a lower `degree`")
+        elif size > self.n_points(None):
+            text = f"a stencil has {size} nodes, and the domain {self.n_points(None):g}"
+            yield Finding((*path, self.place), text, "use more nodes, or a lower `radial.degree`")

@@ -1,0 +1,64 @@
+"""The equations of a diffusing field at its nodes, M ċ + D K c = 0, on a line and on a closed surface."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from pellucid.approximants.radial.blending import Rows, Simplices, blended
+from pellucid.approximants.radial.contract import RadialModel
+from pellucid.approximants.radial.neighbourhoods import on_surface
+from pellucid.approximants.radial.windows import windows_on_line
+from pellucid.bodies.diffusing_field.domain import Line
+from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.triangulation import Triangulation
+from pellucid.geometry.vertex_normals import vertex_normals
+
+
+class WeakForm(NamedTuple):
+    """Matrices of shape (n, n). Where windows meet or the test functions are the shape functions, columns of K add up to 0."""
+
+    content: csr_array  # M [m or m²]
+    outflow: csr_array  # K for D = 1 [1/m or 1]
+
+
+def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
+    """Balances of windows about the nodes, whose half-widths are `window` of the spacing (Benet 2015, eqs. 4.26 to 4.31)."""
+    return WeakForm(*windows_on_line(line.places(), radial, window))
+
+
+def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
+    """Galerkin's method: M = ∫ N_I N_J dA, K = ∫ ∇N_I·∇N_J dA over the surface that the functions themselves span.
+
+    Of six points a triangle; three are too few for functions of this order.
+    """
+    normals = vertex_normals(*mesh)
+    near = on_surface(mesh.vertices, normals, radial.stencil_size(2))
+    rows = blended(Simplices(mesh.vertices, mesh.triangles, normals), near, radial, TRIANGLE)
+    along = rows.slopes(mesh.vertices)  # (t, q, 2, 3), tangents of the surface
+    metric = along @ np.swapaxes(along, 2, 3)
+    root = np.linalg.cholesky(metric)  # its inverse takes derivatives to an orthonormal frame
+    weight = 0.5 * TRIANGLE_WEIGHTS * root[..., 0, 0] * root[..., 1, 1]
+    gradient = np.linalg.solve(root, rows.first)
+    weights, n = weight.ravel(), len(mesh.vertices)
+    values = _sparse(rows, rows.value, n)
+    parts = [_sparse(rows, gradient[:, :, axis], n) for axis in range(2)]
+    return WeakForm(
+        _weighed(values, weights), sum((_weighed(part, weights) for part in parts[1:]), _weighed(parts[0], weights))
+    )
+
+
+def _sparse(rows: Rows, entries: np.ndarray, n: int) -> csr_array:
+    """One row for each point, from entries of shape (t, q, r)."""
+    t, q, r = entries.shape
+    columns = np.broadcast_to(rows.nodes[:, None], entries.shape)
+    matrix = csr_array((entries.ravel(), columns.ravel(), np.arange(t * q + 1) * r), shape=(t * q, n))
+    matrix.sum_duplicates()
+    return matrix
+
+
+def _weighed(matrix: csr_array, weights: np.ndarray) -> csr_array:
+    """The symmetric Bᵀ W B."""
+    scaled = matrix.copy()
+    scaled.data = matrix.data * np.repeat(weights, np.diff(matrix.indptr))
+    return csr_array(matrix.T @ scaled)

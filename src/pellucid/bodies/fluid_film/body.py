@@ -1,0 +1,282 @@
+"""Fluid films: bodies with their own nodes whose velocities follow from a balance of forces without inertia (Benet 2015).
+
+A film takes steps of its own within that of the clock, as long as what changes between the two estimates of the velocity of a
+step is small beside the distance of its nodes.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import ceil, inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+from threadpoolctl import ThreadpoolController
+
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
+from pellucid.bodies.fluid_film.solver import IncompatibleLoad
+from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, VISCOUS, StepWork, Totals, no_work
+from pellucid.errors import RunStopped
+from pellucid.geometry.cells import Cells
+from pellucid.parts.body import NodalBody, NodalSupport, Placement
+from pellucid.parts.surface_load import Traction
+
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
+
+THINNEST = 0.05  # of the density of rest
+GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
+SHORTEST = 1e-9  # of the step of the clock
+FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
+FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature")
+
+_libraries = ThreadpoolController()
+
+
+class FluidFilm(NodalBody):
+    """A film, its nodes in the order of its geometry.
+
+    Its state: `x`, the nodes in the coordinates of its geometry, and `part_mass`, which its parts have.
+    """
+
+    energy_kind = "strain"
+    is_surface = True
+
+    def __init__(self, case: "FluidFilmCase", placement: Placement) -> None:
+        self.name, self._case = case.name, case
+        self.geometry, x = case.geometry()
+        self.balance = FilmBalance(self.geometry, case.material, case.physics(), case.initial_density, case.solver(self.geometry))
+        o = self.geometry.operators(x)
+        part_mass = case.initial_density * self.balance.part_areas(o)
+        n = len(x)
+        self.arrays = {
+            "id": np.arange(n),
+            "position": np.zeros((n, 3)),
+            "velocity": np.zeros((n, 3)),
+            "mass": np.zeros(n),
+            "x": x,
+            "v": np.zeros_like(x),
+            "part_mass": part_mass,
+            "own_step": np.zeros(1),
+        }
+        self.areal_density = case.initial_density
+        self._gravity = np.array(placement.gravity)[list(self.geometry.axes)]
+        self._columns = FIRST_LOAD + placement.n_loads
+        self._goals = case.goals(o)
+        self._supports: Sequence[NodalSupport] = ()
+        self._tractions: list[tuple[int, Traction]] = []
+        self._forces: list[tuple[int, np.ndarray]] = []
+        self._work = no_work(self._columns, 0)
+        self.totals = Totals()
+        self._elapsed = 0.0
+        self._fault: str | None = None
+        self._place()
+        self.renew_totals()
+
+    # conditions
+
+    def add_external_force(self, force: np.ndarray, column: int) -> None:
+        """Add external forces on the nodes [N], shape (n, 3), over this step."""
+        self._forces.append((column, np.asarray(force)[:, list(self.geometry.axes)]))
+
+    def add_pressure(self, pressure: float, column: int) -> None:
+        """Add a pressure [Pa] that follows the normal over this step."""
+        self.add_traction(lambda points: pressure * points.normal, column)
+
+    def add_traction(self, traction: Traction, column: int) -> None:
+        """Add forces on the film's surface over this step."""
+        self._tractions.append((column, traction))
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """A support constrains its nodes."""
+        self._supports = supports
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """Its model refuses them."""
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        """There are none."""
+
+    # the step
+
+    def begin(self, dt: float) -> None:
+        """Forget the loads of the last step."""
+        self._tractions.clear()
+        self._forces.clear()
+
+    def predict(self, dt: float) -> None:
+        """Nothing: the film moves when all loads are known."""
+
+    def correct(self, remap: bool) -> None:
+        """Nothing."""
+
+    def update(self, dt: float) -> None:
+        """Move the film over a step, in as many of its own as its accuracy needs."""
+        works, reactions = np.zeros(self._columns), np.zeros((len(self._supports) + 1, 3))
+        driving, left = self._driving(dt), dt
+        arrays, own = self.arrays, float(self.arrays["own_step"][0]) or FIRST_SHARE * dt
+        with _libraries.limit(limits=1, user_api="blas"):
+            while left > 0.0 and self._fault is None:
+                span = left / ceil(left / own * (1.0 - 1e-12))
+                done = self._try(span, driving)
+                if done is None:
+                    return
+                error = span * done.change / float(self.geometry.spacing(self.geometry.places(arrays["x"])).min())
+                factor = SAFETY * (self._case.accuracy / error) ** 0.5 if error > 0.0 else inf
+                own = span * min(max(factor, SHRINKAGE), GROWTH)
+                if error > self._case.accuracy:
+                    if own < SHORTEST * dt:
+                        self._fault = "moves or stretches without bound: its own step collapsed"
+                    continue
+                self._take(done)
+                self._count(done, span, works, reactions)
+                left -= span
+        arrays["own_step"][0] = own
+        self._work = StepWork(works, 0.0, reactions, np.zeros(3), {})
+        self._elapsed += dt
+        self._place()
+        self.renew_totals()
+
+    def _try(self, dt: float, driving: Driving) -> StepDone | None:
+        try:
+            return self.balance.step(self.arrays["x"], self.arrays["part_mass"], dt, self._case.time_weight, driving)
+        except IncompatibleLoad:
+            self._fault = (
+                "is driven along motions that nothing resists: without drag the loads on a curve must hold each other and its "
+                "tension; give it a `drag`"
+            )
+        except np.linalg.LinAlgError:
+            self._fault = "has no balance of forces: its system of equations is singular"
+        return None
+
+    def _take(self, done: StepDone) -> None:
+        """The state after one of its own steps, with its nodes spread evenly."""
+        arrays = self.arrays
+        moved = self.geometry.redistributed(done.x, arrays["part_mass"]) if self._case.nodes == "even" else None
+        arrays["x"][:] = done.x if moved is None else moved.x
+        if moved is not None:
+            arrays["part_mass"][:] = moved.mass
+        arrays["v"][:] = done.velocity
+
+    def _count(self, done: StepDone, dt: float, works: np.ndarray, reactions: np.ndarray) -> None:
+        gained = 0.0
+        for column, power in done.loads:
+            works[column] += dt * power
+            gained += power
+        works[VISCOUS] += dt * done.viscous
+        works[DAMPING] += dt * done.drag
+        works[INTERNAL] -= dt * (gained - done.viscous - done.drag)
+        for number, support in enumerate(self._supports):
+            forces = in_space(np.where(support.nodes[:, None], done.prescribed, 0.0), self.geometry.axes)
+            reactions[number] += dt * np.where(support.axes, forces.sum(axis=0), 0.0)
+
+    def _driving(self, dt: float) -> Driving:
+        x = self.arrays["x"]
+        axes = list(self.geometry.axes)
+        known, velocity = np.zeros(x.shape, bool), np.zeros_like(x)
+        for support in self._supports:
+            chosen = support.nodes[:, None] & np.array(support.axes)[axes]
+            known |= chosen
+            velocity = np.where(chosen, np.array(support.velocity)[axes], velocity)
+        forces = list(self._forces)
+        if self._gravity.any():
+            forces.append((GRAVITY, self.arrays["mass"][:, None] * self._gravity))
+        volume, area = self._goals.at(self._elapsed + dt)
+        return Driving(list(self._tractions), forces, known, velocity, volume, area)
+
+    def renew_totals(self) -> None:
+        """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""
+        o = self.geometry.operators(self.arrays["x"])
+        self.totals.stored = self.balance.stored_energy(o, self.arrays["part_mass"])
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped` where it found no motion, is not finite, or too thin to be a film."""
+        fault, where = self._fault, 0
+        if fault is None:
+            density = self.balance.densities(self.geometry.operators(self.arrays["x"]), self.arrays["part_mass"])
+            rest = self._case.material.density
+            if not np.isfinite(density).all():
+                fault = "has nodes that are not finite"
+            elif density.min() < THINNEST * rest:
+                where = int(density.argmin())
+                fault = (
+                    f"is stretched to {density.min() / rest:.2g} of its density of rest: no tension holds the loads; lower them, "
+                    "or raise `stiffness`"
+                )
+        if fault is not None:
+            place = ", ".join(f"{value:.6g}" for value in self.arrays["position"][min(where, self.n_points - 1)])
+            text = f"step {n_steps}, time {time:.6g} s: film {self.name} {fault}; near ({place}) m"
+            raise RunStopped(text, step=n_steps, time=time, body=self.name)
+
+    def work(self) -> StepWork:
+        """Work and impulses of this step."""
+        return self._work
+
+    # checkpoint
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Its nodes and masses, the length of its own steps."""
+        return {**self.arrays, "elapsed": np.array([self._elapsed])}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        for name, array in self.arrays.items():
+            array[...] = arrays[name]
+        self._elapsed = float(arrays["elapsed"][0])
+
+    # results
+
+    def cells(self) -> Cells:
+        """Lines or triangles between its nodes."""
+        return self.geometry.cells()
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return list(FIELDS)
+
+    def field(self, name: str) -> np.ndarray:
+        """A field at the nodes: what varies between them as means by area of the elements about each."""
+        if name == "kinetic_energy":
+            return np.zeros(self.n_points)
+        if name in self.arrays:
+            return self.arrays[name]
+        o = self.geometry.operators(self.arrays["x"])
+        if name == "curvature":
+            return self._at_nodes(o.area, o.curvature)
+        density = self.balance.densities(o, self.arrays["part_mass"])
+        if name == "areal_density":
+            return self._at_nodes(o.area, self.balance.at_points(density))
+        if name == "tension":
+            return self._at_nodes(o.area, self.balance.at_points(-self._case.material.pressure(density)))
+        raise KeyError(name)
+
+    def volumes(self) -> np.ndarray:
+        """A film has none."""
+        return np.zeros(self.n_points)
+
+    def kinetic_energies(self) -> np.ndarray:
+        """Its inertia is left out."""
+        return np.zeros(self.n_points)
+
+    def _place(self) -> None:
+        """Positions, velocities and masses of the nodes, as others see them."""
+        arrays, geometry = self.arrays, self.geometry
+        arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
+        arrays["velocity"][:] = in_space(geometry.places(arrays["v"]), geometry.axes)
+        o = geometry.operators(arrays["x"])
+        density = self.balance.at_points(self.balance.densities(o, arrays["part_mass"]))
+        corners = self._corners()
+        share = np.repeat((o.area * density).sum(axis=1)[:, None] / corners.shape[1], corners.shape[1], axis=1)
+        arrays["mass"][:] = np.bincount(corners.ravel(), share.ravel(), self.n_points)
+
+    def _corners(self) -> np.ndarray:
+        cells = self.cells()
+        return cells.lines if len(cells.lines) else cells.triangles
+
+    def _at_nodes(self, area: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Means by area of values at the quadrature points, shape (e, q), at the nodes."""
+        corners = self._corners()
+
+        def summed(of_elements: np.ndarray) -> np.ndarray:
+            return np.bincount(corners.ravel(), np.repeat(of_elements, corners.shape[1]), self.n_points)
+
+        return np.asarray(summed((area * values).sum(axis=1)) / summed(area.sum(axis=1)))

@@ -1,0 +1,173 @@
+"""Fluid films as the user describes them."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from pellucid.approximants.radial import AnyRadial, PolyharmonicModel
+from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
+from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
+from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.film_shapes import FilmShape
+from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.region import Selectable
+from pellucid.grid.model import GridCase
+from pellucid.materials import AnyFilmMaterial
+from pellucid.model import Model, Vector, parameter
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.forms import FilmPhysics
+    from pellucid.bodies.fluid_film.geometry import FilmGeometry
+    from pellucid.bodies.fluid_film.operators import Operators
+    from pellucid.bodies.fluid_film.solver import FilmSolver
+    from pellucid.parts.body import Body, Placement
+
+
+class DragCase(Model):
+    """What the fluid about a film resists its motion with."""
+
+    normal: float = parameter("N s/m^3", "ζ_n, against its velocity along the normal", ge=0)
+    tangential: float = parameter("N s/m^3", "ζ_t, against its velocity in the surface", ge=0)
+
+
+class FluidFilmCase(BodyModel):
+    """A film of fluid, such as the skin of a vesicle: viscous within its surface, without inertia."""
+
+    place: ClassVar[str] = "shape"
+    is_surface: ClassVar[bool] = True
+
+    kind: Literal["fluid-film"] = "fluid-film"
+    shape: FilmShape = parameter("", "where the film is at the start")
+    material: AnyFilmMaterial = parameter("", "what the film is made of")
+    density: float | None = parameter("kg/m^2", "density in the surface at the start; without it that of rest", None, gt=0)
+    drag: DragCase = parameter("", "drag of the fluid about it", DragCase(normal=0.0, tangential=0.0))
+    volume: VolumeCase | None = parameter("", "the volume inside; without it free", None)
+    area: Literal["free", "kept"] = parameter("", "whether its area in all is kept, whatever its density", "free")
+    interpolation: AnyRadial = parameter("", "radial functions between its nodes", PolyharmonicModel())
+    nodes: Literal["even", "material"] = parameter(
+        "", "whether nodes are kept at equal distances, and the film flows through between them, or go with the film", "even"
+    )
+    accuracy: float = parameter(
+        "", "error of a step of its own that is allowed, of the least distance of nodes", 1e-3, gt=0, le=0.1
+    )
+    time_weight: float = parameter("", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1)
+
+    @property
+    def initial_density(self) -> float:
+        """Density at the start [kg/m²]."""
+        return self.density or self.material.density
+
+    @property
+    def velocity(self) -> Vector:  # type: ignore[override]
+        """It has none of its own: it follows from the loads."""
+        return (0.0, 0.0, 0.0)
+
+    def physics(self) -> "FilmPhysics":
+        """What kernels need of the material and the drag."""
+        from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics
+
+        m = self.material
+        drag = Drag(self.drag.normal, self.drag.tangential)
+        return FilmPhysics(m.viscosity, m.dilatational_viscosity, m.bending_rigidity, m.spontaneous_curvature, drag)
+
+    def geometry(self) -> "tuple[FilmGeometry, np.ndarray]":
+        """How its nodes span it, and where they are at the start [m], shape (n, d)."""
+        from pellucid.bodies.fluid_film.curve import Curve
+
+        places = self.shape.chosen().places()
+        return Curve(len(places), self.interpolation, self.shape.span == "around"), places
+
+    def solver(self, geometry: "FilmGeometry") -> "FilmSolver":
+        """What finds its velocities."""
+        from pellucid.bodies.fluid_film.dense_solver import DenseSolver
+
+        return DenseSolver(geometry.nodes, geometry.held)
+
+    def goals(self, o: "Operators") -> Goals:
+        """The volume and area that it keeps or reaches, by what it has at the start."""
+        start, area, goal = o.volume(), float(o.area.sum()), None
+        if self.volume is not None:
+            reduced = self.volume.reduced
+            goal = start if reduced is None else reduced_to_volume(reduced, area, self.shape.span == "plane")
+        return Goals(start, goal, self.volume.over if self.volume else 0.0, area if self.area == "kept" else None)
+
+    # what others ask
+
+    def channels(self) -> Sequence[Channel]:
+        """What its viscosity and the drag take."""
+        return (VISCOUS_HEAT, DAMPING_HEAT) if max(self.drag.normal, self.drag.tangential) > 0.0 else (VISCOUS_HEAT,)
+
+    @property
+    def has_own_step(self) -> bool:
+        """It does."""
+        return True
+
+    @property
+    def probed(self) -> tuple[str, ...]:
+        """The fields that probes can read."""
+        return ("position", "velocity", "mass", "areal_density", "tension", "curvature")
+
+    def build(self, placement: "Placement") -> "Body":
+        """Its nodes."""
+        from pellucid.bodies.fluid_film.body import FluidFilm
+
+        return FluidFilm(self, placement)
+
+    def owns_nodes(self, alone: bool) -> bool:
+        """Always."""
+        return True
+
+    def needs_grid(self, parts: Parts) -> bool:
+        """It meets nothing."""
+        return False
+
+    def positions(self) -> np.ndarray:
+        """Of its nodes at the start [m], shape (n, 3)."""
+        places = self.shape.chosen().places()
+        result = np.zeros((len(places), 3))
+        result[:, [0, 1] if self.shape.span == "plane" else [0, 2]] = places
+        return result
+
+    def selectable(self) -> Selectable:
+        """Its nodes."""
+        return Selectable(self.positions())
+
+    def occupied(self) -> Geometry:
+        """What it encloses: nothing that another body could leave out."""
+        raise ValueError(f"film {self.name} has no inside that could be left out")
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner [m]."""
+        positions = self.positions()
+        return positions.min(axis=0), positions.max(axis=0)
+
+    def n_points(self, grid: GridCase | None) -> float:
+        """Number of nodes."""
+        return len(self.positions())
+
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray:
+        """None of its own."""
+        return np.zeros_like(position)
+
+    def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
+        """It has no inside for others."""
+        return Reason(f"{self.name} is a fluid film", "name bodies of material points and closed membranes")
+
+    def why_no_motion(self) -> Reason | None:
+        """Its nodes do not stay at the same material points."""
+        return Reason(f"the nodes of film {self.name} do not go with its material", "use a support with a `velocity`")
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Other bodies, bending of a curve without drag, an impossible volume."""
+        yield from super().problems(path, parts)
+        if len(parts.names(BodyModel)) > 1:
+            yield Finding((*path, "kind"), "a fluid film meets no other bodies yet", "let it be the only body of the case")
+        if self.volume is not None:
+            yield from self.volume.problems((*path, "volume"))
+        some = min(self.drag.normal, self.drag.tangential) > 0.0
+        if self.shape.span == "plane" and self.material.bending_rigidity > 0.0 and not some:
+            text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"
+            yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")

@@ -1,0 +1,24 @@
+"""A polynomial by its zeros."""
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from pellucid.bodies.initial.contract import InitialField
+from pellucid.model import parameter
+
+
+class Polynomial(InitialField):
+    """A concentration a (x - x₁)(x - x₂)... along an axis, in metres."""
+
+    quantity: ClassVar[str] = "concentration"
+
+    kind: Literal["polynomial"] = "polynomial"
+    factor: float = parameter("", "factor a", 1.0)
+    zeros: tuple[float, ...] = parameter("m", "where it vanishes: x₁, x₂, ...", ())
+    axis: Literal["x", "y", "z"] = parameter("", "axis along which it varies", "x")
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """Concentration, shape (n,), at positions [m], shape (n, 3)."""
+        x = position[:, "xyz".index(self.axis)]
+        return self.factor * np.prod(x[:, None] - np.array(self.zeros), axis=1)

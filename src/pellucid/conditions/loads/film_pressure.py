@@ -1,0 +1,86 @@
+"""Pressure on a fluid film."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.conditions.smooth_step import risen
+from pellucid.conditions.support import Axis
+from pellucid.findings import Finding, Path
+from pellucid.model import Model, Vector, parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+from pellucid.parts.surface_load import SurfacePoints
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
+
+
+class Band(Model):
+    """A band about the film, across an axis: the pressure falls off as exp(-(x - centre)²/2 width²)."""
+
+    axis: Axis = parameter("", "the axis", "z")
+    centre: float = parameter("m", "where the pressure is largest", 0.0)
+    width: float = parameter("m", "standard deviation", gt=0)
+
+    def share(self, position: np.ndarray) -> np.ndarray:
+        """Of the pressure at positions [m], shape (..., 3)."""
+        offset = (position[..., "xyz".index(self.axis)] - self.centre) / self.width
+        return np.asarray(np.exp(-0.5 * offset * offset))
+
+
+class FilmPressure(LoadModel):
+    """A pressure along the normal of a fluid film, wherever that points (Benet 2015, §§6.6 and 7.1.1)."""
+
+    kind: Literal["film-pressure"] = "film-pressure"
+    value: float = parameter("Pa", "pressure inside minus outside; where there is `along` or a `band`, at its largest")
+    on: Literal["present-area", "initial-area"] = parameter(
+        "",
+        "the area that it is for: present-area is a follower load, initial-area a dead one, which a film that grows shares out",
+        "present-area",
+    )
+    along: Vector | None = parameter(
+        "", "a direction e: the pressure is then `value` times n·e, as where a stream along e drives the film", None
+    )
+    band: Band | None = parameter("", "a band about an axis in which it acts", None)
+    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that is no fluid film, a direction without length."""
+        yield from super().problems(path, parts)
+        body = parts.named(BodyModel, self.body)
+        if body is not None and body.kind != "fluid-film":
+            text = f'body {self.body} is of kind "{body.kind}"'
+            yield Finding((*path, "body"), text, "name a fluid-film; a [[pressure]] acts on other bodies")
+        if self.along is not None and not any(self.along):
+            yield Finding((*path, "along"), "has no length", "give a direction such as [0, 1, 0], or leave it out")
+
+    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+        """What acts in a run."""
+        return ActiveFilmPressure(self, assembly)
+
+    def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
+        """Force on unit of present area [Pa], shape (..., 3), over a step that begins at a time [s]."""
+        pressure = np.full(points.density_ratio.shape, risen(time, self.rise) * self.value)
+        if self.on == "initial-area":
+            pressure = pressure * points.density_ratio
+        if self.along is not None:
+            pressure = pressure * (points.normal @ (np.array(self.along) / np.linalg.norm(self.along)))
+        if self.band is not None:
+            pressure = pressure * self.band.share(points.position)
+        return np.asarray(pressure[..., None] * points.normal)
+
+
+class ActiveFilmPressure(ActiveCondition):
+    """A pressure on a film that is built."""
+
+    def __init__(self, load: FilmPressure, assembly: "Assembly") -> None:
+        self._body, self._load = assembly.bodies[load.body].body, load
+        self._column = assembly.load_column(load.body, load.channel)
+
+    def begin(self, time: float, dt: float) -> None:
+        """What it does over the step."""
+        self._body.add_traction(lambda points: self._load.traction(points, time), self._column)

@@ -1,0 +1,131 @@
+"""Diffusion along a bar against the Fourier series."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.approximants.radial.windows import windows_on_line
+from pellucid.references.diffusion import between_zero_ends
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+CAPTIONS = {
+    "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",
+    "errors": "What the nodes differ from the exact solution by at the end (as figure 4.6).",
+    "windows": (
+        "Left: what a window answers to a wave of the nodes, over its width. Right: the fastest growth of the discrete "
+        "equations. Windows wider than the spacing answer to some waves with the wrong sign, and these grow (as figure 4.7)."
+    ),
+}
+
+METRICS = ("relative_error", "amount")
+
+THESIS = 6e-5
+"""Largest relative error of the thesis with 41 particles."""
+
+
+def _exact(run: "Run", x: "Array", time: float) -> "Array":
+    """The concentration at x [m] along the bar."""
+    body, line = run.case.body[0], run.case.body[0].domain.line
+    if line is None or line.at_lower != 0.0 or line.at_upper != 0.0 or line.lower != 0.0:
+        raise ValueError("the reference is for a bar from 0 whose ends are held at 0")
+
+    def start(y: "Array") -> "Array":
+        places = np.stack([y, np.zeros_like(y), np.zeros_like(y)], axis=1)
+        return np.asarray(body.concentration + sum(field.at(places) for field in body.initial))
+
+    if time == 0.0:
+        return start(x)
+    return between_zero_ends(start, line.upper, body.material.diffusivity * time, x)
+
+
+def _profiles(run: "Run") -> "tuple[Array, Array, Array, float]":
+    """Places [m], concentrations of the nodes and exact ones at the end, each (n,), and the time [s]."""
+    name = run.case.body[0].name
+    time = float(run.times(name)[-1])
+    fields = run.fields(name, time)
+    x = np.asarray(fields["position"])[:, 0]
+    return x, np.asarray(fields["concentration"]), _exact(run, x, time), time
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The largest error over the largest concentration, and the amount that is left."""
+    x, found, exact, time = _profiles(run)
+    error = float(np.abs(found - exact).max() / np.abs(exact).max())
+    # the thesis's error, and of the order of the polynomials for other numbers of nodes
+    allowed = THESIS * (40.0 / (len(x) - 1)) ** 4
+    points, weights = np.polynomial.legendre.leggauss(100)
+    length = run.case.body[0].domain.line.upper
+    left = float(0.5 * length * weights @ _exact(run, 0.5 * length * (points + 1.0), time))
+    amount = float(run.history["amount"][-1])
+    return {
+        "relative_error": Metric(error, 0.0, error, allowed, "", "largest error of a node over the largest concentration"),
+        "amount": Metric(amount, left, abs(amount / left - 1.0), allowed, "m^3", "concentration over the bar, exact series"),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Profiles, errors, and why windows must not be wide."""
+    return {"profiles": _profile_figure(run), "errors": _error_figure(run), "windows": _window_figure(run)}
+
+
+def _profile_figure(run: "Run") -> "Figure":
+    x, found, _, time = _profiles(run)
+    figure = new_figure(7.0, 3.6)
+    axes = figure.subplots()
+    fine = np.linspace(x[0], x[-1], 400)
+    start = np.asarray(run.fields(run.case.body[0].name, 0.0)["concentration"])
+    for instant, values, colour in ((0.0, start, COLOURS[0]), (time, found, COLOURS[1])):
+        axes.plot(fine, _exact(run, fine, instant), color=colour, linewidth=1.0, label=f"exact, t = {instant:g} s")
+        axes.plot(x, values, "o", color=colour, markersize=3.5, label=f"nodes, t = {instant:g} s")
+    label(axes, "x", "concentration", "m")
+    axes.legend(ncols=2)
+    return figure
+
+
+def _error_figure(run: "Run") -> "Figure":
+    x, found, exact, _ = _profiles(run)
+    figure = new_figure(7.0, 3.2)
+    axes = figure.subplots()
+    axes.plot(x, 100.0 * np.abs(found - exact) / np.abs(exact).max(), "o-", color=COLOURS[1], markersize=3.5)
+    axes.axhline(100.0 * THESIS, color=COLOURS[0], linestyle="--", linewidth=1.0)
+    axes.annotate("largest in the thesis, 41 particles", (x[0], 100.0 * THESIS), color=COLOURS[0], fontsize=8, va="bottom")
+    label(axes, "x", "error over the largest concentration", "m", "%")
+    return figure
+
+
+def _window_figure(run: "Run") -> "Figure":
+    """The symbol of windows, and the largest real part of the eigenvalues of -M⁻¹ D K for many widths."""
+    body = run.case.body[0]
+    x = body.domain.line.places()
+    figure = new_figure(9.5, 3.6)
+    left, right = figure.subplots(1, 2)
+    waves = np.linspace(1e-3, 1.0, 300)  # k h/π
+    for width, line in ((0.5, "-"), (1.0, "--"), (1.5, "-.")):
+        left.plot(waves, np.sinc(waves * width), line, label=f"w = {width:g} h")
+    left.axhline(0.0, color="#889", linewidth=0.8)
+    label(left, "wave number, kh/π", "answer of a window, sin(kw)/(kw)")
+    left.legend()
+    widths = np.concatenate([np.linspace(0.3, 1.0, 15), np.linspace(1.01, 1.5, 25)])
+    growth = [_fastest_growth(x, width, body) for width in widths]
+    right.plot(widths, growth, "o-", markersize=3, color=COLOURS[1])
+    right.set_yscale("symlog", linthresh=1.0)
+    right.axvline(1.0, color="#889", linewidth=0.8)
+    label(right, "half-width of the windows, w/h", "fastest growth", "", "1/s")
+    return figure
+
+
+def _fastest_growth(x: "Array", width: float, body: "object") -> float:
+    """[1/s], of the equations of the nodes between ends that are held."""
+    windows = windows_on_line(x, body.radial, width)  # type: ignore[attr-defined]
+    content, outflow = (part.toarray()[1:-1, 1:-1] for part in windows)
+    rates = np.linalg.eigvals(np.linalg.solve(content, -body.material.diffusivity * outflow))  # type: ignore[attr-defined]
+    return float(rates.real.max())

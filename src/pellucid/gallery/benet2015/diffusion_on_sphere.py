@@ -1,0 +1,85 @@
+"""Spherical harmonics that fade on a sphere, each at its exact rate."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
+from pellucid.references.diffusion import harmonic_decay
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it differs from the exact one by."}
+
+METRICS = ("decay_2", "decay_3", "amount", "area")
+
+
+def _amplitudes(run: "Run") -> "tuple[Array, dict[int, Array]]":
+    """Instants [s], and at each of these the part of each harmonic in the field over that at the start, by its degree."""
+    body = run.case.body[0]
+    times = run.times(body.name)
+    at_start = run.fields(body.name, 0.0)
+    share = np.asarray(at_start["volume"])
+    result = {}
+    for field in body.initial:
+        if isinstance(field, SphericalHarmonic):
+            shape = field.at(at_start["position"])
+            parts = [float(share @ (shape * run.fields(body.name, float(t))["concentration"])) for t in times]
+            result[field.degree] = np.array(parts) / parts[0]
+    return times, result
+
+
+def _radius(run: "Run") -> float:
+    surface = run.case.body[0].domain.surface
+    if surface is None or surface.icosphere is None:
+        raise ValueError("the reference is for a sphere")
+    return float(surface.icosphere.radius)
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Rates of decay, the amount, the area."""
+    body, radius = run.case.body[0], _radius(run)
+    times, amplitudes = _amplitudes(run)
+    area = float(np.sum(run.fields(body.name)["volume"]))
+    exact = 4.0 * np.pi * radius**2
+    spacing = np.sqrt(exact / len(run.fields(body.name)["id"])) / radius
+    result = {}
+    for degree, part in amplitudes.items():
+        rate, sought = -np.log(part[-1]) / times[-1], harmonic_decay(degree, radius, body.material.diffusivity)
+        angle = sought * run.case.time.step
+        # of the trapezoidal rule, and of polynomials of degree 4 as found, which fall faster
+        allowed = 1.2 * (abs(body.alpha - 0.5) * angle + angle**2 / 12.0) + 2e-3 * (degree * spacing) ** 4
+        text = f"rate at which the harmonic of degree {degree} fades, l (l + 1) D/R²"
+        result[f"decay_{degree}"] = Metric(float(rate), sought, float(abs(rate / sought - 1.0)), allowed, "1/s", text)
+    amounts = run.history["amount"]
+    drift = float(np.abs(amounts - amounts[0]).max() / abs(amounts[0]))
+    result["amount"] = Metric(float(amounts[-1]), float(amounts[0]), drift, 1e-12, "m^3", "largest change of the amount")
+    text = "area of the surface that the functions span"
+    result["area"] = Metric(area, exact, abs(area / exact - 1.0), 0.02 * spacing**4, "m^2", text)
+    return result
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Amplitudes of the harmonics."""
+    body, radius = run.case.body[0], _radius(run)
+    times, amplitudes = _amplitudes(run)
+    figure = new_figure(9.5, 3.4)
+    left, right = figure.subplots(1, 2)
+    fine = np.linspace(0.0, times[-1], 200)
+    for (degree, part), colour in zip(amplitudes.items(), COLOURS, strict=False):
+        rate = harmonic_decay(degree, radius, body.material.diffusivity)
+        left.semilogy(fine, np.exp(-rate * fine), color=colour, linewidth=1.0, label=f"exact, l = {degree}")
+        left.semilogy(times, part, "o", color=colour, markersize=4, label=f"nodes, l = {degree}")
+        right.semilogy(times[1:], np.abs(part * np.exp(rate * times) - 1.0)[1:], "o-", color=colour, markersize=4)
+    label(left, "time", "amplitude over that at the start", "s")
+    label(right, "time", "relative difference", "s")
+    left.legend()
+    return {"harmonics": figure}

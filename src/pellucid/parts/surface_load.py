@@ -1,0 +1,18 @@
+"""Loads on the surface of a body that asks for them itself, wherever it is at an instant."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+
+class SurfacePoints(NamedTuple):
+    """Where a load acts at an instant: quadrature points, in an array of any shape."""
+
+    position: np.ndarray  # (..., 3) [m]
+    normal: np.ndarray  # (..., 3) outward
+    density_ratio: np.ndarray  # (...) to that at the start: initial by present area
+
+
+Traction = Callable[[SurfacePoints], np.ndarray]
+"""Force on unit of present area [Pa], shape (..., 3)."""
