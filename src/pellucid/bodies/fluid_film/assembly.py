@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
@@ -31,21 +31,31 @@ def rows(values: np.ndarray, factor: np.ndarray) -> Rows:
     return Rows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
 
 
-class Pattern(NamedTuple):
-    """Where the numbers of a matrix stand; made once for all matrices of the same elements."""
+class Uses(NamedTuple):
+    """The elements of each node."""
 
     nodes: np.ndarray  # (e, m)
     d: int
+    first: np.ndarray  # (n + 1,)
+    use: np.ndarray  # of node i from first[i] on: m e + a for each element e that has it as its node a, ascending
+
+
+class Pattern(NamedTuple):
+    """Where the numbers of a matrix stand; made once for all matrices of the same elements."""
+
     first: np.ndarray  # (n + 1,) blocks of each row of nodes, d × d numbers each
     column: np.ndarray  # nodes of the blocks, ascending in each row
     place: np.ndarray  # (e, m, m) of the block of two nodes of an element in its row
-    use_first: np.ndarray  # (n + 1,)
-    use: np.ndarray  # of node i from use_first[i] on: m e + a for each element e that has it as its node a, ascending
+
+
+def _uses(nodes: np.ndarray, n: int, d: int) -> Uses:
+    first = np.concatenate([[0], np.cumsum(np.bincount(nodes.ravel(), minlength=n))])
+    return Uses(np.ascontiguousarray(nodes), d, first, np.argsort(nodes.ravel(), kind="stable"))
 
 
 @kernel(inner=True)
-def _place_chunk(chunk, pattern):
-    nodes, first, column = pattern.nodes, pattern.first, pattern.column
+def _place_chunk(chunk, uses, pattern):
+    nodes, first, column = uses.nodes, pattern.first, pattern.column
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
         for a in range(nodes.shape[1]):
             i = nodes[e, a]
@@ -61,8 +71,8 @@ def _place_chunk(chunk, pattern):
 
 
 @kernel()
-def _find_places(chunks, pattern):
-    parallel_for(_place_chunk, chunks, pattern)
+def _find_places(chunks, uses, pattern):
+    parallel_for(_place_chunk, chunks, uses, pattern)
 
 
 @kernel(inner=True)
@@ -84,15 +94,15 @@ def _node_rows(at, a, d, R, M, rows, factor, first, shares, part):
 
 
 @kernel(inner=True)
-def _matrix_chunk(chunk, pattern, rows, factor, R, M, values):
-    m, d = pattern.nodes.shape[1], pattern.d
+def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, values):
+    m, d = uses.nodes.shape[1], uses.d
     shares, part = np.zeros(3 * R), np.zeros(3 * M)
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(pattern.first) - 1)):
         width = d * (pattern.first[i + 1] - pattern.first[i])
         start = d * d * pattern.first[i]
         values[start : start + d * width] = 0.0
-        for u in range(pattern.use_first[i], pattern.use_first[i + 1]):
-            e, a = pattern.use[u] // m, pattern.use[u] % m
+        for u in range(uses.first[i], uses.first[i + 1]):
+            e, a = uses.use[u] // m, uses.use[u] % m
             _node_rows(e * R * M, a, d, R, M, rows, factor, e * R, shares, part)
             for c in range(d):
                 for b in range(m):
@@ -102,17 +112,17 @@ def _matrix_chunk(chunk, pattern, rows, factor, R, M, values):
 
 
 @kernel()
-def _add_squares(chunks, pattern, rows, factor, R, M, values):
-    parallel_for(_matrix_chunk, chunks, pattern, rows, factor, R, M, values)
+def _add_squares(chunks, uses, pattern, rows, factor, R, M, values):
+    parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, values)
 
 
 @kernel(inner=True)
-def _gather_chunk(chunk, pattern, forms, result):
-    m, d = pattern.nodes.shape[1], pattern.d
+def _gather_chunk(chunk, uses, forms, result):
+    m, d = uses.nodes.shape[1], uses.d
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(result))):
         result[i] = 0.0
-        for u in range(pattern.use_first[i], pattern.use_first[i + 1]):
-            e, a = pattern.use[u] // m, pattern.use[u] % m
+        for u in range(uses.first[i], uses.first[i + 1]):
+            e, a = uses.use[u] // m, uses.use[u] % m
             for form in forms:
                 for r in range(form.rows.shape[1]):
                     for c in range(d):
@@ -120,13 +130,13 @@ def _gather_chunk(chunk, pattern, forms, result):
 
 
 @kernel()
-def _gather(chunks, pattern, forms, result):
-    parallel_for(_gather_chunk, chunks, pattern, forms, result)
+def _gather(chunks, uses, forms, result):
+    parallel_for(_gather_chunk, chunks, uses, forms, result)
 
 
 @kernel(inner=True)
-def _rate_chunk(chunk, pattern, form, v, rates):
-    nodes, d = pattern.nodes, pattern.d
+def _rate_chunk(chunk, uses, form, v, rates):
+    nodes, d = uses.nodes, uses.d
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
         for r in range(form.rows.shape[1]):
             rate = 0.0
@@ -137,25 +147,42 @@ def _rate_chunk(chunk, pattern, form, v, rates):
 
 
 @kernel()
-def _find_rates(chunks, pattern, form, v, rates):
-    parallel_for(_rate_chunk, chunks, pattern, form, v, rates)
+def _find_rates(chunks, uses, form, v, rates):
+    parallel_for(_rate_chunk, chunks, uses, form, v, rates)
 
 
-class Assembly:
-    """The sums over elements with nodes (e, m), n in all, with d components each."""
+class NodalSums:
+    """Sums over elements with nodes (e, m), n in all, with d components each."""
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
+        self.n, self.d, self._uses = n, d, _uses(nodes, n, d)
+
+    def gathered(self, forms: Sequence[Rows]) -> np.ndarray:
+        """Σ factor row of all of them, shape (n, d)."""
+        result = np.empty((self.n, self.d))
+        _gather(-(-self.n // CHUNK), self._uses, tuple(forms), result)
+        return result
+
+    def rates(self, form: Rows, v: np.ndarray) -> np.ndarray:
+        """row · v of nodal values v, shape (n, d): shape (e, r). Factors do not count."""
+        result = np.empty(form.factor.shape)
+        _find_rates(-(-len(self._uses.nodes) // CHUNK), self._uses, form, np.ascontiguousarray(v), result)
+        return result
+
+
+class Assembly(NodalSums):
+    """The same, and matrices."""
+
+    def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
+        super().__init__(nodes, n, d)
         e, m = nodes.shape
-        use = np.argsort(nodes.ravel(), kind="stable")
-        use_first = np.concatenate([[0], np.cumsum(np.bincount(nodes.ravel(), minlength=n))])
         incidence = csr_array((np.ones(e * m, np.int32), (nodes.ravel(), np.repeat(np.arange(e), m))), shape=(n, e))
         blocks = csr_array(incidence @ incidence.T)
         blocks.sort_indices()
         first, column = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
-        self._pattern = Pattern(nodes, d, first, column, np.empty((e, m, m), np.int32), use_first, use)
-        _find_places(-(-e // CHUNK), self._pattern)
+        self._pattern = Pattern(first, column, np.empty((e, m, m), np.int32))
+        _find_places(-(-e // CHUNK), self._uses, self._pattern)
         self._rows, self._factor = np.empty((0, 0, 0)), np.empty((0, 0))
-        self.n, self.d, self._chunks = n, d, -(-n // CHUNK)
         width = np.diff(first)
         self._indptr = np.concatenate([[0], np.cumsum(np.repeat(d * width, d))]).astype(np.int32)
         self._indices = self._columns(width)
@@ -172,14 +199,15 @@ class Assembly:
         """Σ factor row ⊗ row of all of them, shape (n d, n d); node by node."""
         values = np.empty(len(self._indices))
         self._collect(squares)
-        e, R, M = self._rows.shape
-        _add_squares(self._chunks, self._pattern, self._rows.reshape(-1), self._factor.reshape(-1), R, M, values)
+        _, R, M = self._rows.shape
+        chunks, flat = -(-self.n // CHUNK), (self._rows.reshape(-1), self._factor.reshape(-1))
+        _add_squares(chunks, self._uses, self._pattern, *flat, R, M, values)
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
     def _collect(self, squares: Sequence[Rows]) -> None:
         """All rows side by side, each filled up with zeros to whole vectors; in memory that is kept, as new memory is slow."""
         used = [square for square in squares if square.factor.any()]
-        e, R, M = len(self._pattern.nodes), sum(square.factor.shape[1] for square in used), self._pattern.nodes.shape[1] * self.d
+        e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d
         if self._rows.shape[1] != R:
             self._rows, self._factor = np.zeros((e, R, -(-M // LANES) * LANES)), np.empty((e, R))
         at = 0
@@ -188,14 +216,26 @@ class Assembly:
             self._rows[:, here, :M], self._factor[:, here] = values, factor
             at = here.stop
 
-    def gathered(self, forms: Sequence[Rows]) -> np.ndarray:
-        """Σ factor row of all of them, shape (n, d)."""
-        result = np.empty((self.n, self.d))
-        _gather(self._chunks, self._pattern, tuple(forms), result)
-        return result
+    def links(self) -> csr_array:
+        """Which nodes share an element, shape (n, n)."""
+        column, first = self._pattern.column, self._pattern.first
+        return csr_array((np.ones(len(column), np.int8), column, first), shape=(self.n, self.n))
 
-    def rates(self, form: Rows, v: np.ndarray) -> np.ndarray:
-        """row · v of nodal values v, shape (n, d): shape (e, r). Factors do not count."""
-        result = np.empty(form.factor.shape)
-        _find_rates(-(-len(self._pattern.nodes) // CHUNK), self._pattern, form, np.ascontiguousarray(v), result)
-        return result
+    def upper(self, matrix: csr_array, free: np.ndarray, diagonal: np.ndarray) -> np.ndarray:
+        """Numbers on and above the diagonal of a symmetric matrix of this pattern, where rows and columns that are not free
+        are left out, and something is added to the diagonal; free, diagonal: shape (n d,), 1 where it is free."""
+        row, column = self._row(), self._indices
+        values = matrix.data * free[row] * free[column]
+        values[row == column] += diagonal
+        return np.asarray(values[column >= row])
+
+    def symmetric(self, upper: np.ndarray) -> csr_array:
+        """The matrix with such numbers."""
+        values = np.zeros(len(self._indices))
+        values[self._indices >= self._row()] = upper
+        half = csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
+        return csr_array(half + half.T - diags_array(half.diagonal()))
+
+    def _row(self) -> np.ndarray:
+        """Of the numbers of the matrix."""
+        return np.repeat(np.arange(self.n * self.d, dtype=np.int32), np.diff(self._indptr))

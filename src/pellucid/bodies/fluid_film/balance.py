@@ -14,12 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms import ElementForms, FilmPhysics, Tension, dissipation, forms, stored_bending, turning
+from pellucid.bodies.fluid_film.assembly import NodalSums, Rows
+from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, dissipation, forms, stored_bending, turning
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.solver import Border, FilmSolver
+from pellucid.bodies.fluid_film.solver import Border, FilmSolver, System
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import SurfacePoints, Traction
+
+ACCURACY, FIRST_ACCURACY = 1e-8, 1e-5  # of velocities, as far as solutions are iterative; the first estimate's counts once less
 
 
 class Driving(NamedTuple):
@@ -59,6 +62,7 @@ class FilmBalance:
     ) -> None:
         self._initial_density = initial_density
         self.geometry, self.material, self.physics, self.solver = geometry, material, physics, solver
+        self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
         self._resists_all = min(physics.drag) > 0.0
 
     def part_areas(self, o: Operators) -> np.ndarray:
@@ -87,15 +91,14 @@ class FilmBalance:
         zero = np.zeros_like(x)
         start = self.geometry.operators(x)
         rates = self._rates(start, driving, dt)
-        first = self._velocity(start, mass, ahead, zero, driving, rates)[0]
-        o = self.geometry.operators(x + weight * dt * first)
-        velocity, parts, tractions, borders = self._velocity(o, mass, ahead, first, driving, rates)
-        nodes = self.geometry.nodes
-        lost = dissipation(o, self.physics, velocity[nodes])
+        first = self._velocity(start, mass, x, ahead, zero, driving, rates, FIRST_ACCURACY)[0]
+        there = x + weight * dt * first
+        o = self.geometry.operators(there)
+        velocity, parts, tractions, borders = self._velocity(o, mass, there, ahead, first, driving, rates, ACCURACY)
+        lost = dissipation(o, self.physics, velocity[self.geometry.nodes])
         loads = [(column, float(np.sum(force * velocity))) for column, force in (*tractions, *driving.forces)]
-        left = self._sum(np.einsum("eab,eb->ea", parts.resistance, velocity[nodes].reshape(len(nodes), -1)) - parts.force)
-        left -= sum((force for _, force in (*tractions, *driving.forces)), zero)
-        left += self._sum(np.einsum("eab,eb->ea", parts.stiffness, (velocity - first)[nodes].reshape(len(nodes), -1)))
+        left = self._left(parts, velocity, first) if driving.known.any() else zero
+        left = left - sum((force for _, force in (*tractions, *driving.forces)), zero)
         held = sum((force * border.row for border, force in borders), zero)
         return StepDone(
             x + dt * velocity,
@@ -108,19 +111,34 @@ class FilmBalance:
             float(np.sum(held * velocity)),
         )
 
+    def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
+        """What the forces of the film leave unbalanced at the nodes [N], shape (n, d)."""
+        found = [(square, velocity) for square in parts.resistance] + [(square, velocity - first) for square in parts.stiffness]
+        felt = [Rows(square.rows, square.factor * self._sums.rates(square, v)) for square, v in found]
+        return self._sums.gathered(felt) - self._sums.gathered(parts.force)
+
     def _velocity(
-        self, o: Operators, mass: np.ndarray, ahead: float, guess: np.ndarray, driving: Driving, rates: Sequence[float]
-    ) -> tuple[np.ndarray, ElementForms, list[tuple[int, np.ndarray]], list[tuple[Border, float]]]:
+        self,
+        o: Operators,
+        mass: np.ndarray,
+        x: np.ndarray,
+        ahead: float,
+        guess: np.ndarray,
+        driving: Driving,
+        rates: Sequence[float],
+        accuracy: float,
+    ) -> tuple[np.ndarray, Forms, list[tuple[int, np.ndarray]], list[tuple[Border, float]]]:
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         parts = forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
         tractions = self._tractions(o, density, driving.tractions)
-        force = self._sum(parts.force) + sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
+        force = self._sums.gathered(parts.force) + sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
         borders = [Border(self._sum(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]
         free = None if self._resists_all else turning(o)
-        solution = self.solver.solve(
-            parts.resistance, parts.stiffness, force, guess, borders, driving.known, driving.velocity, free
-        )
+        area = self._sum(np.einsum("eq,eqmi->emi", o.area, o.value))[:, 0]
+        known, velocity = driving.known, driving.velocity
+        system = System(x, area, parts.resistance, parts.stiffness, force, guess, known, velocity, free, accuracy)
+        solution = self.solver.solve(system, borders)
         return solution.velocity, parts, tractions, list(zip(borders, solution.border_forces.tolist(), strict=True))
 
     @staticmethod
@@ -135,7 +153,9 @@ class FilmBalance:
     ) -> list[tuple[int, np.ndarray]]:
         """Forces of tractions on the nodes [N], shape (n, d), with their columns."""
         axes = list(self.geometry.axes)
-        points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), self.at_points(density) / self._initial_density)
+        points = SurfacePoints(
+            in_space(o.position, axes), in_space(o.normal, axes), self.at_points(density) / self._initial_density
+        )
         result = []
         for column, traction in tractions:
             on_area = o.area[..., None] * traction(points)[..., axes]
@@ -143,7 +163,7 @@ class FilmBalance:
         return result
 
     def _sum(self, elements: np.ndarray) -> np.ndarray:
-        """The sum over the elements at each node, shape (n, d), of (e, m, d) or (e, md)."""
+        """The sum over the elements at each node, shape (n, d), of (e, m, d)."""
         n, d = self.geometry.held.shape
         nodes = self.geometry.nodes
         values = elements.reshape(len(nodes), nodes.shape[1], d)

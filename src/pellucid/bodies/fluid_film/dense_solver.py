@@ -1,13 +1,13 @@
 """Velocities of a film of few nodes, as of a curve, by dense factorisations."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.solver import Border, IncompatibleLoad, Solution
+from pellucid.bodies.fluid_film.assembly import Rows
+from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, IncompatibleLoad, Solution, System
 
 FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5
-INCOMPATIBLE = 0.02  # of the forces, that motions without resistance may feel by the error of the geometry
 
 
 class DenseSolver:
@@ -19,36 +19,34 @@ class DenseSolver:
         self._places = (d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), -1)
         self._held = held
 
-    def solve(
-        self,
-        resistance: np.ndarray,
-        stiffness: np.ndarray,
-        force: np.ndarray,
-        guess: np.ndarray,
-        borders: Sequence[Border],
-        known: np.ndarray,
-        velocity: np.ndarray,
-        turning: np.ndarray | None,
-    ) -> Solution:
+    def solve(self, system: System, borders: Sequence[Border]) -> Solution:
         """See `pellucid.bodies.fluid_film.solver`."""
-        A, G = self._whole(resistance), self._whole(stiffness)
-        free = ~(known | self._held).ravel()
-        v = np.where(known, velocity, 0.0).ravel()
-        right = (force.ravel() + G @ guess.ravel() - (A + G) @ v)[free]
+        A, G = self._whole(system.resistance), self._whole(system.stiffness)
+        free = ~(system.known | self._held).ravel()
+        v = np.where(system.known, system.velocity, 0.0).ravel()
+        right = (system.force.ravel() + G @ system.guess.ravel() - (A + G) @ v)[free]
         A, G = A[np.ix_(free, free)], G[np.ix_(free, free)]
         rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), self._size)
         goals = np.array([border.rate for border in borders]) - rows @ v
         rows, basis = rows[:, free], np.eye(int(free.sum()))
-        if turning is not None:
-            basis = _resisted(A, self._whole(turning)[np.ix_(free, free)], right)
+        if system.turning is not None:
+            basis = _resisted(A, self._whole(system.turning)[np.ix_(free, free)], right)
         reduced, sides, k = basis.T @ (A + G) @ basis, rows @ basis, len(borders)
         whole = np.block([[reduced, sides.T], [sides, np.zeros((k, k))]])
         found = np.linalg.solve(whole, np.concatenate([basis.T @ right, goals]))
         v[free] += basis @ found[: basis.shape[1]]
         return Solution(v.reshape(self._shape), -found[basis.shape[1] :])
 
-    def _whole(self, elements: np.ndarray) -> np.ndarray:
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Nothing."""
+        return {}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """It keeps nothing."""
+
+    def _whole(self, squares: Sequence[Rows]) -> np.ndarray:
         whole = np.zeros((self._size, self._size))
+        elements = sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in squares)
         np.add.at(whole, (self._places[:, :, None], self._places[:, None, :]), elements)
         return whole
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.fluid_film.assembly import Rows, rows
 from pellucid.bodies.fluid_film.operators import Operators
 
 
@@ -43,66 +44,57 @@ class Tension(NamedTuple):
     stiffness: np.ndarray  # ρ p' [N/m]
 
 
-class ElementForms(NamedTuple):
-    """Matrices and forces of the elements, over their m nodes with d components each."""
+class Forms(NamedTuple):
+    """Matrices as sums of squares of rows, and forces as sums of rows."""
 
-    resistance: np.ndarray  # (e, md, md) viscosity and drag [N s/m]
-    stiffness: np.ndarray  # (e, md, md) what changes of pressure, tension and curvature resist [N s/m]
-    force: np.ndarray  # (e, md) pressure within the film and bending [N]
+    resistance: list[Rows]  # viscosity and drag [N s/m]
+    stiffness: list[Rows]  # what changes of pressure, tension and curvature resist [N s/m]
+    force: list[Rows]  # pressure within the film and bending [N]
 
 
-def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> ElementForms:
-    """The forms of the elements; ahead: the time τ over which changes count [s]."""
-    e, q = o.area.shape
-    size = o.value.shape[2] * o.value.shape[3]
+def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
+    """The forms of the film; ahead: the time τ over which changes count [s]."""
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
-    strain = o.strain.reshape(e, q, -1, size)
-    dilatation = o.dilatation().reshape(e, q, size)
-    grown = np.einsum("eq,eqa->ea", w, dilatation)  # rate of the element's area
-    whole = w.sum(axis=1)
-    parts = strain.shape[2]
+    dilatation = o.dilatation()
+    whole = w.sum(axis=1, keepdims=True)
+    grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
+    parts = o.strain.shape[2]
     if parts == 1:  # along a curve one rate of a segment, as many as there are nodes: with more, none would move freely
-        resistance = _outer(grown[:, None], ((2.0 * mu + physics.dilatational_viscosity) / whole)[:, None])
+        resistance = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
     else:
-        factors = (2.0 * mu, 2.0 * mu, mu)[:parts]  # of D₁₁², D₂₂², (2 D₁₂)²
-        resistance = _outer(dilatation, physics.dilatational_viscosity * w)
-        for number, factor in enumerate(factors):
-            resistance += _outer(strain[:, :, number], factor * w)
-    resistance += _drag(o, physics.drag).reshape(e, size, size)
+        factors = mu * np.array((2.0, 2.0, 1.0)[:parts])  # of D₁₁², D₂₂², (2 D₁₂)²
+        resistance = [rows(o.strain, w[..., None] * factors), rows(dilatation, physics.dilatational_viscosity * w)]
+    resistance += _drag(o, physics.drag)
 
-    mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness) / whole**2
-    stiffness = _outer(grown[:, None], (ahead * mean_stiffness)[:, None])
+    mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
     pull = np.maximum(-tension.pressure, 0.0)
-    for number in range(o.slope.shape[2]):
-        stiffness += _outer(o.slope[:, :, number].reshape(e, q, size), ahead * w * pull)
-    force = np.einsum("eq,eqa->ea", w * tension.pressure, dilatation)
+    changed = (grown, mean_stiffness) if parts == 1 else (dilatation, w * tension.stiffness)
+    stiffness = [rows(changed[0], ahead * changed[1]), rows(o.slope, ahead * (w * pull)[..., None])]
+    force = [rows(dilatation, w * tension.pressure)]
     if kappa > 0.0:
-        bending, excess = o.bending.reshape(e, q, size), o.curvature - physics.spontaneous_curvature
-        stiffness += _outer(bending, ahead * kappa * w)
-        force -= np.einsum("eq,eqa->ea", kappa * w * excess, bending)
-        force -= np.einsum("eq,eqa->ea", 0.5 * kappa * w * excess**2, dilatation)
-    return ElementForms(resistance, stiffness, force)
+        excess = o.curvature - physics.spontaneous_curvature
+        stiffness.append(rows(o.bending, ahead * kappa * w))
+        force.append(rows(o.bending, -kappa * w * excess))
+        force[0] = rows(dilatation, w * (tension.pressure - 0.5 * kappa * excess**2))
+    return Forms(resistance, stiffness, force)
 
 
-def turning(o: Operators) -> np.ndarray:
-    """∫ |∇v_n|², by which the film turns, of the elements, shape (e, md, md)."""
-    e, q, c = o.slope.shape[:3]
-    return sum((_outer(o.slope[:, :, number].reshape(e, q, -1), o.area) for number in range(c)), np.zeros(()))
+def turning(o: Operators) -> list[Rows]:
+    """∫ |∇v_n|², by which the film turns."""
+    return [rows(o.slope, o.area[..., None])]
 
 
-def _outer(rows: np.ndarray, factor: np.ndarray) -> np.ndarray:
-    """Σ_q factor row ⊗ row, shape (e, md, md), of rows (e, q, md) and factors (e, q)."""
-    return np.asarray(np.matmul((factor[..., None] * rows).transpose(0, 2, 1), rows))
-
-
-def _drag(o: Operators, drag: Drag) -> np.ndarray:
-    """ζ_t N_a·N_b + (ζ_n - ζ_t) (n·N_a)(n·N_b), shape (e, m, d, m, d)."""
-    e, q, m, d = o.value.shape
-    normal = (o.value * o.normal[:, :, None, :]).reshape(e, q, m * d)
-    result = _outer(normal, (drag.normal - drag.tangential) * o.area).reshape(e, m, d, m, d)
-    for i in range(d):
-        result[:, :, i, :, i] += _outer(o.value[..., i], drag.tangential * o.area)
-    return np.asarray(result)
+def _drag(o: Operators, drag: Drag) -> list[Rows]:
+    """ζ_t v_t·v_t + ζ_n v_n²; with v_t·v_t = v·v - v_n², or v_n² taken apart, whichever needs no difference."""
+    if max(drag) == 0.0:
+        return []
+    normal = o.normal[:, :, None, :] * o.value
+    d = o.normal.shape[2]
+    if drag.normal >= drag.tangential:
+        every = o.value[:, :, None] * np.eye(d)[:, None, :]  # a row for each component
+        return [rows(every, drag.tangential * o.area[..., None]), rows(normal, (drag.normal - drag.tangential) * o.area)]
+    along = o.value[:, :, None] * (np.eye(d) - o.normal[..., None] * o.normal[:, :, None])[:, :, :, None, :]
+    return [rows(along, drag.tangential * o.area[..., None]), rows(normal, drag.normal * o.area)]
 
 
 def stored_bending(o: Operators, physics: FilmPhysics) -> float:

@@ -1,9 +1,13 @@
 """The interface of what finds the velocities of a film from the forms of its elements."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+
+from pellucid.bodies.fluid_film.assembly import Rows
+
+INCOMPATIBLE = 0.02  # of the forces, that motions without resistance may feel by the error of the geometry
 
 
 class IncompatibleLoad(Exception):
@@ -24,23 +28,31 @@ class Solution(NamedTuple):
     border_forces: np.ndarray
 
 
+class System(NamedTuple):
+    """(R + S) v = f + S g, with matrices R, S that are sums of squares of rows, for nodes at x."""
+
+    x: np.ndarray  # (n, d) [m]
+    area: np.ndarray  # (n,) of the nodes [m²]
+    resistance: Sequence[Rows]  # R [N s/m]
+    stiffness: Sequence[Rows]  # S [N s/m]
+    force: np.ndarray  # (n, d) f [N]
+    guess: np.ndarray  # (n, d) g [m/s], velocities about which the stiffness is zero
+    known: np.ndarray  # (n, d) components that are prescribed
+    velocity: np.ndarray  # (n, d) their values [m/s]
+    turning: Sequence[Rows] | None
+    """What the film turns by, where some motions meet no resistance: of those with the same strain rates the one is taken that
+    turns least; on surfaces, that has no mean velocity and rotation."""
+    accuracy: float  # error of the velocity that does not matter, of the velocity
+
+
 class FilmSolver(Protocol):
-    """Solves (R + S) v = f + S g under linear constraints, with matrices R, S of the elements, shape (e, md, md)."""
+    """Finds the velocities of a film under linear constraints."""
 
-    def solve(
-        self,
-        resistance: np.ndarray,
-        stiffness: np.ndarray,
-        force: np.ndarray,
-        guess: np.ndarray,
-        borders: Sequence[Border],
-        known: np.ndarray,
-        velocity: np.ndarray,
-        turning: np.ndarray | None,
-    ) -> Solution:
-        """Velocities for forces f on the nodes [N], shape (n, d), and velocities g about which the stiffness is zero.
+    def solve(self, system: System, borders: Sequence[Border]) -> Solution:
+        """Raises IncompatibleLoad where the forces drive motions that meet no resistance."""
 
-        known: (n, d) components that are prescribed, with their values in `velocity`. turning: of the elements, shape
-        (e, md, md), what the film turns by, where some motions meet no resistance: of those with the same strain rates the
-        one is taken that turns least, and IncompatibleLoad is raised where the load drives motions without resistance.
-        """
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What the next solution depends on beside its system, for checkpoints."""
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""

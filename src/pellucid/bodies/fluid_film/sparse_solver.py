@@ -1,0 +1,151 @@
+"""Velocities of a film of many nodes, as of a surface, by conjugate gradients with an old factor as preconditioner.
+
+The matrix changes little from step to step, so its factors serve for many: they are renewed when the rounds that they save
+are worth their cost. Constraints C v = c hold in every round: directions and residuals are projected by
+P = I - Z (C Z)⁻¹ C and its transpose, with Z any vectors for which C Z can be inverted (Gould, Hribar & Nocedal 2001, SIAM J.
+Sci. Comput. 23, 1376). Motions without resistance, R, are left out in the same way, with Z = R and C = Rᵀ times the areas of
+the nodes: on a closed surface those are the rigid ones.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import pi
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from pellucid.bodies.fluid_film.assembly import Assembly, Rows
+from pellucid.bodies.fluid_film.elimination import Factor, nested_dissection
+from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, IncompatibleLoad, Solution, System
+
+WORTH = 60  # rounds that a new factor costs
+FEW = 2  # rounds that every solution takes
+MOST = 80  # rounds before the factor is renewed at once
+SHIFT = 1e-3  # of what smooth motions of a film feel by its viscosity, added in the factor where some feel none
+FIXED = 1e-8  # of a motion's largest component at known ones: less is a motion that they leave free
+
+
+class SparseSolver:
+    """Systems of elements with nodes (e, m), n in all, that stand at `places` (n, 3) at first; `held` components are 0."""
+
+    def __init__(self, nodes: np.ndarray, held: np.ndarray, places: np.ndarray) -> None:
+        n, d = held.shape
+        self._assembly = Assembly(nodes, n, d)
+        self._held = held.ravel()
+        order = nested_dissection(self._assembly.links(), places)
+        self._order = (d * order[:, None] + np.arange(d)).ravel()
+        self._factor: Factor | None = None
+        self._arrays = {
+            "factored": np.zeros(0),  # numbers of the matrix, on and above the diagonal, that the factor is of
+            "sides": np.zeros((0, n * d)),  # Z of the borders, the factor's answer to them
+            "rounds": np.zeros(1, np.int64),  # beyond a few, since it was made
+            "last": np.zeros((n, d)),  # velocity
+        }
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What the next solution depends on."""
+        return self._arrays
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        self._arrays = {name: np.array(arrays[name]) for name in self._arrays}
+        factored = self._arrays["factored"]
+        self._factor = Factor(self._assembly.symmetric(factored), self._order) if len(factored) else None
+
+    def solve(self, system: System, borders: Sequence[Border]) -> Solution:
+        """See `pellucid.bodies.fluid_film.solver`."""
+        assembly, arrays = self._assembly, self._arrays
+        known = system.known.ravel() | self._held
+        free = np.where(known, 0.0, 1.0)
+        v = np.where(known, system.velocity.ravel(), 0.0)
+        A = assembly.matrix([*system.resistance, *system.stiffness])
+        pushed = assembly.gathered([Rows(s.rows, s.factor * assembly.rates(s, system.guess)) for s in system.stiffness])
+        right = free * (system.force.ravel() + pushed.ravel() - A @ v)
+        rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), len(v))
+        goals = np.array([border.rate for border in borders]) - rows @ v
+        rigid = _free_motions(system.x, known) if system.turning is not None else np.zeros((0, len(v)))
+        if np.linalg.norm(rigid @ right) > INCOMPATIBLE * np.linalg.norm(right):
+            raise IncompatibleLoad
+        if self._factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders):
+            self._renew(A, system, known, free * rows, len(rigid) > 0)
+        C = np.concatenate([free * rows, rigid * np.repeat(system.area, assembly.d)])
+        Z = np.concatenate([free * arrays["sides"], rigid])
+        start = system.guess if system.guess.any() else arrays["last"]
+        u = free * start.ravel()
+        projection = Projection(C, Z)
+        u += projection.reached(np.concatenate([goals, np.zeros(len(rigid))]) - C @ u)
+        rounds = MOST
+        while rounds == MOST:
+            u, forces, rounds = self._iterate(A, right, u, free, projection, system.accuracy)
+            if rounds == MOST:
+                self._renew(A, system, known, free * rows, len(rigid) > 0)
+        arrays["rounds"][0] += max(rounds - FEW, 0)
+        arrays["last"][:] = u.reshape(arrays["last"].shape)
+        return Solution((u + v).reshape(system.known.shape), -forces[: len(borders)])
+
+    def _iterate(
+        self, A: csr_array, right: np.ndarray, u: np.ndarray, free: np.ndarray, projection: "Projection", accuracy: float
+    ) -> tuple[np.ndarray, np.ndarray, int]:
+        """Improved velocities, the forces of the constraints, and how many rounds it took."""
+        factor = self._factor
+        u, residual = u.copy(), right - free * (A @ u)
+        direction, before = np.zeros_like(u), np.inf
+        for rounds in range(MOST):
+            held = projection.transposed(residual)
+            g = projection.applied(free * factor.solve(held))
+            square = float(held @ g)
+            if square <= accuracy**2 * abs(float(u @ (right - residual))) or square == 0.0:
+                return u, projection.forces(residual), rounds
+            direction = g + (square / before) * direction
+            pulled = free * (A @ direction)
+            step = square / float(direction @ pulled)
+            u += step * direction
+            residual -= step * pulled
+            before = square
+        return u, projection.forces(residual), MOST
+
+    def _renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> None:
+        """Factors of this matrix, with numbers on the diagonal where components are known."""
+        diagonal = np.where(known, A.diagonal(), 0.0)
+        if shifted:
+            felt = sum(float(np.einsum("er,erk,erk->", s.factor, s.rows, s.rows)) for s in system.resistance) / len(known)
+            diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self._assembly.d)
+        self._arrays["factored"] = self._assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
+        self._factor = Factor(self._assembly.symmetric(self._arrays["factored"]), self._order)
+        self._arrays["sides"] = np.array([self._factor.solve(row) for row in rows]).reshape(rows.shape)
+        self._arrays["rounds"][0] = 0
+
+
+class Projection:
+    """P = I - Zᵀ (C Zᵀ)⁻¹ C with k rows C and Z, shape (k, n)."""
+
+    def __init__(self, C: np.ndarray, Z: np.ndarray) -> None:
+        self._C, self._Z = C, Z
+        self._inverse = np.linalg.inv(C @ Z.T)
+
+    def reached(self, goals: np.ndarray) -> np.ndarray:
+        """A vector u with C u = goals."""
+        return np.asarray(self._Z.T @ (self._inverse @ goals))
+
+    def applied(self, u: np.ndarray) -> np.ndarray:
+        """P u."""
+        return u - self.reached(self._C @ u)
+
+    def forces(self, residual: np.ndarray) -> np.ndarray:
+        """Of the constraints, of a residual that they hold, shape (k,)."""
+        return np.asarray(self._inverse.T @ (self._Z @ residual))
+
+    def transposed(self, residual: np.ndarray) -> np.ndarray:
+        """Pᵀ of a residual."""
+        return residual - self._C.T @ self.forces(residual)
+
+
+def _free_motions(x: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Rigid motions of nodes at x (n, 3) that leave known components (3 n,) at rest, orthonormal, shape (k, 3 n)."""
+    offset = x - x.mean(axis=0)
+    motions = [np.tile(axis, (len(x), 1)) for axis in np.eye(3)] + [np.cross(axis, offset) for axis in np.eye(3)]
+    basis = np.linalg.qr(np.array(motions).reshape(6, -1).T)[0]
+    if not known.any():
+        return np.asarray(basis.T)
+    _, sizes, turned = np.linalg.svd(basis[known], full_matrices=True)
+    small = np.concatenate([sizes, np.zeros(6 - len(sizes))]) < FIXED
+    return np.asarray((basis @ turned[small].T).T)
