@@ -21,6 +21,11 @@ class Rings(NamedTuple):
         """Of each node in their turn, shape (n, v); the last one repeated."""
         return self.ring[self.out]
 
+    @property
+    def begin(self) -> np.ndarray:
+        """The node that each half-edge begins at, shape (3 e,)."""
+        return self.triangles.ravel()
+
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Half-edges, one to an edge, and those that lead back."""
         one = np.flatnonzero(np.arange(len(self.twin)) < self.twin)

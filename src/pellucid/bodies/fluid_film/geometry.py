@@ -45,6 +45,9 @@ class FilmGeometry(Protocol):
     def cells(self) -> Cells:
         """Lines or triangles between the nodes, for results."""
 
-    def redistributed(self, x: np.ndarray, mass: np.ndarray) -> Redistributed:
+    def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Nodes moved along the film to where they are spread evenly, and the masses of its parts [kg], shape (parts,), then;
-        both as they are where nothing needs to move. The mass in all is kept to rounding."""
+        both as they are where nothing needs to move. The mass in all is kept to rounding.
+
+        moved: what nodes have gone with the film, to where they are, since they were spread last [m], shape (n, d). Raises
+        RunStopped where elements are too flat."""

@@ -10,13 +10,18 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from pellucid.bodies.fluid_film import loop_patch as patch
-from pellucid.bodies.fluid_film.geometry import Shares
+from pellucid.bodies.fluid_film.cell_fluxes import CellFluxes, normals
+from pellucid.bodies.fluid_film.geometry import Redistributed, Shares
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.surface_rows import SurfaceTables, surface_operators
+from pellucid.bodies.fluid_film.spreading import check_quality, way_along
+from pellucid.bodies.fluid_film.surface_rows import SurfaceTables, surface_areas, surface_operators
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.rings import Rings, rings
 from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
+
+CHUNK = 128  # nodes
 
 
 class TriangleRule(NamedTuple):
@@ -51,6 +56,8 @@ class LoopSurface:
         self.held = np.zeros((n, 3), bool)
         self.shares = Shares(triangles, rule.shares)
         self._limit = limit_matrix(self.rings)
+        self._inverse = splu(self._limit.tocsc())
+        self._fluxes = CellFluxes(self.rings)
 
     def operators(self, x: np.ndarray) -> Operators:
         """Rows for nodes at x [m], shape (n, 3)."""
@@ -62,7 +69,7 @@ class LoopSurface:
 
     def through(self, places: np.ndarray) -> np.ndarray:
         """Nodes of the surface that runs through places, shape (n, k); the inverse of `places`."""
-        return np.asarray(splu(self._limit.tocsc()).solve(np.asarray(places, dtype=float)))
+        return np.asarray(self._inverse.solve(np.array(places, dtype=float)))
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
         """Distance of each node from its nearest neighbour [m], shape (n,)."""
@@ -71,6 +78,33 @@ class LoopSurface:
     def cells(self) -> Cells:
         """The triangles."""
         return Cells(triangles=self.rings.triangles)
+
+    def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
+        """See `pellucid.bodies.fluid_film.geometry`."""
+        before = self.places(x)
+        after = self._along(x, before, way_along(self.rings, before, self.places(moved)))
+        check_quality(self.rings.triangles, after)
+        new = self.through(after)
+        new_mass = self._fluxes.moved(before, after, self._cell_areas(x), self._cell_areas(new), mass)
+        return Redistributed(new, new_mass)
+
+    def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
+        """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""
+        for _ in range(sweeps):
+            places = self.places(x)
+            x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
+        return x
+
+    def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Places on the surface at ways (n, 3) from those of the nodes [m]."""
+        result = np.empty_like(places)
+        normal, chunks = normals(self.rings.triangles, places), -(-len(places) // CHUNK)
+        _walk(chunks, np.ascontiguousarray(x), self.rings, places, normal, way, patch.BOX_SPLINES, patch.POWERS, result)
+        return result
+
+    def _cell_areas(self, x: np.ndarray) -> np.ndarray:
+        areas = np.einsum("eq,qc->ec", surface_areas(x, self.nodes, self.tables), self.shares.share)
+        return np.bincount(self.shares.part.ravel(), areas.ravel())
 
 
 def limit_matrix(mesh: Rings) -> csr_array:
@@ -126,3 +160,54 @@ def _functions(valences: np.ndarray, shares: np.ndarray, m: int) -> np.ndarray:
 def evaluate(corner, ring, count, share, factors, powers, out):
     """See `loop_patch.evaluate`."""
     patch.evaluate(corner, ring, count, share, factors, powers, out)
+
+
+@kernel(inner=True)
+def _patch(triangle, x, mesh, corner, ring, count):
+    """Fill in the nodes of a triangle and the rings about them."""
+    for c in range(3):
+        half = 3 * triangle + c
+        count[c] = mesh.valence[mesh.triangles[triangle, c]]
+        for i in range(3):
+            corner[c, i] = x[mesh.triangles[triangle, c], i]
+            for k in range(count[c]):
+                ring[c, k, i] = x[mesh.ring[half, k], i]
+
+
+@kernel(inner=True)
+def _walk_chunk(chunk, x, mesh, places, normal, way, factors, powers, result):
+    ring, corner = np.zeros((3, max(mesh.ring.shape[1], patch.REGULAR), 3)), np.zeros((3, 3))
+    count, share, out = np.zeros(3, np.int64), np.zeros(3), np.zeros((patch.COUNT, 3))
+    for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
+        half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
+        found = half
+        for _ in range(mesh.valence[i]):
+            triangle, c = half // 3, half % 3
+            one, other = mesh.triangles[triangle, (c + 1) % 3], mesh.triangles[triangle, (c + 2) % 3]
+            u, v = places[one] - places[i], places[other] - places[i]
+            n, d = normal[i], way[i]
+            whole = _triple(u, v, n)
+            s, t = _triple(d, v, n) / whole, _triple(u, d, n) / whole  # d = s u + t v, seen along the normal
+            if min(s, t) > best:
+                best, found, a, b = min(s, t), half, s, t
+            before = 3 * triangle + (c + 2) % 3
+            half = mesh.twin[before]
+        a, b = max(a, 0.0), max(b, 0.0)
+        if a + b > 1.0:
+            a, b = a / (a + b), b / (a + b)
+        triangle, c = found // 3, found % 3
+        share[c], share[(c + 1) % 3], share[(c + 2) % 3] = 1.0 - a - b, a, b
+        _patch(triangle, x, mesh, corner, ring, count)
+        patch.evaluate(corner, ring, count, share, factors, powers, out)
+        result[i] = out[patch.VALUE]
+
+
+@kernel(inner=True)
+def _triple(a, b, c):
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return x * c[0] + y * c[1] + z * c[2]
+
+
+@kernel()
+def _walk(chunks, x, mesh, places, normal, way, factors, powers, result):
+    parallel_for(_walk_chunk, chunks, x, mesh, places, normal, way, factors, powers, result)

@@ -132,3 +132,25 @@ def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -
         filled.curvature,
         filled.bending,
     )
+
+
+@kernel(inner=True)
+def _area_chunk(chunk, x, nodes, tables, areas):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
+        for p in range(tables.value.shape[1]):
+            first = tables.first[tables.kind[e], p]
+            a, b = _sum(first[0], x, nodes[e]), _sum(first[1], x, nodes[e])
+            cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+            areas[e, p] = np.sqrt(_dot(cross, cross)) * tables.weight[p]
+
+
+@kernel()
+def _find_areas(chunks, x, nodes, tables, areas):
+    parallel_for(_area_chunk, chunks, x, nodes, tables, areas)
+
+
+def surface_areas(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> np.ndarray:
+    """Areas of the quadrature points [m²], shape (e, q), as `surface_operators` has them."""
+    areas = np.empty((len(nodes), len(tables.weight)))
+    _find_areas(-(-len(nodes) // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, areas)
+    return areas
