@@ -22,6 +22,7 @@ from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 128  # nodes
+APPROACHES = 3  # to a place at a distance along the surface, whose parameters are not even
 
 
 class TriangleRule(NamedTuple):
@@ -175,30 +176,39 @@ def _patch(triangle, x, mesh, corner, ring, count):
 
 
 @kernel(inner=True)
+def _locate(i, d, mesh, places, n, share):
+    """The triangle about node i that lies along d [m], seen along the normal n, and the shares of its corners there."""
+    half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
+    found = half
+    for _ in range(mesh.valence[i]):
+        triangle, c = half // 3, half % 3
+        u = places[mesh.triangles[triangle, (c + 1) % 3]] - places[i]
+        v = places[mesh.triangles[triangle, (c + 2) % 3]] - places[i]
+        whole = _triple(u, v, n)
+        s, t = _triple(d, v, n) / whole, _triple(u, d, n) / whole  # d = s u + t v
+        if min(s, t) > best:
+            best, found, a, b = min(s, t), half, s, t
+        half = mesh.twin[3 * triangle + (c + 2) % 3]
+    a, b = max(a, 0.0), max(b, 0.0)
+    if a + b > 1.0:
+        a, b = a / (a + b), b / (a + b)
+    c = found % 3
+    share[c], share[(c + 1) % 3], share[(c + 2) % 3] = 1.0 - a - b, a, b
+    return found // 3
+
+
+@kernel(inner=True)
 def _walk_chunk(chunk, x, mesh, places, normal, way, factors, powers, result):
     ring, corner = np.zeros((3, max(mesh.ring.shape[1], patch.REGULAR), 3)), np.zeros((3, 3))
     count, share, out = np.zeros(3, np.int64), np.zeros(3), np.zeros((patch.COUNT, 3))
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
-        half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
-        found = half
-        for _ in range(mesh.valence[i]):
-            triangle, c = half // 3, half % 3
-            one, other = mesh.triangles[triangle, (c + 1) % 3], mesh.triangles[triangle, (c + 2) % 3]
-            u, v = places[one] - places[i], places[other] - places[i]
-            n, d = normal[i], way[i]
-            whole = _triple(u, v, n)
-            s, t = _triple(d, v, n) / whole, _triple(u, d, n) / whole  # d = s u + t v, seen along the normal
-            if min(s, t) > best:
-                best, found, a, b = min(s, t), half, s, t
-            before = 3 * triangle + (c + 2) % 3
-            half = mesh.twin[before]
-        a, b = max(a, 0.0), max(b, 0.0)
-        if a + b > 1.0:
-            a, b = a / (a + b), b / (a + b)
-        triangle, c = found // 3, found % 3
-        share[c], share[(c + 1) % 3], share[(c + 2) % 3] = 1.0 - a - b, a, b
-        _patch(triangle, x, mesh, corner, ring, count)
-        patch.evaluate(corner, ring, count, share, factors, powers, out)
+        aim = way[i].copy()
+        for _ in range(APPROACHES):
+            triangle = _locate(i, aim, mesh, places, normal[i], share)
+            _patch(triangle, x, mesh, corner, ring, count)
+            patch.evaluate(corner, ring, count, share, factors, powers, out)
+            missed = way[i] - (out[patch.VALUE] - places[i])
+            aim += missed
         result[i] = out[patch.VALUE]
 
 
