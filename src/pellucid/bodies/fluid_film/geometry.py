@@ -1,5 +1,6 @@
 """The interface of the geometry of a film: how its nodes span it. One file each for curves and surfaces."""
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -51,3 +52,9 @@ class FilmGeometry(Protocol):
 
         moved: what nodes have gone with the film, to where they are, since they were spread last [m], shape (n, d). Raises
         RunStopped where elements are too flat."""
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What its functions depend on beside the nodes, for checkpoints."""
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""

@@ -3,46 +3,27 @@
 The nodes are control points; the surface runs near them.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from pellucid.bodies.fluid_film import loop_patch as patch
-from pellucid.bodies.fluid_film.cell_fluxes import CellFluxes, normals
-from pellucid.bodies.fluid_film.geometry import Redistributed, Shares
-from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.spreading import check_quality, way_along
-from pellucid.bodies.fluid_film.surface_rows import SurfaceTables, surface_areas, surface_operators
-from pellucid.geometry.cells import Cells
-from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
-from pellucid.geometry.rings import Rings, rings
+from pellucid.bodies.fluid_film.surface_rows import SurfaceTables
+from pellucid.bodies.fluid_film.triangle_surface import THREE, TriangleRule, TriangleSurface
+from pellucid.geometry.rings import Rings
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
-CHUNK = 128  # nodes
-APPROACHES = 3  # to a place at a distance along the surface, whose parameters are not even
+CHUNK = 128  # places
 
 
-class TriangleRule(NamedTuple):
-    """Points on a triangle as shares of its corners, shape (q, 3), and weights that add up to 1, shape (q,)."""
-
-    shares: np.ndarray
-    weights: np.ndarray
-
-
-THREE = TriangleRule(np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3), np.full(3, 1.0 / 3.0))  # exact to degree 2
-SIX = TriangleRule(TRIANGLE, TRIANGLE_WEIGHTS)  # exact to degree 4
-
-
-class LoopSurface:
-    """Triangles (e, 3) between n nodes that enclose a volume, counterclockwise seen from outside."""
-
-    axes = (0, 1, 2)
+class LoopSurface(TriangleSurface):
+    """A closed surface by Loop's subdivision; three points a triangle are enough."""
 
     def __init__(self, triangles: np.ndarray, n: int, rule: TriangleRule = THREE) -> None:
-        self.rings = rings(triangles, n)
+        super().__init__(triangles, n, rule)
         valences = self.rings.valence[triangles]
         if ((valences == 3) & (np.roll(valences, 1, axis=1) == 3)).any():
             raise ValueError("two nodes with three neighbours each lie side by side: the surface is a tetrahedron; refine it")
@@ -51,18 +32,10 @@ class LoopSurface:
         m = int(kinds.sum(axis=1).max()) - 6
         self.nodes = _slot_nodes(self.rings, kinds, kind, m)
         functions = np.stack([_functions(valence, rule.shares, m) for valence in kinds])
-        self.tables = SurfaceTables(
-            kind, functions[:, :, 0].copy(), functions[:, :, 1:3].copy(), functions[:, :, 3:].copy(), 0.5 * rule.weights
-        )
-        self.held = np.zeros((n, 3), bool)
-        self.shares = Shares(triangles, rule.shares)
+        value, first, second = functions[:, :, 0].copy(), functions[:, :, 1:3].copy(), functions[:, :, 3:].copy()
+        self.tables = SurfaceTables(kind, value, first, second, 0.5 * rule.weights)
         self._limit = limit_matrix(self.rings)
         self._inverse = splu(self._limit.tocsc())
-        self._fluxes = CellFluxes(self.rings)
-
-    def operators(self, x: np.ndarray) -> Operators:
-        """Rows for nodes at x [m], shape (n, 3)."""
-        return surface_operators(x, self.nodes, self.tables)
 
     def places(self, x: np.ndarray) -> np.ndarray:
         """Values on the surface at the nodes, shape (n, k), of a field with these values x of the nodes."""
@@ -72,40 +45,22 @@ class LoopSurface:
         """Nodes of the surface that runs through places, shape (n, k); the inverse of `places`."""
         return np.asarray(self._inverse.solve(np.array(places, dtype=float)))
 
-    def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Distance of each node from its nearest neighbour [m], shape (n,)."""
-        return np.asarray(np.linalg.norm(x[self.rings.neighbours] - x[:, None], axis=2).min(axis=1))
-
-    def cells(self) -> Cells:
-        """The triangles."""
-        return Cells(triangles=self.rings.triangles)
-
-    def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """See `pellucid.bodies.fluid_film.geometry`."""
-        before = self.places(x)
-        after = self._along(x, before, way_along(self.rings, before, self.places(moved)))
-        check_quality(self.rings.triangles, after)
-        new = self.through(after)
-        new_mass = self._fluxes.moved(before, after, self._cell_areas(x), self._cell_areas(new), mass)
-        return Redistributed(new, new_mass)
-
-    def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
-        """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""
-        for _ in range(sweeps):
-            places = self.places(x)
-            x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
-        return x
-
-    def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
-        """Places on the surface at ways (n, 3) from those of the nodes [m]."""
-        result = np.empty_like(places)
-        normal, chunks = normals(self.rings.triangles, places), -(-len(places) // CHUNK)
-        _walk(chunks, np.ascontiguousarray(x), self.rings, places, normal, way, patch.BOX_SPLINES, patch.POWERS, result)
+    def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
+        result = np.empty((len(triangle), 3))
+        chunks = -(-len(triangle) // CHUNK)
+        _evaluate(chunks, np.ascontiguousarray(x), self.rings, triangle, share, patch.BOX_SPLINES, patch.POWERS, result)
         return result
 
-    def _cell_areas(self, x: np.ndarray) -> np.ndarray:
-        areas = np.einsum("eq,qc->ec", surface_areas(x, self.nodes, self.tables), self.shares.share)
-        return np.bincount(self.shares.part.ravel(), areas.ravel())
+    def renew(self, x: np.ndarray) -> None:
+        """Its functions depend on the triangles alone."""
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """None."""
+        return {}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """It keeps nothing."""
 
 
 def limit_matrix(mesh: Rings) -> csr_array:
@@ -121,7 +76,7 @@ def limit_matrix(mesh: Rings) -> csr_array:
 
 
 def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.ndarray:
-    """The nodes of each triangle, shape (e, m): its corners; then of each corner's ring those across and beyond; then padding."""
+    """The nodes of each triangle, shape (e, m): its corners; then of their rings those across and beyond; then padding."""
     nodes = np.repeat(mesh.triangles[:, :1], m, axis=1)
     nodes[:, :3] = mesh.triangles
     for number, valences in enumerate(kinds):
@@ -153,71 +108,29 @@ def _functions(valences: np.ndarray, shares: np.ndarray, m: int) -> np.ndarray:
         ring[c, np.arange(len(own)), own] = 1.0
     result = np.zeros((len(shares), patch.COUNT, m))
     for number, share in enumerate(shares):
-        evaluate(np.eye(3, m), ring.copy(), valences.copy(), share.copy(), patch.BOX_SPLINES, patch.POWERS, result[number])
+        _evaluate_one(np.eye(3, m), ring.copy(), valences.copy(), share.copy(), patch.BOX_SPLINES, patch.POWERS, result[number])
     return result
 
 
 @kernel()
-def evaluate(corner, ring, count, share, factors, powers, out):
-    """See `loop_patch.evaluate`."""
+def _evaluate_one(corner, ring, count, share, factors, powers, out):
     patch.evaluate(corner, ring, count, share, factors, powers, out)
 
 
 @kernel(inner=True)
-def _patch(triangle, x, mesh, corner, ring, count):
-    """Fill in the nodes of a triangle and the rings about them."""
-    for c in range(3):
-        half = 3 * triangle + c
-        count[c] = mesh.valence[mesh.triangles[triangle, c]]
-        for i in range(3):
-            corner[c, i] = x[mesh.triangles[triangle, c], i]
-            for k in range(count[c]):
-                ring[c, k, i] = x[mesh.ring[half, k], i]
-
-
-@kernel(inner=True)
-def _locate(i, d, mesh, places, n, share):
-    """The triangle about node i that lies along d [m], seen along the normal n, and the shares of its corners there."""
-    half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
-    found = half
-    for _ in range(mesh.valence[i]):
-        triangle, c = half // 3, half % 3
-        u = places[mesh.triangles[triangle, (c + 1) % 3]] - places[i]
-        v = places[mesh.triangles[triangle, (c + 2) % 3]] - places[i]
-        whole = _triple(u, v, n)
-        s, t = _triple(d, v, n) / whole, _triple(u, d, n) / whole  # d = s u + t v
-        if min(s, t) > best:
-            best, found, a, b = min(s, t), half, s, t
-        half = mesh.twin[3 * triangle + (c + 2) % 3]
-    a, b = max(a, 0.0), max(b, 0.0)
-    if a + b > 1.0:
-        a, b = a / (a + b), b / (a + b)
-    c = found % 3
-    share[c], share[(c + 1) % 3], share[(c + 2) % 3] = 1.0 - a - b, a, b
-    return found // 3
-
-
-@kernel(inner=True)
-def _walk_chunk(chunk, x, mesh, places, normal, way, factors, powers, result):
+def _evaluate_chunk(chunk, x, mesh, triangle, share, factors, powers, result):
     ring, corner = np.zeros((3, max(mesh.ring.shape[1], patch.REGULAR), 3)), np.zeros((3, 3))
-    count, share, out = np.zeros(3, np.int64), np.zeros(3), np.zeros((patch.COUNT, 3))
-    for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
-        aim = way[i].copy()
-        for _ in range(APPROACHES):
-            triangle = _locate(i, aim, mesh, places, normal[i], share)
-            _patch(triangle, x, mesh, corner, ring, count)
-            patch.evaluate(corner, ring, count, share, factors, powers, out)
-            missed = way[i] - (out[patch.VALUE] - places[i])
-            aim += missed
-        result[i] = out[patch.VALUE]
-
-
-@kernel(inner=True)
-def _triple(a, b, c):
-    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-    return x * c[0] + y * c[1] + z * c[2]
+    count, out = np.zeros(3, np.int64), np.zeros((patch.COUNT, 3))
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangle))):
+        for c in range(3):
+            node = mesh.triangles[triangle[p], c]
+            count[c], corner[c] = mesh.valence[node], x[node]
+            for k in range(count[c]):
+                ring[c, k] = x[mesh.ring[3 * triangle[p] + c, k]]
+        patch.evaluate(corner, ring, count, share[p].copy(), factors, powers, out)
+        result[p] = out[patch.VALUE]
 
 
 @kernel()
-def _walk(chunks, x, mesh, places, normal, way, factors, powers, result):
-    parallel_for(_walk_chunk, chunks, x, mesh, places, normal, way, factors, powers, result)
+def _evaluate(chunks, x, mesh, triangle, share, factors, powers, result):
+    parallel_for(_evaluate_chunk, chunks, x, mesh, triangle, share, factors, powers, result)
