@@ -26,7 +26,7 @@ THINNEST = 0.05  # of the density of rest
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
-FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature")
+FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
 
 _libraries = ThreadpoolController()
 
@@ -111,12 +111,13 @@ class FluidFilm(NodalBody):
     def update(self, dt: float) -> None:
         """Move the film over a step, in as many of its own as its accuracy needs."""
         works, reactions = np.zeros(self._columns), np.zeros((len(self._supports) + 1, 3))
-        driving, left = self._driving(dt), dt
+        driving, left = self._driving(), dt
         arrays, own = self.arrays, float(self.arrays["own_step"][0]) or FIRST_SHARE * dt
         with _libraries.limit(limits=1, user_api="blas"):
             while left > 0.0 and self._fault is None:
                 span = left / ceil(left / own * (1.0 - 1e-12))
-                done = self._try(span, driving)
+                volume, area = self._goals.at(self._elapsed + dt - left + span)
+                done = self._try(span, driving._replace(volume=volume, area=area))
                 if done is None:
                     return
                 error = span * done.change / float(self.geometry.spacing(self.geometry.places(arrays["x"])).min())
@@ -168,7 +169,7 @@ class FluidFilm(NodalBody):
             forces = in_space(np.where(support.nodes[:, None], done.prescribed, 0.0), self.geometry.axes)
             reactions[number] += dt * np.where(support.axes, forces.sum(axis=0), 0.0)
 
-    def _driving(self, dt: float) -> Driving:
+    def _driving(self) -> Driving:
         x = self.arrays["x"]
         axes = list(self.geometry.axes)
         known, velocity = np.zeros(x.shape, bool), np.zeros_like(x)
@@ -179,8 +180,7 @@ class FluidFilm(NodalBody):
         forces = list(self._forces)
         if self._gravity.any():
             forces.append((GRAVITY, self.arrays["mass"][:, None] * self._gravity))
-        volume, area = self._goals.at(self._elapsed + dt)
-        return Driving(list(self._tractions), forces, known, velocity, volume, area)
+        return Driving(list(self._tractions), forces, known, velocity, None, None)
 
     def renew_totals(self) -> None:
         """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""
@@ -239,6 +239,8 @@ class FluidFilm(NodalBody):
             return np.zeros(self.n_points)
         if name in self.arrays:
             return self.arrays[name]
+        if name == "distance":
+            return self._distances()
         o = self.geometry.operators(self.arrays["x"])
         if name == "curvature":
             return self._at_nodes(o.area, o.curvature)
@@ -267,6 +269,14 @@ class FluidFilm(NodalBody):
         corners = self._corners()
         share = np.repeat((o.area * density).sum(axis=1)[:, None] / corners.shape[1], corners.shape[1], axis=1)
         arrays["mass"][:] = np.bincount(corners.ravel(), share.ravel(), self.n_points)
+
+    def _distances(self) -> np.ndarray:
+        """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
+        places = self.geometry.places(self.arrays["x"])
+        centre = self.arrays["mass"] @ places / self.mass
+        if self._case.shape.span == "around":
+            centre[0] = 0.0
+        return np.asarray(np.linalg.norm(places - centre, axis=1))
 
     def _corners(self) -> np.ndarray:
         cells = self.cells()
