@@ -13,7 +13,7 @@ from threadpoolctl import ThreadpoolController
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
 from pellucid.bodies.fluid_film.solver import IncompatibleLoad
-from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, VISCOUS, StepWork, Totals, no_work
+from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.parts.body import NodalBody, NodalSupport, Placement
@@ -144,7 +144,7 @@ class FluidFilm(NodalBody):
                 "is driven along motions that nothing resists: without drag the loads on a curve must hold each other and its "
                 "tension; give it a `drag`"
             )
-        except np.linalg.LinAlgError:
+        except (np.linalg.LinAlgError, RuntimeError):  # of dense and of sparse systems
             self._fault = "has no balance of forces: its system of equations is singular"
         return None
 
@@ -166,21 +166,30 @@ class FluidFilm(NodalBody):
         works[DAMPING] += dt * done.drag
         works[INTERNAL] -= dt * (gained - done.viscous - done.drag)
         for number, support in enumerate(self._supports):
-            forces = in_space(np.where(support.nodes[:, None], done.prescribed, 0.0), self.geometry.axes)
-            reactions[number] += dt * np.where(support.axes, forces.sum(axis=0), 0.0)
+            chosen = self._constrained(support)
+            forces_at = np.where(chosen, done.prescribed, 0.0)
+            forces = in_space(forces_at, self.geometry.axes)
+            worked = dt * float(np.sum(forces_at * done.velocity))
+            works[SUPPORT] += worked
+            works[INTERNAL] -= worked
+            reactions[number] += dt * forces.sum(axis=0)
 
     def _driving(self) -> Driving:
         x = self.arrays["x"]
         axes = list(self.geometry.axes)
         known, velocity = np.zeros(x.shape, bool), np.zeros_like(x)
         for support in self._supports:
-            chosen = support.nodes[:, None] & np.array(support.axes)[axes]
+            chosen = self._constrained(support)
             known |= chosen
             velocity = np.where(chosen, np.array(support.velocity)[axes], velocity)
         forces = list(self._forces)
         if self._gravity.any():
             forces.append((GRAVITY, self.arrays["mass"][:, None] * self._gravity))
         return Driving(list(self._tractions), forces, known, velocity, None, None)
+
+    def _constrained(self, support: NodalSupport) -> np.ndarray:
+        """Which components a support prescribes, shape (n, d)."""
+        return np.asarray(support.nodes[:, None] & np.array(support.axes)[list(self.geometry.axes)])
 
     def renew_totals(self) -> None:
         """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""

@@ -82,9 +82,9 @@ class FluidFilmCase(BodyModel):
 
     def solver(self, geometry: "FilmGeometry") -> "FilmSolver":
         """What finds its velocities."""
-        from pellucid.bodies.fluid_film.dense_solver import DenseSolver
+        from pellucid.bodies.fluid_film.curve_solver import CurveSolver
 
-        return DenseSolver(geometry.nodes, geometry.held)
+        return CurveSolver(geometry.nodes, geometry.held)
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""
