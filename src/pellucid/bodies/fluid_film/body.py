@@ -43,7 +43,9 @@ class FluidFilm(NodalBody):
     def __init__(self, case: "FluidFilmCase", placement: Placement) -> None:
         self.name, self._case = case.name, case
         self.geometry, x = case.geometry()
-        self.balance = FilmBalance(self.geometry, case.material, case.physics(), case.initial_density, case.solver(self.geometry))
+        self._physics = case.physics()
+        solver = case.solver(self.geometry)
+        self.balance = FilmBalance(self.geometry, case.material, self._physics, case.initial_density, solver)
         o = self.geometry.operators(x)
         part_mass = case.initial_density * self.balance.part_areas(o)
         n = len(x)
@@ -253,6 +255,8 @@ class FluidFilm(NodalBody):
         o = self.geometry.operators(self.arrays["x"])
         if name == "curvature":
             return self._at_nodes(o.area, o.curvature)
+        if name == "bending_energy":
+            return self._shared(0.5 * self._physics.bending_rigidity * o.area * (o.curvature - self._physics.spontaneous_curvature) ** 2)
         density = self.balance.densities(o, self.arrays["part_mass"])
         if name == "areal_density":
             return self._at_nodes(o.area, self.balance.at_points(density))
@@ -275,9 +279,7 @@ class FluidFilm(NodalBody):
         arrays["velocity"][:] = in_space(geometry.places(arrays["v"]), geometry.axes)
         o = geometry.operators(arrays["x"])
         density = self.balance.at_points(self.balance.densities(o, arrays["part_mass"]))
-        corners = self._corners()
-        share = np.repeat((o.area * density).sum(axis=1)[:, None] / corners.shape[1], corners.shape[1], axis=1)
-        arrays["mass"][:] = np.bincount(corners.ravel(), share.ravel(), self.n_points)
+        arrays["mass"][:] = self._shared(o.area * density)
 
     def _distances(self) -> np.ndarray:
         """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
@@ -291,11 +293,12 @@ class FluidFilm(NodalBody):
         cells = self.cells()
         return cells.lines if len(cells.lines) else cells.triangles
 
+    def _shared(self, of_points: np.ndarray) -> np.ndarray:
+        """What the quadrature points of each element have, shape (e, q), shared equally by its corners, shape (n,)."""
+        corners = self._corners()
+        share = np.repeat(of_points.sum(axis=1) / corners.shape[1], corners.shape[1])
+        return np.bincount(corners.ravel(), share, self.n_points)
+
     def _at_nodes(self, area: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Means by area of values at the quadrature points, shape (e, q), at the nodes."""
-        corners = self._corners()
-
-        def summed(of_elements: np.ndarray) -> np.ndarray:
-            return np.bincount(corners.ravel(), np.repeat(of_elements, corners.shape[1]), self.n_points)
-
-        return np.asarray(summed((area * values).sum(axis=1)) / summed(area.sum(axis=1)))
+        return np.asarray(self._shared(area * values) / self._shared(area))

@@ -108,7 +108,7 @@ class FluidFilmCase(BodyModel):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        return ("position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
+        return ("position", "velocity", "mass", "areal_density", "tension", "curvature", "distance", "bending_energy")
 
     def build(self, placement: "Placement") -> "Body":
         """Its nodes."""
