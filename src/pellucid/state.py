@@ -40,6 +40,8 @@ FIELDS: dict[str, Field] = {
     "areal_density": Field(1, "kg/m^2", "density of a fluid film in its surface"),
     "tension": Field(1, "N/m", "tension of a fluid film, minus the pressure in its surface"),
     "curvature": Field(1, "1/m", "sum of the principal curvatures of a fluid film, positive as of a sphere"),
+    "bending_energy": Field(1, "J", "bending energy of a fluid film about the node; summed, that of the film"),
+    "distance": Field(1, "m", "distance of a node of a fluid film from the film's centre of mass"),
     "prescribed": Field(3, "1", "for each direction 0 where a node is free, else one more than the row that prescribes it"),
     "damage": Field(1, "1", "damage of a membrane, how far its strain passed the elastic limit, relative to it"),
     "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),

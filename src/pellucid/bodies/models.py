@@ -2,8 +2,8 @@
 
 from typing import Annotated
 
-from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
+from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.membrane_points.model import MembranePointsCase

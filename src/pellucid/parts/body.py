@@ -21,7 +21,6 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-
 from pellucid.parts.surface_load import Traction
 
 

@@ -13,20 +13,22 @@ from threadpoolctl import ThreadpoolController
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
 from pellucid.bodies.fluid_film.solver import IncompatibleLoad
-from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, VISCOUS, StepWork, Totals, no_work
+from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.parts.body import NodalBody, NodalSupport, Placement
 from pellucid.parts.surface_load import Traction
 
 if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.geometry import FilmGeometry
     from pellucid.bodies.fluid_film.model import FluidFilmCase
+    from pellucid.bodies.fluid_film.solver import FilmSolver
 
 THINNEST = 0.05  # of the density of rest
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
-FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature")
+FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
 
 _libraries = ThreadpoolController()
 
@@ -43,7 +45,9 @@ class FluidFilm(NodalBody):
     def __init__(self, case: "FluidFilmCase", placement: Placement) -> None:
         self.name, self._case = case.name, case
         self.geometry, x = case.geometry()
-        self.balance = FilmBalance(self.geometry, case.material, case.physics(), case.initial_density, case.solver(self.geometry))
+        self._physics = case.physics()
+        solver = case.solver(self.geometry)
+        self.balance = FilmBalance(self.geometry, case.material, self._physics, case.initial_density, solver)
         o = self.geometry.operators(x)
         part_mass = case.initial_density * self.balance.part_areas(o)
         n = len(x)
@@ -111,12 +115,13 @@ class FluidFilm(NodalBody):
     def update(self, dt: float) -> None:
         """Move the film over a step, in as many of its own as its accuracy needs."""
         works, reactions = np.zeros(self._columns), np.zeros((len(self._supports) + 1, 3))
-        driving, left = self._driving(dt), dt
+        driving, left = self._driving(), dt
         arrays, own = self.arrays, float(self.arrays["own_step"][0]) or FIRST_SHARE * dt
         with _libraries.limit(limits=1, user_api="blas"):
             while left > 0.0 and self._fault is None:
                 span = left / ceil(left / own * (1.0 - 1e-12))
-                done = self._try(span, driving)
+                volume, area = self._goals.at(self._elapsed + dt - left + span)
+                done = self._try(span, driving._replace(volume=volume, area=area))
                 if done is None:
                     return
                 error = span * done.change / float(self.geometry.spacing(self.geometry.places(arrays["x"])).min())
@@ -143,14 +148,18 @@ class FluidFilm(NodalBody):
                 "is driven along motions that nothing resists: without drag the loads on a curve must hold each other and its "
                 "tension; give it a `drag`"
             )
-        except np.linalg.LinAlgError:
+        except (np.linalg.LinAlgError, RuntimeError):  # of dense and of sparse systems
             self._fault = "has no balance of forces: its system of equations is singular"
         return None
 
     def _take(self, done: StepDone) -> None:
         """The state after one of its own steps, with its nodes spread evenly."""
         arrays = self.arrays
-        moved = self.geometry.redistributed(done.x, arrays["part_mass"]) if self._case.nodes == "even" else None
+        moved = (
+            self.geometry.redistributed(done.x, arrays["part_mass"], done.x - arrays["x"])
+            if self._case.nodes == "even"
+            else None
+        )
         arrays["x"][:] = done.x if moved is None else moved.x
         if moved is not None:
             arrays["part_mass"][:] = moved.mass
@@ -165,22 +174,30 @@ class FluidFilm(NodalBody):
         works[DAMPING] += dt * done.drag
         works[INTERNAL] -= dt * (gained - done.viscous - done.drag)
         for number, support in enumerate(self._supports):
-            forces = in_space(np.where(support.nodes[:, None], done.prescribed, 0.0), self.geometry.axes)
-            reactions[number] += dt * np.where(support.axes, forces.sum(axis=0), 0.0)
+            chosen = self._constrained(support)
+            forces_at = np.where(chosen, done.prescribed, 0.0)
+            forces = in_space(forces_at, self.geometry.axes)
+            worked = dt * float(np.sum(forces_at * done.velocity))
+            works[SUPPORT] += worked
+            works[INTERNAL] -= worked
+            reactions[number] += dt * forces.sum(axis=0)
 
-    def _driving(self, dt: float) -> Driving:
+    def _driving(self) -> Driving:
         x = self.arrays["x"]
         axes = list(self.geometry.axes)
         known, velocity = np.zeros(x.shape, bool), np.zeros_like(x)
         for support in self._supports:
-            chosen = support.nodes[:, None] & np.array(support.axes)[axes]
+            chosen = self._constrained(support)
             known |= chosen
             velocity = np.where(chosen, np.array(support.velocity)[axes], velocity)
         forces = list(self._forces)
         if self._gravity.any():
             forces.append((GRAVITY, self.arrays["mass"][:, None] * self._gravity))
-        volume, area = self._goals.at(self._elapsed + dt)
-        return Driving(list(self._tractions), forces, known, velocity, volume, area)
+        return Driving(list(self._tractions), forces, known, velocity, None, None)
+
+    def _constrained(self, support: NodalSupport) -> np.ndarray:
+        """Which components a support prescribes, shape (n, d)."""
+        return np.asarray(support.nodes[:, None] & np.array(support.axes)[list(self.geometry.axes)])
 
     def renew_totals(self) -> None:
         """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""
@@ -214,13 +231,20 @@ class FluidFilm(NodalBody):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Its nodes and masses, the length of its own steps."""
-        return {**self.arrays, "elapsed": np.array([self._elapsed])}
+        kept = {f"{part}.{name}": array for part, of in self._stateful().items() for name, array in of.state_arrays().items()}
+        return {**self.arrays, "elapsed": np.array([self._elapsed]), **kept}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         for name, array in self.arrays.items():
             array[...] = arrays[name]
         self._elapsed = float(arrays["elapsed"][0])
+        for part, of in self._stateful().items():
+            of.restore({name.removeprefix(f"{part}."): array for name, array in arrays.items() if name.startswith(f"{part}.")})
+
+    def _stateful(self) -> "dict[str, FilmGeometry | FilmSolver]":
+        """What depends on more than the nodes."""
+        return {"geometry": self.geometry, "solver": self.balance.solver}
 
     # results
 
@@ -239,9 +263,15 @@ class FluidFilm(NodalBody):
             return np.zeros(self.n_points)
         if name in self.arrays:
             return self.arrays[name]
+        if name == "distance":
+            return self._distances()
         o = self.geometry.operators(self.arrays["x"])
         if name == "curvature":
             return self._at_nodes(o.area, o.curvature)
+        if name == "bending_energy":
+            return self._shared(
+                0.5 * self._physics.bending_rigidity * o.area * (o.curvature - self._physics.spontaneous_curvature) ** 2
+            )
         density = self.balance.densities(o, self.arrays["part_mass"])
         if name == "areal_density":
             return self._at_nodes(o.area, self.balance.at_points(density))
@@ -264,19 +294,26 @@ class FluidFilm(NodalBody):
         arrays["velocity"][:] = in_space(geometry.places(arrays["v"]), geometry.axes)
         o = geometry.operators(arrays["x"])
         density = self.balance.at_points(self.balance.densities(o, arrays["part_mass"]))
-        corners = self._corners()
-        share = np.repeat((o.area * density).sum(axis=1)[:, None] / corners.shape[1], corners.shape[1], axis=1)
-        arrays["mass"][:] = np.bincount(corners.ravel(), share.ravel(), self.n_points)
+        arrays["mass"][:] = self._shared(o.area * density)
+
+    def _distances(self) -> np.ndarray:
+        """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
+        places = self.geometry.places(self.arrays["x"])
+        centre = self.arrays["mass"] @ places / self.mass
+        if self._case.shape.span == "around":
+            centre[0] = 0.0
+        return np.asarray(np.linalg.norm(places - centre, axis=1))
 
     def _corners(self) -> np.ndarray:
         cells = self.cells()
         return cells.lines if len(cells.lines) else cells.triangles
 
+    def _shared(self, of_points: np.ndarray) -> np.ndarray:
+        """What the quadrature points of each element have, shape (e, q), shared equally by its corners, shape (n,)."""
+        corners = self._corners()
+        share = np.repeat(of_points.sum(axis=1) / corners.shape[1], corners.shape[1])
+        return np.bincount(corners.ravel(), share, self.n_points)
+
     def _at_nodes(self, area: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Means by area of values at the quadrature points, shape (e, q), at the nodes."""
-        corners = self._corners()
-
-        def summed(of_elements: np.ndarray) -> np.ndarray:
-            return np.bincount(corners.ravel(), np.repeat(of_elements, corners.shape[1]), self.n_points)
-
-        return np.asarray(summed((area * values).sum(axis=1)) / summed(area.sum(axis=1)))
+        return np.asarray(self._shared(area * values) / self._shared(area))

@@ -24,7 +24,9 @@ class CellFluxes:
         laplacian = coo_array((np.concatenate([-ones, -ones, ones, ones]), (rows, columns)), shape=(n, n)).tocsc()
         self._potential = splu(laplacian[1:, 1:])  # that of node 0 is zero
 
-    def moved(self, before: np.ndarray, after: np.ndarray, areas: np.ndarray, new_areas: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    def moved(
+        self, before: np.ndarray, after: np.ndarray, areas: np.ndarray, new_areas: np.ndarray, mass: np.ndarray
+    ) -> np.ndarray:
         """Masses (n,) [kg] after the nodes moved along the surface from places to places (n, 3) [m].
 
         areas, new_areas: those of the cells [m²], shape (n,); all that the density is by.

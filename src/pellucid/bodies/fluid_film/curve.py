@@ -5,6 +5,7 @@ from the stencils about both, so that its tangent is continuous and it passes th
 Source: Benet 2015, §§6.3 and 7.1.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -120,7 +121,14 @@ class Curve:
         first = np.arange(len(self.nodes))
         return Cells(lines=np.stack([first, (first + 1) % self.n], axis=1))
 
-    def redistributed(self, x: np.ndarray, mass: np.ndarray) -> Redistributed:
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """None: its functions are the same for all places of the nodes."""
+        return {}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """It keeps nothing."""
+
+    def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Nodes at equal distances along the curve, if they are not; the mass of each segment is that which lay there.
 
         The mass up to a place is taken as monotone between the nodes, so that no density becomes negative.

@@ -82,9 +82,9 @@ class FluidFilmCase(BodyModel):
 
     def solver(self, geometry: "FilmGeometry") -> "FilmSolver":
         """What finds its velocities."""
-        from pellucid.bodies.fluid_film.dense_solver import DenseSolver
+        from pellucid.bodies.fluid_film.curve_solver import CurveSolver
 
-        return DenseSolver(geometry.nodes, geometry.held)
+        return CurveSolver(geometry.nodes, geometry.held)
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""
@@ -108,7 +108,7 @@ class FluidFilmCase(BodyModel):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        return ("position", "velocity", "mass", "areal_density", "tension", "curvature")
+        return ("position", "velocity", "mass", "areal_density", "tension", "curvature", "distance", "bending_energy")
 
     def build(self, placement: "Placement") -> "Body":
         """Its nodes."""
@@ -163,8 +163,9 @@ class FluidFilmCase(BodyModel):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Other bodies, bending of a curve without drag, an impossible volume."""
         yield from super().problems(path, parts)
-        if len(parts.names(BodyModel)) > 1:
-            yield Finding((*path, "kind"), "a fluid film meets no other bodies yet", "let it be the only body of the case")
+        if other := next((body for body in parts.of(BodyModel) if body.kind != self.kind), None):
+            text = f"a fluid film does not meet bodies of other kinds, and body {other.name} is of kind {other.kind}"
+            yield Finding((*path, "kind"), text, "use a membrane, or give the film a case of its own")
         if self.volume is not None:
             yield from self.volume.problems((*path, "volume"))
         some = min(self.drag.normal, self.drag.tangential) > 0.0

@@ -63,8 +63,7 @@ class RadialSurface(TriangleSurface):
     def renew(self, x: np.ndarray) -> None:
         """Make the functions anew where nodes have moved far."""
         moved = x - self._reference
-        mean = self.rings.neighbours
-        against = np.linalg.norm(moved[mean] - moved[:, None], axis=2).max(axis=1)
+        against = np.linalg.norm(moved[self.rings.neighbours] - moved[:, None], axis=2).max(axis=1)
         if (against > FAR * self.spacing(self._reference)).any():
             self._fit(x.copy())
 
@@ -127,7 +126,7 @@ class RadialSurface(TriangleSurface):
 
 
 def _bow(corner: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """How far the middle of each edge lies off its chord [m], shape (e, 3, 3), by corners and their normals, shape (e, 3, 3)."""
+    """How far the middles of edges lie off their chords [m], shape (e, 3, 3), by corners and their normals, shape (e, 3, 3)."""
     bows = []
     for i, j in EDGES:
         mean = normal[:, i] + normal[:, j]
@@ -160,7 +159,7 @@ def _union(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     flat = nodes.reshape(e, -1)
     order = np.argsort(flat, axis=1, kind="stable")
     ranked = np.take_along_axis(flat, order, axis=1)
-    rank = np.cumsum(np.diff(ranked, axis=1, prepend=ranked[:, :1]) > 0, axis=1)
+    rank = np.cumsum(np.diff(ranked, axis=1, prepend=ranked[:, :1]) > 0, axis=1).astype(np.int64)
     m = int(rank.max()) + 1
     union = np.repeat(ranked[:, -1:], m, axis=1)
     np.put_along_axis(union, rank, ranked, axis=1)

@@ -65,28 +65,36 @@ class SparseSolver:
         rigid = _free_motions(system.x, known) if system.turning is not None else np.zeros((0, len(v)))
         if np.linalg.norm(rigid @ right) > INCOMPATIBLE * np.linalg.norm(right):
             raise IncompatibleLoad
-        if self._factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders):
-            self._renew(A, system, known, free * rows, len(rigid) > 0)
+        factor = self._factor
+        if factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders):
+            factor = self._renew(A, system, known, free * rows, len(rigid) > 0)
         C = np.concatenate([free * rows, rigid * np.repeat(system.area, assembly.d)])
         Z = np.concatenate([free * arrays["sides"], rigid])
         start = system.guess if system.guess.any() else arrays["last"]
         u = free * start.ravel()
         projection = Projection(C, Z)
         u += projection.reached(np.concatenate([goals, np.zeros(len(rigid))]) - C @ u)
-        rounds = MOST
-        while rounds == MOST:
-            u, forces, rounds = self._iterate(A, right, u, free, projection, system.accuracy)
+        u, forces, rounds = self._iterate(factor, A, right, u, free, projection, system.accuracy)
+        if rounds == MOST:
+            factor = self._renew(A, system, known, free * rows, len(rigid) > 0)
+            u, forces, rounds = self._iterate(factor, A, right, u, free, projection, system.accuracy)
             if rounds == MOST:
-                self._renew(A, system, known, free * rows, len(rigid) > 0)
+                raise np.linalg.LinAlgError
         arrays["rounds"][0] += max(rounds - FEW, 0)
         arrays["last"][:] = u.reshape(arrays["last"].shape)
         return Solution((u + v).reshape(system.known.shape), -forces[: len(borders)])
 
     def _iterate(
-        self, A: csr_array, right: np.ndarray, u: np.ndarray, free: np.ndarray, projection: "Projection", accuracy: float
+        self,
+        factor: Factor,
+        A: csr_array,
+        right: np.ndarray,
+        u: np.ndarray,
+        free: np.ndarray,
+        projection: "Projection",
+        accuracy: float,
     ) -> tuple[np.ndarray, np.ndarray, int]:
         """Improved velocities, the forces of the constraints, and how many rounds it took."""
-        factor = self._factor
         u, residual = u.copy(), right - free * (A @ u)
         direction, before = np.zeros_like(u), np.inf
         for rounds in range(MOST):
@@ -103,16 +111,17 @@ class SparseSolver:
             before = square
         return u, projection.forces(residual), MOST
 
-    def _renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> None:
+    def _renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
         """Factors of this matrix, with numbers on the diagonal where components are known."""
         diagonal = np.where(known, A.diagonal(), 0.0)
         if shifted:
             felt = sum(float(np.einsum("er,erk,erk->", s.factor, s.rows, s.rows)) for s in system.resistance) / len(known)
             diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self._assembly.d)
         self._arrays["factored"] = self._assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
-        self._factor = Factor(self._assembly.symmetric(self._arrays["factored"]), self._order)
-        self._arrays["sides"] = np.array([self._factor.solve(row) for row in rows]).reshape(rows.shape)
+        self._factor = factor = Factor(self._assembly.symmetric(self._arrays["factored"]), self._order)
+        self._arrays["sides"] = np.array([factor.solve(row) for row in rows]).reshape(rows.shape)
         self._arrays["rounds"][0] = 0
+        return factor
 
 
 class Projection:

@@ -8,6 +8,7 @@ import numpy as np
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import panels_in_space
 from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
 from pellucid.results.storage.files import explained, replacing
 
@@ -44,7 +45,9 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 def bodies(run: "Run") -> "dict[str, Figure]":
     """Bodies at some instants by speed and by pressure or stress; in space solids once whole and once cut open; along a tube
-    the profiles at the end."""
+    the profiles at the end; curves by their density."""
+    if are_curves(run):
+        return {"bodies": curves_in_plane(run)}
     thin = run.stored.thin
     if sum(thin) == 2:
         return {"profiles_of_points": profiles(run, thin.index(False))}

@@ -1,0 +1,57 @@
+"""A vesicle squeezed by a belt: waist, density and flow."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"flow": "Density and flow along the meridian at the end, and the radius of the waist against time."}
+
+METRICS = ("waist", "energy", "mass")
+
+BANDS = {10.0: (0.41, 0.43), 0.01: (0.36, 0.37)}
+"""Radius of the waist [m] at t = 0.35 by a, of a separate low-order solution of the same problem, good to 5 %."""
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Radius of the waist at the end against a separate solution; balance of power; mass."""
+    power = float(np.abs(run.history["energy_error"]).max())
+    mass = abs(float(run.summary["conservation"]["mass"]))
+    result = {
+        "energy": Metric(power, 0.0, power, 5e-3, "", "of the load and of what is stored and dissipated"),
+        "mass": Metric(mass, 0.0, mass, 1e-13, "", "relative change of the mass"),
+    }
+    band = BANDS.get(run.case.body[0].material.stiffness)
+    if band and run.history["time"][-1] >= 0.35 * (1.0 - 1e-9):
+        found, middle = float(run.history["waist"][-1]), 0.5 * sum(band)
+        allowed = 0.05 + 0.5 * (band[1] - band[0]) / middle  # what the reference is good to
+        result["waist"] = Metric(found, middle, abs(found / middle - 1.0), allowed, "m", "radius of the waist at the end")
+    return result
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Density and tangential flow along the meridian at the end, waist against time."""
+    fields = run.fields(run.case.body[0].name)
+    place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
+    along = np.gradient(place, axis=0)
+    length = np.linalg.norm(along, axis=1)
+    flow = np.einsum("ij,ij->i", velocity, along) / length
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
+    arc -= 0.5 * arc[-1]
+    figure = new_figure(10.0, 3.2)
+    axes = figure.subplots(1, 3)
+    axes[0].plot(arc, fields["areal_density"], ".-", color=COLOURS[0])
+    label(axes[0], "length from the waist", "density", "m", "kg/m^2")
+    axes[1].plot(arc, flow, ".-", color=COLOURS[1])
+    label(axes[1], "length from the waist", "flow along the meridian", "m", "m/s")
+    axes[2].plot(run.history["time"], run.history["waist"], color=COLOURS[2])
+    label(axes[2], "time", "radius of the waist", "s", "m")
+    figure.suptitle(f"{run.case.title}, a = {run.case.body[0].material.stiffness:g} N m/kg")
+    return {"flow": figure}

@@ -1,0 +1,67 @@
+"""A tether pulled from a vesicle against the force and radius of a tube."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.references.vesicles import Tether, tether
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"tether": "Force at the pole against its way, with that of a tube, and the meridian at the end."}
+
+METRICS = ("force", "radius", "thin_force", "energy")
+
+
+def _tube(run: "Run") -> tuple[Tether, Tether]:
+    """The tube at the tension at the end, with the pressure inside and without."""
+    rigidity, tension = run.case.body[0].material.bending_rigidity, float(run.history["tension"][-1])
+    return tether(tension, rigidity, run.case.load[0].value), tether(tension, rigidity)
+
+
+def _middle(run: "Run") -> float:
+    """Radius of the tube half-way between its end and the sphere [m], the mean over a tenth of its length."""
+    place = run.fields(run.case.body[0].name)["position"]
+    top = place[:, 2].max()
+    low, high = 0.5 * (1.0 + top) - 0.05 * (top - 1.0), 0.5 * (1.0 + top) + 0.05 * (top - 1.0)
+    return float(place[(place[:, 2] >= low) & (place[:, 2] <= high), 0].mean())
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Force and radius against a tube of the tension that the film has then; balance of power."""
+    tube, thin = _tube(run)
+    force, radius = float(run.history["force"][-1]), _middle(run)
+    power = float(np.abs(run.history["energy_error"]).max())
+    share = 0.5 * thin.radius / run.case.body[0].shape.chosen().radius  # πr²P/F with P = 2σ/R
+    text = "force on the pole against 2π√(2κσ), which leaves out the pressure in the tube"
+    return {
+        "force": Metric(force, tube.force, abs(force / tube.force - 1.0), 0.02, "N", "force on the pole"),
+        "radius": Metric(radius, tube.radius, abs(radius / tube.radius - 1.0), 0.02, "m", "radius of the tube"),
+        "thin_force": Metric(force, thin.force, abs(force / thin.force - 1.0), 0.005 + share, "N", text),
+        "energy": Metric(power, 0.0, power, 1e-3, "", "of the load and of what is stored and dissipated"),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Force against way, meridian at the end."""
+    tube, thin = _tube(run)
+    figure = new_figure(10.0, 4.2)
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    speed = run.case.support[0].velocity[2]
+    left.plot(speed * run.history["time"][1:], run.history["force"][1:], color=COLOURS[1], label="film")
+    left.axhline(tube.force, color="black", linewidth=1, linestyle="--", label="tube with the pressure inside")
+    left.axhline(thin.force, color="#889", linewidth=1, linestyle=":", label="2π√(2κσ)")
+    label(left, "way of the pole", "force", "m", "N")
+    left.legend()
+    place = run.fields(run.case.body[0].name)["position"]
+    for sign in (1.0, -1.0):
+        right.plot(sign * place[:, 0], place[:, 2], color=COLOURS[0])
+    right.set_aspect("equal")
+    label(right, "r", "z", "m", "m")
+    figure.suptitle(run.case.title)
+    return {"tether": figure}

@@ -1,0 +1,80 @@
+"""Exact motions and shapes of fluid films: circles, spheres, tethers, published shapes of vesicles.
+
+A circle of film with p = a (ρ - ρ₀) grows by (2μ+λ) R' = P R² + a(ρ - ρ₀) R with ρR constant, a sphere by
+2(μ+λ) R' = P R²/2 + a(ρ - ρ₀) R with ρR² constant (Benet 2015, eqs. 6.67 and 7.48, with the follower load P; a dead one, for
+unit of initial area, is P ρ/ρ(0)).
+"""
+
+from math import pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+
+class Growing(NamedTuple):
+    """A circle, or a sphere, of film with exponent 1."""
+
+    sphere: bool
+    radius: float  # at the start [m]
+    density: float  # at the start [kg/m²]
+    rest_density: float  # ρ₀ [kg/m²]
+    stiffness: float  # a [N m/kg]
+    viscosity: float  # μ [N s/m]
+    dilatational_viscosity: float  # λ [N s/m]
+    pressure: float = 0.0  # P [Pa]
+    dead: bool = False
+
+    def densities(self, radius: np.ndarray) -> np.ndarray:
+        """ρ [kg/m²] at radii [m]."""
+        return np.asarray(self.density * (self.radius / radius) ** (2 if self.sphere else 1))
+
+    def speed(self, radius: np.ndarray) -> np.ndarray:
+        """R' [m/s] at radii [m]."""
+        density = self.densities(radius)
+        pressure = self.pressure * (density / self.density if self.dead else 1.0)
+        within = self.stiffness * (density - self.rest_density) * radius
+        if self.sphere:
+            return np.asarray((0.5 * pressure * radius**2 + within) / (2.0 * (self.viscosity + self.dilatational_viscosity)))
+        return np.asarray((pressure * radius**2 + within) / (2.0 * self.viscosity + self.dilatational_viscosity))
+
+    def radii(self, times: np.ndarray) -> np.ndarray:
+        """R [m] at ascending times from 0 on [s], to ten digits."""
+        end = max(float(times[-1]), 1e-300)
+        found = solve_ivp(lambda t, r: self.speed(r), (0.0, end), [self.radius], "DOP853", times, rtol=1e-11, atol=1e-13)
+        return np.asarray(found.y[0])
+
+
+class Tether(NamedTuple):
+    """A tube of film under tension σ with bending rigidity κ."""
+
+    force: float  # [N]
+    radius: float  # [m]
+
+
+def tether(tension: float, rigidity: float, pressure: float = 0.0) -> Tether:
+    """Of tension σ [N/m], bending rigidity κ [J] and the pressure P inside [Pa].
+
+    Across a tube σ/r - κ/(2r³) = P, along it F = 2πrσ + πκ/r - πr²P; with P = 0, F = 2π√(2κσ) and r = √(κ/2σ) (Derényi,
+    Jülicher & Prost 2002).
+    """
+    thin = sqrt(rigidity / (2.0 * tension))
+    r = thin
+    if pressure > 0.0:
+        r = brentq(lambda r: tension / r - rigidity / (2.0 * r**3) - pressure, 0.5 * thin, 1.7 * thin, xtol=1e-14)
+    return Tether(2.0 * pi * r * tension + pi * rigidity / r - pi * r * r * pressure, r)
+
+
+SHAPE_ENERGIES = {
+    ("prolate", 0.95): 1.09556,
+    ("prolate", 0.90): 1.18964,
+    ("prolate", 0.80): 1.38744,
+    ("prolate", 0.70): 1.64327,
+    ("prolate", 0.65): 1.82793,
+    ("oblate", 0.80): 1.45254,
+    ("oblate", 0.65): 1.82623,
+    ("oblate", 0.60): 1.95568,
+}
+"""Bending energy over 8πκ of vesicles without spontaneous curvature by branch and reduced volume, by solving the shape equations
+(of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits."""
