@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from pellucid.geometry.triangulation import Triangulation
+
 BITS = 10  # of a coordinate
 
 
@@ -15,3 +17,14 @@ def spatial_order(points: np.ndarray) -> np.ndarray:
         for axis in range(3):
             code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
     return np.argsort(code, kind="stable")
+
+
+def side_by_side(mesh: Triangulation) -> Triangulation:
+    """The same surface with nodes in that order, and triangles in the order of their nodes: what is near is near in memory."""
+    order = spatial_order(mesh.vertices)
+    number = np.empty(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    triangles = number[mesh.triangles]
+    turned = (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3
+    triangles = np.take_along_axis(triangles, turned, axis=1)
+    return Triangulation(mesh.vertices[order], triangles[np.argsort(triangles.sum(axis=1), kind="stable")])

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
@@ -117,21 +117,32 @@ def _add_squares(chunks, uses, pattern, rows, factor, R, M, values):
 
 
 @kernel(inner=True)
-def _gather_chunk(chunk, uses, forms, result):
+def _element_chunk(chunk, form, parts):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(parts))):
+        for r in range(form.factor.shape[1]):
+            factor = form.factor[e, r]
+            for k in range(parts.shape[1]):
+                parts[e, k] += factor * form.rows[e, r, k]
+
+
+@kernel(inner=True)
+def _gather_chunk(chunk, uses, parts, result):
     m, d = uses.nodes.shape[1], uses.d
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(result))):
-        result[i] = 0.0
         for u in range(uses.first[i], uses.first[i + 1]):
             e, a = uses.use[u] // m, uses.use[u] % m
-            for form in forms:
-                for r in range(form.rows.shape[1]):
-                    for c in range(d):
-                        result[i, c] += form.factor[e, r] * form.rows[e, r, d * a + c]
+            for c in range(d):
+                result[i, c] += parts[e, d * a + c]
 
 
 @kernel()
-def _gather(chunks, uses, forms, result):
-    parallel_for(_gather_chunk, chunks, uses, forms, result)
+def _add_rows(chunks, form, parts):
+    parallel_for(_element_chunk, chunks, form, parts)
+
+
+@kernel()
+def _gather(chunks, uses, parts, result):
+    parallel_for(_gather_chunk, chunks, uses, parts, result)
 
 
 @kernel(inner=True)
@@ -151,6 +162,18 @@ def _find_rates(chunks, uses, form, v, rates):
     parallel_for(_rate_chunk, chunks, uses, form, v, rates)
 
 
+def _merged(squares: Sequence[Rows]) -> list[Rows]:
+    """Without those that add nothing; the factors of the same rows added up."""
+    found: dict[tuple[int, tuple[int, ...]], Rows] = {}
+    for square in squares:
+        key = (square.rows.__array_interface__["data"][0], square.rows.shape)
+        if key in found:
+            square = Rows(square.rows, found[key].factor + square.factor)
+        if square.factor.any():
+            found[key] = square
+    return list(found.values())
+
+
 class NodalSums:
     """Sums over elements with nodes (e, m), n in all, with d components each."""
 
@@ -159,8 +182,11 @@ class NodalSums:
 
     def gathered(self, forms: Sequence[Rows]) -> np.ndarray:
         """Σ factor row of all of them, shape (n, d)."""
-        result = np.empty((self.n, self.d))
-        _gather(-(-self.n // CHUNK), self._uses, tuple(forms), result)
+        e, m = self._uses.nodes.shape
+        parts, result = np.zeros((e, m * self.d)), np.zeros((self.n, self.d))
+        for form in forms:
+            _add_rows(-(-e // CHUNK), form, parts)
+        _gather(-(-self.n // CHUNK), self._uses, parts, result)
         return result
 
     def rates(self, form: Rows, v: np.ndarray) -> np.ndarray:
@@ -206,7 +232,7 @@ class Assembly(NodalSums):
 
     def _collect(self, squares: Sequence[Rows]) -> None:
         """All rows side by side, each filled up with zeros to whole vectors; in memory that is kept, as new memory is slow."""
-        used = [square for square in squares if square.factor.any()]
+        used = _merged(squares)
         e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d
         if self._rows.shape[1] != R:
             self._rows, self._factor = np.zeros((e, R, -(-M // LANES) * LANES)), np.empty((e, R))
@@ -215,6 +241,11 @@ class Assembly(NodalSums):
             here = slice(at, at + factor.shape[1])
             self._rows[:, here, :M], self._factor[:, here] = values, factor
             at = here.stop
+
+    @property
+    def structure(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where the rows of matrices begin, and the columns of their numbers, as scipy's compressed rows have them."""
+        return self._indptr, self._indices
 
     def links(self) -> csr_array:
         """Which nodes share an element, shape (n, n)."""
@@ -229,12 +260,14 @@ class Assembly(NodalSums):
         values[row == column] += diagonal
         return np.asarray(values[column >= row])
 
-    def symmetric(self, upper: np.ndarray) -> csr_array:
-        """The matrix with such numbers."""
+    def symmetric(self, upper: np.ndarray) -> np.ndarray:
+        """Those of the whole matrix, in its structure."""
         values = np.zeros(len(self._indices))
         values[self._indices >= self._row()] = upper
         half = csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
-        return csr_array(half + half.T - diags_array(half.diagonal()))
+        values += half.T.tocsr().data  # the pattern is symmetric, so the numbers stand in the same order
+        values[self._indices == self._row()] *= 0.5
+        return values
 
     def _row(self) -> np.ndarray:
         """Of the numbers of the matrix."""

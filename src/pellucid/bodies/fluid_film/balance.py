@@ -22,7 +22,7 @@ from pellucid.bodies.fluid_film.solver import Border, FilmSolver, System
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import SurfacePoints, Traction
 
-ACCURACY, FIRST_ACCURACY = 1e-8, 1e-5  # of velocities, as far as solutions are iterative; the first estimate's counts once less
+ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are iterative; the first estimate's counts once less
 
 
 class Driving(NamedTuple):

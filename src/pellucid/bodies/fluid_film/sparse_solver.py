@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from pellucid.bodies.fluid_film.assembly import Assembly, Rows
-from pellucid.bodies.fluid_film.elimination import Factor, nested_dissection
+from pellucid.bodies.fluid_film.elimination import Elimination, Factor
 from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, IncompatibleLoad, Solution, System
 
 WORTH = 60  # rounds that a new factor costs
@@ -31,8 +31,7 @@ class SparseSolver:
         n, d = held.shape
         self._assembly = Assembly(nodes, n, d)
         self._held = held.ravel()
-        order = nested_dissection(self._assembly.links(), places)
-        self._order = (d * order[:, None] + np.arange(d)).ravel()
+        self._elimination = Elimination(self._assembly.links(), places, *self._assembly.structure, d)
         self._factor: Factor | None = None
         self._arrays = {
             "factored": np.zeros(0),  # numbers of the matrix, on and above the diagonal, that the factor is of
@@ -49,7 +48,7 @@ class SparseSolver:
         """Go on from such arrays."""
         self._arrays = {name: np.array(arrays[name]) for name in self._arrays}
         factored = self._arrays["factored"]
-        self._factor = Factor(self._assembly.symmetric(factored), self._order) if len(factored) else None
+        self._factor = Factor(self._elimination, self._assembly.symmetric(factored)) if len(factored) else None
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
         """See `pellucid.bodies.fluid_film.solver`."""
@@ -118,7 +117,7 @@ class SparseSolver:
             felt = sum(float(np.einsum("er,erk,erk->", s.factor, s.rows, s.rows)) for s in system.resistance) / len(known)
             diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self._assembly.d)
         self._arrays["factored"] = self._assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
-        self._factor = factor = Factor(self._assembly.symmetric(self._arrays["factored"]), self._order)
+        self._factor = factor = Factor(self._elimination, self._assembly.symmetric(self._arrays["factored"]))
         self._arrays["sides"] = np.array([factor.solve(row) for row in rows]).reshape(rows.shape)
         self._arrays["rounds"][0] = 0
         return factor

@@ -1,0 +1,130 @@
+"""Films on closed surfaces against exact solutions; small meshes, so that tolerances are those of the error that these have."""
+
+from math import exp, pi, sqrt
+
+import numpy as np
+import pytest
+from film_surfaces import BOTH, sphere
+
+from pellucid.bodies.fluid_film.assembly import NodalSums, rows
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
+from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, stored_bending
+from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.surfaces import film_surface
+from pellucid.geometry.triangulation import Triangulation
+from pellucid.materials.lipid_film import LipidFilm
+
+COLUMN = 0
+
+
+def film(kind, mesh, density=1.0, viscosity=1.0, dilatational=1.0, bending=0.0, drag=0.0, stiffness=1.0):
+    surface, x = BOTH[kind](mesh)
+    material = LipidFilm(density=1.0, viscosity=viscosity, stiffness=stiffness)
+    solver = SparseSolver(surface.nodes, surface.held, surface.places(x))
+    physics = FilmPhysics(viscosity, dilatational, bending, 0.0, Drag(drag, drag))
+    balance = FilmBalance(surface, material, physics, 1.0, solver)
+    return balance, x, density * balance.part_areas(surface.operators(x))
+
+
+def driving(x, traction=None, volume=None, area=None):
+    tractions = [] if traction is None else [(COLUMN, traction)]
+    return Driving(tractions, [], np.zeros(x.shape, bool), np.zeros_like(x), volume, area)
+
+
+def legendre(degree, z):
+    return np.polynomial.legendre.legval(z, np.eye(degree + 1)[degree])
+
+
+@pytest.mark.parametrize("kind", BOTH)
+def test_a_compressed_sphere_grows_as_it_must(kind):
+    """R² = 2 - exp(-a ρ₀ t / (μ + λ)); the midpoint rule is of second order."""
+    exact, errors = sqrt(2.0 - exp(-0.5)), []
+    for steps in (10, 20):
+        balance, x, mass = film(kind, sphere(2), density=2.0)
+        for _ in range(steps):
+            x = balance.step(x, mass, 1.0 / steps, 0.5, driving(x)).x
+        radii = np.linalg.norm(balance.geometry.places(x), axis=1)
+        assert np.ptp(radii) < 1e-6
+        errors.append(abs(radii.mean() - exact))
+    assert errors[1] < 1e-5
+    assert np.log2(errors[0] / errors[1]) > 1.9
+
+
+@pytest.mark.parametrize("kind", BOTH)
+def test_a_sphere_under_a_wind_goes_on_rigidly(kind):
+    """b = p (n·e) n with drag ζ: V = p/(3ζ)."""
+    balance, x, mass = film(kind, sphere(2), drag=1.0, stiffness=100.0)
+
+    def wind(points):
+        return points.normal * (0.6 + points.normal[..., 2:])
+
+    for _ in range(10):
+        done = balance.step(x, mass, 0.05, 0.5, driving(x, wind))
+        x = done.x
+    v = balance.geometry.places(done.velocity)
+    assert np.abs(v - [0.0, 0.0, 1.0 / 3.0]).max() < 5e-4
+    assert v[:, 2].mean() == pytest.approx(1.0 / 3.0, rel=2e-5)
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4])
+def test_bending_smooths_a_sphere_at_the_exact_rate(degree):
+    """ω = κ_c L ((2μ + λ) L - 2μ) / (4μ (μ + λ) R⁴), L = l (l + 1)."""
+    triangles, places = sphere(3)
+    L, small = degree * (degree + 1), 1e-4
+    rate = L * (3.0 * L - 2.0) / 8.0
+    wave = legendre(degree, places[:, 2])
+    radial = []
+    for amplitude in (0.0, small):
+        balance, x, mass = film("loop", (triangles, places * (1.0 + amplitude * wave)[:, None]), bending=1.0, stiffness=1e-9)
+        v = balance.geometry.places(balance.step(x, mass, 1e-9, 0.5, driving(x)).velocity)
+        radial.append(np.einsum("ni,ni->n", v, places))
+    found = -((radial[1] - radial[0]) @ wave) / (wave @ wave) / small
+    assert found == pytest.approx(rate, rel=2e-3)
+
+
+@pytest.mark.parametrize("kind", BOTH)
+@pytest.mark.parametrize(("degree", "dilatational"), [(2, 1.0), (4, 1000.0)])
+def test_flow_along_a_gradient_dissipates_as_it_must_and_does_not_lock(kind, degree, dilatational):
+    """For w = ∇Y_l: -∫ w · div σ = (2μ (L - 1) + λ L) ∫ w²."""
+    _, places = mesh = sphere(3)
+    surface, _ = BOTH[kind](mesh)
+    z, L = places[:, 2:], degree * (degree + 1)
+    slope = np.polynomial.legendre.legval(z[:, 0], np.polynomial.legendre.legder(np.eye(degree + 1)[degree]))
+    w = surface.through(slope[:, None] * (np.array([0.0, 0.0, 1.0]) - z * places))
+    o, sums = surface.operators(surface.through(places)), NodalSums(surface.nodes, len(places), 3)
+    squares = [rows(o.strain, o.area[..., None] * np.array([2.0, 2.0, 1.0])), rows(o.dilatation(), dilatational * o.area)]
+    power = sum(np.sum(square.factor * sums.rates(square, w) ** 2) for square in squares)
+    field = np.einsum("eqmi,emi->eqi", o.value, w[surface.nodes])
+    exact = (2.0 * (L - 1.0) + dilatational * L) * np.sum(o.area[..., None] * field**2)
+    assert power == pytest.approx(exact, rel=4e-4)
+
+
+def test_a_prolate_vesicle_finds_its_energy():
+    """E / 8πκ_c = 1.18964 at reduced volume 0.9; and energy never grows beside what moving the nodes makes."""
+    triangles, places = sphere(2)
+    balance, x, mass = film("loop", (triangles, places * (1.0, 1.0, 1.79)), bending=1.0, stiffness=1e-9)
+    surface = balance.geometry
+    x = surface.smoothed(x)
+    o = surface.operators(x)
+    area = o.area.sum()
+    volume, dt, energies = 0.9 * area**1.5 / (6.0 * sqrt(pi)), 0.01, []
+    for _ in range(40):
+        done = balance.step(x, mass, dt, 0.5, driving(x, None, volume, area))
+        x, mass = surface.redistributed(done.x, mass, dt * done.velocity)
+        energies.append(stored_bending(surface.operators(x), balance.physics) / (8.0 * pi))
+        dt = min(1.1 * dt, 0.2)
+    o = surface.operators(x)
+    assert energies[-1] == pytest.approx(1.18964, rel=1e-3)
+    assert np.diff(energies).max() < 2e-4
+    assert o.area.sum() == pytest.approx(area, rel=1e-5)
+    assert o.volume() == pytest.approx(volume, rel=1e-5)
+
+
+def test_a_start_from_a_mesh():
+    triangles, places = sphere(2)
+    surface, x = film_surface(Triangulation(places, triangles), "loop")
+    assert surface.operators(x).volume() == pytest.approx(4.0 * pi / 3.0, rel=2e-3)
+    near = np.abs(np.diff(surface.rings.triangles, axis=1))
+    assert np.median(near) < 0.5 * np.median(np.abs(np.diff(triangles, axis=1)))
+    with pytest.raises(ValueError, match="do not close"):
+        film_surface(Triangulation(places, triangles[1:]), "loop")
