@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from film_surfaces import loop, sphere
 
-from pellucid.bodies.fluid_film.assembly import Assembly, Rows, rows
+from pellucid.bodies.fluid_film.assembly import Assembly
 from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, forms, turning
+from pellucid.bodies.fluid_film.nodal_sums import Rows, rows
 from pellucid.bodies.fluid_film.solver import Border, IncompatibleLoad, System
 from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
 from pellucid.jit import set_threads

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from film_surfaces import BOTH, sphere
 
-from pellucid.bodies.fluid_film.assembly import NodalSums, rows
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
 from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, stored_bending
+from pellucid.bodies.fluid_film.nodal_sums import NodalSums, rows
 from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
 from pellucid.bodies.fluid_film.surfaces import film_surface
 from pellucid.geometry.triangulation import Triangulation

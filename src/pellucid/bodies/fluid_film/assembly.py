@@ -1,7 +1,7 @@
-"""Sums over the elements of a film of what their rows give: symmetric sparse matrices, forces and rates.
+"""Symmetric sparse matrices of films, as sums of squares of the rows of their elements.
 
-A matrix is a sum of squares, Σ factor row ⊗ row, so it never has a negative eigenvalue where no factor is negative. Every node
-adds up its own rows of the matrix, element by element: one order, whatever the threads.
+Σ factor row ⊗ row never has a negative eigenvalue where no factor is negative. Every node adds up its own rows of the matrix,
+element by element: one order, whatever the threads.
 """
 
 from collections.abc import Sequence
@@ -10,34 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from pellucid.bodies.fluid_film.nodal_sums import CHUNK, NodalSums, Rows
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store
-
-CHUNK = 256  # nodes or elements
-
-
-class Rows(NamedTuple):
-    """r rows of each element over its m nodes with d components, with a factor each."""
-
-    rows: np.ndarray  # (e, r, m d)
-    factor: np.ndarray  # (e, r)
-
-
-def rows(values: np.ndarray, factor: np.ndarray) -> Rows:
-    """Of rows (e, ..., m, d), with factors (e, ...) that broadcast to them."""
-    e, (m, d) = len(values), values.shape[-2:]
-    whole = np.array(np.broadcast_to(factor, values.shape[:-2]), dtype=float)  # kernels want writable arrays: one type for all
-    return Rows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
-
-
-class Uses(NamedTuple):
-    """The elements of each node."""
-
-    nodes: np.ndarray  # (e, m)
-    d: int
-    first: np.ndarray  # (n + 1,)
-    use: np.ndarray  # of node i from first[i] on: m e + a for each element e that has it as its node a, ascending
 
 
 class Pattern(NamedTuple):
@@ -46,11 +22,6 @@ class Pattern(NamedTuple):
     first: np.ndarray  # (n + 1,) blocks of each row of nodes, d × d numbers each
     column: np.ndarray  # nodes of the blocks, ascending in each row
     place: np.ndarray  # (e, m, m) of the block of two nodes of an element in its row
-
-
-def _uses(nodes: np.ndarray, n: int, d: int) -> Uses:
-    first = np.concatenate([[0], np.cumsum(np.bincount(nodes.ravel(), minlength=n))])
-    return Uses(np.ascontiguousarray(nodes), d, first, np.argsort(nodes.ravel(), kind="stable"))
 
 
 @kernel(inner=True)
@@ -116,52 +87,6 @@ def _add_squares(chunks, uses, pattern, rows, factor, R, M, values):
     parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, values)
 
 
-@kernel(inner=True)
-def _element_chunk(chunk, form, parts):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(parts))):
-        for r in range(form.factor.shape[1]):
-            factor = form.factor[e, r]
-            for k in range(parts.shape[1]):
-                parts[e, k] += factor * form.rows[e, r, k]
-
-
-@kernel(inner=True)
-def _gather_chunk(chunk, uses, parts, result):
-    m, d = uses.nodes.shape[1], uses.d
-    for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(result))):
-        for u in range(uses.first[i], uses.first[i + 1]):
-            e, a = uses.use[u] // m, uses.use[u] % m
-            for c in range(d):
-                result[i, c] += parts[e, d * a + c]
-
-
-@kernel()
-def _add_rows(chunks, form, parts):
-    parallel_for(_element_chunk, chunks, form, parts)
-
-
-@kernel()
-def _gather(chunks, uses, parts, result):
-    parallel_for(_gather_chunk, chunks, uses, parts, result)
-
-
-@kernel(inner=True)
-def _rate_chunk(chunk, uses, form, v, rates):
-    nodes, d = uses.nodes, uses.d
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
-        for r in range(form.rows.shape[1]):
-            rate = 0.0
-            for a in range(nodes.shape[1]):
-                for c in range(d):
-                    rate += form.rows[e, r, d * a + c] * v[nodes[e, a], c]
-            rates[e, r] = rate
-
-
-@kernel()
-def _find_rates(chunks, uses, form, v, rates):
-    parallel_for(_rate_chunk, chunks, uses, form, v, rates)
-
-
 def _merged(squares: Sequence[Rows]) -> list[Rows]:
     """Without those that add nothing; the factors of the same rows added up."""
     found: dict[tuple[int, tuple[int, ...]], Rows] = {}
@@ -174,30 +99,8 @@ def _merged(squares: Sequence[Rows]) -> list[Rows]:
     return list(found.values())
 
 
-class NodalSums:
-    """Sums over elements with nodes (e, m), n in all, with d components each."""
-
-    def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
-        self.n, self.d, self._uses = n, d, _uses(nodes, n, d)
-
-    def gathered(self, forms: Sequence[Rows]) -> np.ndarray:
-        """Σ factor row of all of them, shape (n, d)."""
-        e, m = self._uses.nodes.shape
-        parts, result = np.zeros((e, m * self.d)), np.zeros((self.n, self.d))
-        for form in forms:
-            _add_rows(-(-e // CHUNK), form, parts)
-        _gather(-(-self.n // CHUNK), self._uses, parts, result)
-        return result
-
-    def rates(self, form: Rows, v: np.ndarray) -> np.ndarray:
-        """row · v of nodal values v, shape (n, d): shape (e, r). Factors do not count."""
-        result = np.empty(form.factor.shape)
-        _find_rates(-(-len(self._uses.nodes) // CHUNK), self._uses, form, np.ascontiguousarray(v), result)
-        return result
-
-
 class Assembly(NodalSums):
-    """The same, and matrices."""
+    """The sums at the nodes, and matrices."""
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         super().__init__(nodes, n, d)

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.assembly import NodalSums, Rows
 from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, dissipation, forms, stored_bending, turning
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
+from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.solver import Border, FilmSolver, System
 from pellucid.materials.film import FilmMaterial

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import bmat, coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
-from pellucid.bodies.fluid_film.assembly import Rows
+from pellucid.bodies.fluid_film.nodal_sums import Rows
 from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, IncompatibleLoad, Solution, System
 
 FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5

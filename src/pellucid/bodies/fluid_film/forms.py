@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.assembly import Rows, rows
+from pellucid.bodies.fluid_film.nodal_sums import Rows, rows
 from pellucid.bodies.fluid_film.operators import Operators
 
 

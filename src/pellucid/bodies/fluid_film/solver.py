@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.assembly import Rows
+from pellucid.bodies.fluid_film.nodal_sums import Rows
 
 INCOMPATIBLE = 0.02  # of the forces, that motions without resistance may feel by the error of the geometry
 

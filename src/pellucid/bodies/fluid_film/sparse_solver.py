@@ -13,8 +13,9 @@ from math import pi
 import numpy as np
 from scipy.sparse import csr_array
 
-from pellucid.bodies.fluid_film.assembly import Assembly, Rows
+from pellucid.bodies.fluid_film.assembly import Assembly
 from pellucid.bodies.fluid_film.elimination import Elimination, Factor
+from pellucid.bodies.fluid_film.nodal_sums import Rows
 from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, IncompatibleLoad, Solution, System
 
 WORTH = 60  # rounds that a new factor costs
