@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
 WIDEST = 1.0
-"""Half-width of a window over the spacing, beyond which waves that the nodes carry grow."""
+"""Half-width of a window over the spacing, from which on waves that the nodes carry grow."""
 
 
 class DiffusingFieldCase(BodyModel):
@@ -99,9 +99,8 @@ class DiffusingFieldCase(BodyModel):
         if parts.grid is not None:
             text = f"{self.name} stays where it is and meets nothing: it cannot stand beside bodies on a grid"
             yield Finding((*path, "kind"), text, "leave the table [grid] out, and give the field a case of its own")
-        if self.window > WIDEST:
-            text = f"above {WIDEST:g}: to windows wider than the spacing some waves of the nodes do not show, or with the wrong sign"
-            text += ", and grow without bound"
+        if self.window >= WIDEST:
+            text = f"not below {WIDEST:g}: a window as wide answers to some wave that the nodes carry with nothing, and waves like it grow"
             yield Finding((*path, "window"), text, "use 0.5, with which windows meet and the amount is kept")
         if self.window != type(self).model_fields["window"].default and self.domain.line is None:
             yield Finding((*path, "window"), "windows are for lines; on a surface there are none", "leave it out")
