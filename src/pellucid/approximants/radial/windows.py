@@ -3,7 +3,7 @@
 The balance of a window, d/dt ∫ c dx = flux in - flux out, is the row of its node (local radial point interpolation, Liu & Gu
 2001; Benet 2015, eqs. 4.21 to 4.31). Windows of half the spacing meet and do not overlap: what leaves one enters the next, and
 the whole is conserved. To a wave of number k a window of half-width w answers with 2 sin(kw)/k, which has a zero at a wave that
-the nodes carry, k < π/h, as soon as w > h. The outflow has it too, but at a slightly different wave, as slopes are interpolated:
+the nodes carry, k < π/h, as soon as w > h. The outflow has one too, at a slightly different wave, as slopes are interpolated:
 of a wave between the two they have different signs, and it grows.
 """
 

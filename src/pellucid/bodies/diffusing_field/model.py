@@ -100,7 +100,7 @@ class DiffusingFieldCase(BodyModel):
             text = f"{self.name} stays where it is and meets nothing: it cannot stand beside bodies on a grid"
             yield Finding((*path, "kind"), text, "leave the table [grid] out, and give the field a case of its own")
         if self.window >= WIDEST:
-            text = f"not below {WIDEST:g}: a window as wide answers to some wave that the nodes carry with nothing, and waves like it grow"
+            text = f"not below {WIDEST:g}: to some wave of the nodes such a window answers with nothing, and waves like it grow"
             yield Finding((*path, "window"), text, "use 0.5, with which windows meet and the amount is kept")
         if self.window != type(self).model_fields["window"].default and self.domain.line is None:
             yield Finding((*path, "window"), "windows are for lines; on a surface there are none", "leave it out")

@@ -24,8 +24,8 @@ CAPTIONS = {
     "errors": "What the nodes differ from the exact solution by at the end (as figure 4.6).",
     "windows": (
         "Left: what a window answers to a wave of the nodes, over its width. Right: the fastest growth of the discrete "
-        "equations of a closed bar. Windows wider than the spacing answer to some wave with nothing; content and outflow do so at "
-        "slightly different waves, and one between these grows if it fits on the bar (as figure 4.7)."
+        "equations of a closed bar. Windows wider than the spacing answer to some wave with nothing; content and outflow do "
+        "so at slightly different waves, and one between these grows if it fits on the bar (as figure 4.7)."
     ),
 }
 
