@@ -13,7 +13,7 @@ from pellucid.geometry.icosphere import Icosphere
 STENCILS = 30
 OTHERS = {
     "polyharmonic": [{"power": 3, "degree": 1}, {"power": 7}, {"degree": 2}, {"degree": 6}],
-    "thin-plate": [{"power": 2, "degree": 1}, {"power": 6}],
+    "thin-plate": [{"order": 1, "degree": 1}, {"order": 3}],
     "multiquadric": [{"shape": 0.5, "degree": 2}, {"degree": 0}],
     "gaussian": [{"shape": 0.5, "degree": 2}, {"degree": 0}],
 }
@@ -242,9 +242,9 @@ def test_too_few_points_and_folded_stencils_are_named():
 
 
 def test_second_derivatives_of_the_thin_plate_are_refused():
-    radial = RADIAL_FUNCTIONS.entries["thin-plate"](power=2)
+    radial = RADIAL_FUNCTIONS.entries["thin-plate"](order=1)
     nodes, places = stencils(radial, 2)
-    with pytest.raises(ValueError, match="has only 1 derivative at its nodes, and 2 are needed; raise its `power`"):
+    with pytest.raises(ValueError, match="has only 1 derivative at its nodes, and 2 are needed; use one that is smoother"):
         stencil_functions(nodes, places, radial)
 
 

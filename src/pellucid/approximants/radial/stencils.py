@@ -127,7 +127,7 @@ def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None 
     radial = found.radial
     if derivatives > radial.derivatives:
         text = f'a radial function of kind "{radial.kind}" has only {radial.derivatives} derivative at its nodes'
-        raise ValueError(f"{text}, and {derivatives} are needed; raise its `power`")
+        raise ValueError(f"{text}, and {derivatives} are needed; use one that is smoother")
     which = slice(None) if of is None else of
     radius = found.radius[which]
     x = (places - found.centre[which][:, None]) / radius[:, None, None]
