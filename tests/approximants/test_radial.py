@@ -123,6 +123,17 @@ def test_a_quadratic_function_is_interpolated_as_in_the_thesis():
         assert slopes == pytest.approx(2.0 * where + 1.0, abs=1e-12)
 
 
+def test_as_many_nodes_as_polynomials_give_the_interpolation_of_lagrange():
+    radial = RADIAL_FUNCTIONS.entries["polyharmonic"](degree=4, neighbours=5)
+    nodes, places = stencils(radial, 1)
+    found = stencil_functions(nodes, places, radial).value
+    for k in range(STENCILS):
+        x, at = nodes[k, :, 0], places[k, :, 0]
+        for j in range(5):
+            others = np.delete(x, j)
+            assert found[k, :, j] == pytest.approx(np.prod((at[:, None] - others) / (x[j] - others), axis=1), abs=1e-11)
+
+
 def curvature_error(radial, refinements):
     """Of twice the mean curvature of a unit sphere, from heights over the tangent planes; nodes moved by up to a fifth."""
     points = Icosphere(centre=(0, 0, 0), radius=1.0, refinements=refinements).mesh().vertices

@@ -6,6 +6,7 @@ import pytest
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.neighbourhoods import Stencils, along_curve, on_surface
+from pellucid.approximants.radial.stencils import interpolants
 from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.geometry.icosphere import Icosphere
 
@@ -21,6 +22,11 @@ def sphere(refinements=2):
     return Simplices(vertices, triangles, vertices)
 
 
+def stencils(simplices):
+    near = on_surface(simplices.points, simplices.normals, RADIAL.stencil_size(2))
+    return near, interpolants(near.coordinates, RADIAL)
+
+
 def dense(rows, n):
     """Values (t, q, n) of all nodes."""
     whole = np.zeros((*rows.value.shape[:2], n))
@@ -32,9 +38,9 @@ def dense(rows, n):
 
 def test_corners_have_their_own_node_alone_and_rows_add_up():
     simplices = sphere()
-    near = on_surface(simplices.points, simplices.normals, RADIAL.stencil_size(2))
+    near, found = stencils(simplices)
     shares = np.concatenate([np.eye(3), np.random.default_rng(1).dirichlet(np.ones(3), 4)])
-    rows = blended(simplices, near, RADIAL, shares)
+    rows = blended(simplices, near, found, shares)
     assert rows.value.sum(axis=2) == pytest.approx(1.0, abs=1e-12)
     assert rows.first.sum(axis=3) == pytest.approx(0.0, abs=1e-12)
     values = dense(rows, len(simplices.points))[:, :3]
@@ -46,15 +52,15 @@ def test_corners_have_their_own_node_alone_and_rows_add_up():
 def test_triangles_agree_on_their_common_edge():
     """A point of an edge has the same functions from either side: no jump, as there would be without blending."""
     simplices = sphere()
-    near, n = on_surface(simplices.points, simplices.normals, RADIAL.stencil_size(2)), len(simplices.points)
+    (near, found), n = stencils(simplices), len(simplices.points)
     near_start, near_end = {}, {}
     for corner in range(3):
         following = (corner + 1) % 3
-        for found, share in ((near_start, 0.7), (near_end, 0.3)):
+        for rows_of, share in ((near_start, 0.7), (near_end, 0.3)):
             shares = np.zeros((1, 3))
             shares[0, [corner, following]] = share, 1.0 - share
-            values = dense(blended(simplices, near, RADIAL, shares), n)[:, 0]
-            found.update(zip(map(tuple, simplices.corners[:, [corner, following]]), values, strict=True))
+            values = dense(blended(simplices, near, found, shares), n)[:, 0]
+            rows_of.update(zip(map(tuple, simplices.corners[:, [corner, following]]), values, strict=True))
     assert len(near_start) == 3 * len(simplices.corners)
     for (one, other), row in near_start.items():
         assert near_end[other, one] == pytest.approx(row, abs=1e-11)
@@ -62,11 +68,11 @@ def test_triangles_agree_on_their_common_edge():
 
 def test_derivatives_are_those_of_the_values():
     simplices, step = sphere(), 1e-5
-    near = on_surface(simplices.points, simplices.normals, RADIAL.stencil_size(2))
+    near, found = stencils(simplices)
     shares = np.array([[0.3, 0.45, 0.25], [0.8, 0.1, 0.1]])
-    first = blended(simplices, near, RADIAL, shares).first
+    first = blended(simplices, near, found, shares).first
     for axis, move in enumerate(([-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0])):
-        after, before = (blended(simplices, near, RADIAL, shares + sign * step * np.array(move)).value for sign in (1.0, -1.0))
+        after, before = (blended(simplices, near, found, shares + sign * step * np.array(move)).value for sign in (1.0, -1.0))
         assert (after - before) / (2.0 * step) == pytest.approx(first[:, :, axis], abs=1e-8)
 
 
@@ -75,8 +81,8 @@ def test_the_functions_span_the_sphere():
     errors = []
     for refinements in (2, 3):
         simplices = sphere(refinements)
-        near = on_surface(simplices.points, simplices.normals, RADIAL.stencil_size(2))
-        places = blended(simplices, near, RADIAL, np.full((1, 3), 1.0 / 3.0)).at_points(simplices.points)
+        near, found = stencils(simplices)
+        places = blended(simplices, near, found, np.full((1, 3), 1.0 / 3.0)).at_points(simplices.points)
         errors.append(np.abs(np.linalg.norm(places, axis=2) - 1.0).max())
     assert errors[1] < 3e-5
     assert np.log2(errors[0] / errors[1]) > 4.0
@@ -94,7 +100,7 @@ def test_polynomials_in_a_plane_are_exact():
     def field(x):
         return (x[..., :1] - 4.0) ** 4 - 2.0 * (x[..., :1] - 4.0) * (x[..., 1:] - 4.0) ** 3 + x[..., 1:]
 
-    rows = blended(Simplices(points, corners, None), near, RADIAL, rng.dirichlet(np.ones(3), 5))
+    rows = blended(Simplices(points, corners, None), near, interpolants(near.coordinates, RADIAL), rng.dirichlet(np.ones(3), 5))
     assert rows.at_points(field(points)) == pytest.approx(field(rows.at_points(points)), abs=1e-10)
 
 

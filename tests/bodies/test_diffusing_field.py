@@ -139,7 +139,8 @@ def uneven_sphere(refinements):
 
 def test_the_surface_operator_is_symmetric_with_the_eigenvalues_of_a_sphere():
     """0, 2, 6, 12 of multiplicity 1, 3, 5, 7, on uneven nodes; its kernel are uniform states."""
-    content, outflow = (part.toarray() for part in on_closed_surface(uneven_sphere(2), PolyharmonicModel()))
+    form = on_closed_surface(uneven_sphere(2), PolyharmonicModel())
+    content, outflow = form.content.toarray(), form.outflow.toarray()
     assert content == pytest.approx(content.T, abs=1e-15)
     assert outflow == pytest.approx(outflow.T, abs=1e-14)
     assert abs(outflow.sum(axis=0)).max() < 1e-13
@@ -148,6 +149,15 @@ def test_the_surface_operator_is_symmetric_with_the_eigenvalues_of_a_sphere():
     found = np.linalg.eigvalsh(root @ outflow @ root.T)
     assert found[0] == pytest.approx(0.0, abs=1e-12)
     assert found[1:16] == pytest.approx(np.repeat([2.0, 6.0, 12.0], [3, 5, 7]), rel=2e-4)
+
+
+def test_wide_windows_solve_the_same_and_the_amount_is_the_integral_for_any():
+    for window in (0.25, 0.5, 0.9):
+        body = ended(line(41, HELD.items(), initial=[THESIS], window=window))
+        x = body.arrays["position"][:, 0]
+        exact = between_zero_ends(lambda y: y * (y - 0.25) * (y - 0.5) * (y - 1.0), 1.0, 0.01, x)
+        assert body.arrays["concentration"] == pytest.approx(exact, abs=1e-4 * np.abs(exact).max())
+        assert body.field("amount").sum() == pytest.approx(-0.0060389, rel=1e-3)
 
 
 def test_steps_may_differ_in_length():

@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import along_curve
+from pellucid.approximants.radial.stencils import interpolants
 
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # a window ends within a segment, over which functions are smooth
 
@@ -36,6 +37,7 @@ def windows_on_line(x: np.ndarray, radial: RadialModel, half_width: float = 0.5)
     number = np.arange(n - 1)
     segments = Simplices(x[:, None], np.stack([number, number + 1], axis=1), None)
     near = along_curve(x[:, None], radial.stencil_size(1), closed=False)
+    found = interpolants(near.coordinates, radial)
     content, outflow = _Sum(n), _Sum(n)
     for beyond in range(ceil(half_width)):  # how many segments lie between that of this part and the node
         part = min(half_width - beyond, 1.0)
@@ -44,7 +46,7 @@ def windows_on_line(x: np.ndarray, radial: RadialModel, half_width: float = 0.5)
             owner = number - beyond if corner == 0 else number + 1 + beyond
             there = np.flatnonzero((owner >= 0) & (owner < n))
             part_of = Simplices(segments.points, segments.corners[there], None)
-            rows = blended(part_of, near, radial, np.stack([1.0 - share, share], axis=1))
+            rows = blended(part_of, near, found, np.stack([1.0 - share, share], axis=1))
             h = np.diff(x)[there, None]
             content.add(owner[there], rows.nodes, h * np.einsum("q,tqr->tr", 0.5 * part * WEIGHTS, rows.value[:, :-1]))
             if beyond + part == half_width:

@@ -59,7 +59,7 @@ class DiffusingField(NodalBody):
         form, position = _weak_form(case), case.domain.positions()
         n = len(position)
         self._content, self._outflow = form.content, case.material.diffusivity * form.outflow
-        volume = np.asarray(form.content.sum(axis=0)).reshape(n)  # ∫ N_J, of a cross-section of 1 m² or a thickness of 1 m
+        volume = form.share  # of a cross-section of 1 m² or a thickness of 1 m
         self.arrays = {
             "id": np.arange(n),
             "position": position,
