@@ -15,7 +15,6 @@ from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.geometry.vertex_normals import vertex_normals
 
-
 CHUNK = 2048  # triangles whose functions are kept at a time
 
 
