@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.neighbourhoods import along_curve, on_surface
-from pellucid.approximants.radial.polynomials import monomials
+from pellucid.approximants.radial.polynomials import Monomials
 from pellucid.approximants.radial.stencils import StencilError, functions_at, interpolants, stencil_functions
 from pellucid.geometry.icosphere import Icosphere
 
@@ -59,7 +59,7 @@ def test_polynomials_up_to_the_degree_are_reproduced_with_their_derivatives(radi
     nodes, places = stencils(radial, dimension)
     size = np.abs(nodes).max()
     found = stencil_functions(nodes / size, places / size, radial, derivatives=most(radial))
-    at_nodes, at_places = monomials(nodes / size, radial.degree).value, monomials(places / size, radial.degree)
+    at_nodes, at_places = Monomials(nodes / size, radial.degree).value, Monomials(places / size, radial.degree)
     assert found.value.sum(axis=2) == pytest.approx(1.0, abs=1e-12)
     assert found.value @ at_nodes == pytest.approx(at_places.value, abs=1e-12)
     assert np.einsum("sqdm,smp->sqdp", found.first, at_nodes) == pytest.approx(at_places.first, abs=1e-11)
