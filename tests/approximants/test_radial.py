@@ -6,14 +6,14 @@ from pydantic import ValidationError
 
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.neighbourhoods import along_curve, on_surface
-from pellucid.approximants.radial.polynomials import monomials
+from pellucid.approximants.radial.polynomials import Monomials
 from pellucid.approximants.radial.stencils import StencilError, functions_at, interpolants, stencil_functions
 from pellucid.geometry.icosphere import Icosphere
 
 STENCILS = 30
 OTHERS = {
     "polyharmonic": [{"power": 3, "degree": 1}, {"power": 7}, {"degree": 2}, {"degree": 6}],
-    "thin-plate": [{"power": 2, "degree": 1}, {"power": 6}],
+    "thin-plate": [{"order": 1, "degree": 1}, {"order": 3}],
     "multiquadric": [{"shape": 0.5, "degree": 2}, {"degree": 0}],
     "gaussian": [{"shape": 0.5, "degree": 2}, {"degree": 0}],
 }
@@ -59,7 +59,7 @@ def test_polynomials_up_to_the_degree_are_reproduced_with_their_derivatives(radi
     nodes, places = stencils(radial, dimension)
     size = np.abs(nodes).max()
     found = stencil_functions(nodes / size, places / size, radial, derivatives=most(radial))
-    at_nodes, at_places = monomials(nodes / size, radial.degree).value, monomials(places / size, radial.degree)
+    at_nodes, at_places = Monomials(nodes / size, radial.degree).value, Monomials(places / size, radial.degree)
     assert found.value.sum(axis=2) == pytest.approx(1.0, abs=1e-12)
     assert found.value @ at_nodes == pytest.approx(at_places.value, abs=1e-12)
     assert np.einsum("sqdm,smp->sqdp", found.first, at_nodes) == pytest.approx(at_places.first, abs=1e-11)
@@ -121,6 +121,17 @@ def test_a_quadratic_function_is_interpolated_as_in_the_thesis():
         slopes = np.einsum("sqdm,sm->sq", found.first, field[near.nodes])
         assert values == pytest.approx(where**2 + where + 2.0, abs=1e-14)
         assert slopes == pytest.approx(2.0 * where + 1.0, abs=1e-12)
+
+
+def test_as_many_nodes_as_polynomials_give_the_interpolation_of_lagrange():
+    radial = RADIAL_FUNCTIONS.entries["polyharmonic"](degree=4, neighbours=5)
+    nodes, places = stencils(radial, 1)
+    found = stencil_functions(nodes, places, radial).value
+    for k in range(STENCILS):
+        x, at = nodes[k, :, 0], places[k, :, 0]
+        for j in range(5):
+            others = np.delete(x, j)
+            assert found[k, :, j] == pytest.approx(np.prod((at[:, None] - others) / (x[j] - others), axis=1), abs=1e-11)
 
 
 def curvature_error(radial, refinements):
@@ -242,9 +253,9 @@ def test_too_few_points_and_folded_stencils_are_named():
 
 
 def test_second_derivatives_of_the_thin_plate_are_refused():
-    radial = RADIAL_FUNCTIONS.entries["thin-plate"](power=2)
+    radial = RADIAL_FUNCTIONS.entries["thin-plate"](order=1)
     nodes, places = stencils(radial, 2)
-    with pytest.raises(ValueError, match="has only 1 derivative at its nodes, and 2 are needed; raise its `power`"):
+    with pytest.raises(ValueError, match="has only 1 derivative at its nodes, and 2 are needed; use one that is smoother"):
         stencil_functions(nodes, places, radial)
 
 

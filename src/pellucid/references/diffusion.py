@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-TERMS, POINTS = 200, 800
+TERMS = 200
 
 
 def between_zero_ends(start: Callable[[Array], Array], length: float, spread: float, x: Array) -> Array:
@@ -16,9 +16,9 @@ def between_zero_ends(start: Callable[[Array], Array], length: float, spread: fl
     quadrature; good to round-off once the last of its terms has faded.
     """
     wave = np.arange(1, TERMS + 1) * np.pi / length
-    points, weights = np.polynomial.legendre.leggauss(POINTS)
-    y = 0.5 * length * (points + 1.0)
-    parts = np.sin(np.outer(wave, y)) @ (weights * start(y))  # length/2 of the rule cancels the 2/length of the series
+    points, weights = np.polynomial.legendre.leggauss(10)  # in as many parts as the highest wave has half-waves
+    y = (length / TERMS * (np.arange(TERMS)[:, None] + 0.5 * (points + 1.0))).ravel()
+    parts = np.sin(np.outer(wave, y)) @ (np.tile(weights, TERMS) * start(y)) / TERMS
     return np.sin(np.outer(x, wave)) @ (parts * np.exp(-(wave**2) * spread))
 
 

@@ -10,7 +10,9 @@ from registries import forgotten_afterwards
 from small_cases import RATE_SOLID, SOLID, box, case
 
 from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.initial.polynomial import Polynomial
 from pellucid.bodies.initial.sine_wave import SineWave
+from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
 from pellucid.registry import register
 
 WAVE = {"amplitude": (0.0, 0.1, 0.0), "wave_vector": (2.0, 0.0, 0.0), "phase": 0.5}
@@ -69,3 +71,32 @@ def test_a_state_of_the_material_can_be_set_and_no_other():
     assert not body.initial_velocity(position).any()
     with pytest.raises(ValidationError, match='kind "torn" sets `damage`, which the points of this body do not have'):
         block(RATE_SOLID, initial=[{"kind": "torn"}])
+
+
+def test_spherical_harmonics_are_orthonormal():
+    """Over the nodes of Gauss's rule in z and equal angles, which integrate products of degree 8 exactly."""
+    z, weight = np.polynomial.legendre.leggauss(8)
+    angle = 2.0 * np.pi * np.arange(12) / 12
+    across = np.sqrt(1.0 - z**2)[:, None]
+    places = np.stack([across * np.cos(angle), across * np.sin(angle), np.broadcast_to(z[:, None], (8, 12))], axis=-1)
+    orders = [(degree, order) for degree in range(5) for order in range(-degree, degree + 1)]
+    centre = (1.0, -2.0, 0.5)
+    values = [
+        SphericalHarmonic(degree=degree, order=order, centre=centre).at(3.0 * places.reshape(-1, 3) + centre)
+        for degree, order in orders
+    ]
+    products = np.einsum("ap,bp,p->ab", values, values, np.repeat(weight, 12) * np.pi / 6.0)
+    assert products == pytest.approx(np.eye(25), abs=1e-13)
+    pole = SphericalHarmonic(degree=1, amplitude=2.0).at(np.array([[0.0, 0.0, 5.0]]))
+    assert pole == pytest.approx(2.0 * np.sqrt(0.75 / np.pi), rel=1e-14)
+
+
+def test_a_polynomial_vanishes_at_its_zeros():
+    field = Polynomial(factor=2.0, zeros=(1.0, -1.0), axis="y")
+    assert field.at(np.array([[9.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 3.0, 0.0]])).tolist() == [0.0, 0.0, 16.0]
+    assert Polynomial(factor=0.5).at(np.zeros((2, 3))).tolist() == [0.5, 0.5]
+
+
+def test_a_concentration_is_no_matter_of_bodies_that_move():
+    with pytest.raises(ValidationError, match='kind "polynomial" sets `concentration`, which the points of this body do not'):
+        block(initial=[{"kind": "polynomial"}])

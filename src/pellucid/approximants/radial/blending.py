@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils
-from pellucid.approximants.radial.stencils import functions_at, interpolants
+from pellucid.approximants.radial.stencils import Interpolants, functions_at
 
 
 class Rows(NamedTuple):
@@ -37,12 +36,11 @@ class Simplices(NamedTuple):
     normals: np.ndarray | None  # (n, k) units at the points; None where all simplices lie in one line or plane
 
 
-def blended(simplices: Simplices, near: Stencils, radial: RadialModel, shares: np.ndarray) -> Rows:
+def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray) -> Rows:
     """Shape functions at the points of each simplex with these shares of its corners, shape (q, d + 1).
 
-    Raises StencilError where a point has no stencil.
+    near, found: the stencils of all points in their order, and the interpolants on these.
     """
-    found = interpolants(near.coordinates, radial)
     corners, d = simplices.corners, simplices.corners.shape[1] - 1
     slopes = np.concatenate([-np.ones((1, d)), np.eye(d)])  # of the shares
     place, along = _places(simplices, shares, slopes)

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from pellucid.approximants.radial.stencils import StencilError
 
-FOLDED = "is wider than the bend of the {what} there: seen along the {normal}, it folds over itself; use more nodes"
+FOLDED = "is wider than the bend of the {what} there: seen along the normal, it folds over itself; use more nodes"
 
 
 class Stencils(NamedTuple):
@@ -40,7 +40,7 @@ def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
     coordinates = _coordinates(points, nodes, tangents)
     folded = np.flatnonzero((np.diff(coordinates[:, :, 0], axis=1) <= 0.0).any(axis=1))
     if folded.size:
-        raise StencilError(int(folded[0]), FOLDED.format(what="curve", normal="normal"))
+        raise StencilError(int(folded[0]), FOLDED.format(what="curve"))
     return Stencils(nodes, tangents, coordinates)
 
 
@@ -60,7 +60,7 @@ def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
         if not lacking.size:
             break
         if wanted == n:
-            raise StencilError(int(lacking[0]), FOLDED.format(what="surface", normal="normal"))
+            raise StencilError(int(lacking[0]), FOLDED.format(what="surface"))
         wanted = min(2 * wanted, n)
     order = np.argsort(~alike, axis=1, kind="stable")[:, :size]
     nodes = np.take_along_axis(found, order, axis=1)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.polynomials import monomials
+from pellucid.approximants.radial.polynomials import Monomials
 
 WORST_CONDITION = 1e12
 RAISE = 1.25  # factor by which a shape parameter is raised
@@ -66,7 +66,7 @@ def interpolants(nodes: np.ndarray, radial: RadialModel) -> Interpolants:
     if (flat := np.flatnonzero(radius == 0.0)).size:
         raise StencilError(int(flat[0]), "has all of its nodes at one place")
     scaled = offset / radius[:, None, None]
-    basis = monomials(scaled, radial.degree).value
+    basis = Monomials(scaled, radial.degree).value
     m, p = basis.shape[1:]
     if m < p:
         text = f"has {m} nodes, too few for the {p} polynomials of degree {radial.degree}"
@@ -127,13 +127,13 @@ def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None 
     radial = found.radial
     if derivatives > radial.derivatives:
         text = f'a radial function of kind "{radial.kind}" has only {radial.derivatives} derivative at its nodes'
-        raise ValueError(f"{text}, and {derivatives} are needed; raise its `power`")
+        raise ValueError(f"{text}, and {derivatives} are needed; use one that is smoother")
     which = slice(None) if of is None else of
     radius = found.radius[which]
     x = (places - found.centre[which][:, None]) / radius[:, None, None]
     offset = x[:, :, None] - found.nodes[which][:, None]  # (s, q, m, d)
     profile = radial.profile((offset**2).sum(axis=3), found.shape[which][:, None, None])
-    basis = monomials(x, radial.degree)
+    basis = Monomials(x, radial.degree)
     s, q, m, d = offset.shape
     slope = np.moveaxis(2.0 * profile.first[..., None] * offset, 3, 2)
     first = _combined(found, which, slope, basis.first) / radius[:, None, None, None]

@@ -24,8 +24,9 @@ from pellucid.parts.part import Parts
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
+STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0
-"""Half-width of a window over the spacing, beyond which waves that the nodes carry grow."""
+"""Half-width of a window over the spacing, from which on waves that the nodes carry grow."""
 
 
 class DiffusingFieldCase(BodyModel):
@@ -87,6 +88,10 @@ class DiffusingFieldCase(BodyModel):
         """Number of nodes."""
         return len(self.domain.positions()) if self.domain.line is None else self.domain.line.nodes
 
+    def table_bytes(self) -> float:
+        """Of the interpolants, the matrices and the factors of their sum [bytes]."""
+        return STENCIL_BYTES * self.radial.stencil_size(self.domain.dimension) ** 2 * self.n_points(None)
+
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
@@ -99,9 +104,8 @@ class DiffusingFieldCase(BodyModel):
         if parts.grid is not None:
             text = f"{self.name} stays where it is and meets nothing: it cannot stand beside bodies on a grid"
             yield Finding((*path, "kind"), text, "leave the table [grid] out, and give the field a case of its own")
-        if self.window > WIDEST:
-            text = f"above {WIDEST:g}: to windows wider than the spacing some waves of the nodes do not show, or with the wrong sign"
-            text += ", and grow without bound"
+        if self.window >= WIDEST:
+            text = f"not below {WIDEST:g}: to some wave of the nodes such a window answers with nothing, and waves like it grow"
             yield Finding((*path, "window"), text, "use 0.5, with which windows meet and the amount is kept")
         if self.window != type(self).model_fields["window"].default and self.domain.line is None:
             yield Finding((*path, "window"), "windows are for lines; on a surface there are none", "leave it out")

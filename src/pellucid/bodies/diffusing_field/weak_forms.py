@@ -8,23 +8,29 @@ from scipy.sparse import csr_array
 from pellucid.approximants.radial.blending import Rows, Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import on_surface
+from pellucid.approximants.radial.stencils import interpolants
 from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.geometry.vertex_normals import vertex_normals
 
+CHUNK = 2048  # triangles whose functions are kept at a time
+
 
 class WeakForm(NamedTuple):
-    """Matrices of shape (n, n). Where windows meet or the test functions are the shape functions, columns of K add up to 0."""
+    """Of n nodes. Where windows meet or the test functions are the shape functions, columns of K add up to 0."""
 
-    content: csr_array  # M [m or m²]
-    outflow: csr_array  # K for D = 1 [1/m or 1]
+    content: csr_array  # M (n, n) [m or m²]
+    outflow: csr_array  # K (n, n) for D = 1 [1/m or 1]
+    share: np.ndarray  # (n,) integrals of the shape functions [m or m²]
 
 
 def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
     """Balances of windows about the nodes, whose half-widths are `window` of the spacing (Benet 2015, eqs. 4.26 to 4.31)."""
-    return WeakForm(*windows_on_line(line.places(), radial, window))
+    content, outflow = windows_on_line(line.places(), radial, window)
+    meeting = windows_on_line(line.places(), radial).content
+    return WeakForm(content, outflow, np.asarray(meeting.sum(axis=0)))
 
 
 def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
@@ -32,20 +38,21 @@ def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
 
     Of six points a triangle; three are too few for functions of this order.
     """
-    normals = vertex_normals(*mesh)
-    near = on_surface(mesh.vertices, normals, radial.stencil_size(2))
-    rows = blended(Simplices(mesh.vertices, mesh.triangles, normals), near, radial, TRIANGLE)
-    along = rows.slopes(mesh.vertices)  # (t, q, 2, 3), tangents of the surface
-    metric = along @ np.swapaxes(along, 2, 3)
-    root = np.linalg.cholesky(metric)  # its inverse takes derivatives to an orthonormal frame
-    weight = 0.5 * TRIANGLE_WEIGHTS * root[..., 0, 0] * root[..., 1, 1]
-    gradient = np.linalg.solve(root, rows.first)
-    weights, n = weight.ravel(), len(mesh.vertices)
-    values = _sparse(rows, rows.value, n)
-    parts = [_sparse(rows, gradient[:, :, axis], n) for axis in range(2)]
-    return WeakForm(
-        _weighed(values, weights), sum((_weighed(part, weights) for part in parts[1:]), _weighed(parts[0], weights))
-    )
+    vertices, normals = mesh.vertices, vertex_normals(*mesh)
+    near = on_surface(vertices, normals, radial.stencil_size(2))
+    found = interpolants(near.coordinates, radial)
+    content = outflow = csr_array((len(vertices), len(vertices)))
+    for first in range(0, len(mesh.triangles), CHUNK):
+        part = Simplices(vertices, mesh.triangles[first : first + CHUNK], normals)
+        rows = blended(part, near, found, TRIANGLE)
+        along = rows.slopes(vertices)  # (t, q, 2, 3), tangents of the surface
+        root = np.linalg.cholesky(along @ np.swapaxes(along, 2, 3))  # its inverse takes derivatives to an orthonormal frame
+        weights = (0.5 * TRIANGLE_WEIGHTS * root[..., 0, 0] * root[..., 1, 1]).ravel()
+        content = content + _weighed(_sparse(rows, rows.value, len(vertices)), weights)
+        gradient = np.linalg.solve(root, rows.first)
+        for axis in range(2):
+            outflow = outflow + _weighed(_sparse(rows, gradient[:, :, axis], len(vertices)), weights)
+    return WeakForm(content, outflow, np.asarray(content.sum(axis=0)))
 
 
 def _sparse(rows: Rows, entries: np.ndarray, n: int) -> csr_array:

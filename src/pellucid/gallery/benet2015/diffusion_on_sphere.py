@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
 from pellucid.references.diffusion import harmonic_decay
 from pellucid.results.metrics import Metric
@@ -22,9 +23,18 @@ CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it d
 METRICS = ("decay_2", "decay_3", "amount", "area")
 
 
+def _field(run: "Run") -> tuple[DiffusingFieldCase, float]:
+    """The field and the radius of its sphere [m]. Raises ValueError for a case that the reference does not cover."""
+    body = run.case.body[0]
+    surface = body.domain.surface if isinstance(body, DiffusingFieldCase) else None
+    if not isinstance(body, DiffusingFieldCase) or surface is None or surface.icosphere is None:
+        raise ValueError("the reference is for an icosphere")
+    return body, surface.icosphere.radius
+
+
 def _amplitudes(run: "Run") -> "tuple[Array, dict[int, Array]]":
     """Instants [s], and at each of these the part of each harmonic in the field over that at the start, by its degree."""
-    body = run.case.body[0]
+    body, _ = _field(run)
     times = run.times(body.name)
     at_start = run.fields(body.name, 0.0)
     share = np.asarray(at_start["volume"])
@@ -37,16 +47,9 @@ def _amplitudes(run: "Run") -> "tuple[Array, dict[int, Array]]":
     return times, result
 
 
-def _radius(run: "Run") -> float:
-    surface = run.case.body[0].domain.surface
-    if surface is None or surface.icosphere is None:
-        raise ValueError("the reference is for a sphere")
-    return float(surface.icosphere.radius)
-
-
 def metrics(run: "Run") -> dict[str, Metric]:
     """Rates of decay, the amount, the area."""
-    body, radius = run.case.body[0], _radius(run)
+    body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     area = float(np.sum(run.fields(body.name)["volume"]))
     exact = 4.0 * np.pi * radius**2
@@ -54,7 +57,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     result = {}
     for degree, part in amplitudes.items():
         rate, sought = -np.log(part[-1]) / times[-1], harmonic_decay(degree, radius, body.material.diffusivity)
-        angle = sought * run.case.time.step
+        angle = sought * (run.case.time.step or 0.0)
         # of the trapezoidal rule, and of polynomials of degree 4 as found, which fall faster
         allowed = 1.2 * (abs(body.alpha - 0.5) * angle + angle**2 / 12.0) + 2e-3 * (degree * spacing) ** 4
         text = f"rate at which the harmonic of degree {degree} fades, l (l + 1) D/R²"
@@ -69,7 +72,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
 
 def figures(run: "Run") -> dict[str, "Figure"]:
     """Amplitudes of the harmonics."""
-    body, radius = run.case.body[0], _radius(run)
+    body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     figure = new_figure(9.5, 3.4)
     left, right = figure.subplots(1, 2)

@@ -62,19 +62,19 @@ def metrics(run: "Run") -> dict[str, Metric]:
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:
-    """Velocity against time, and the tension along the axis of motion."""
+    """Error of the velocity against time, and the tension along the axis of motion."""
     axis = _drive(run)[2]
     figure = new_figure(10.0, 3.4)
     left, right = figure.subplots(1, 2)
-    left.plot(run.history["time"][1:], run.history["velocity"][1:], color=COLOURS[1], label="film")
-    left.axhline(_velocity(run), color="black", linewidth=1, linestyle="--", label="exact")
-    label(left, "time", "velocity", "s", "m/s")
-    left.legend()
+    exact = _velocity(run)
+    left.semilogy(run.history["time"][1:], np.abs(run.history["velocity"][1:] / exact - 1.0), color=COLOURS[1], label="film")
+    label(left, "time", "error of the velocity, relative", "s", "")
     tension, expected = _tensions(run)
     place = run.fields(run.case.body[0].name)["position"][:, axis]
     order = np.argsort(place)
-    right.plot(place[order] - place.mean(), expected[order], color="black", linewidth=1)
-    right.plot(place - place.mean(), tension, "o", color=COLOURS[1], markersize=4)
+    right.plot(place[order] - place.mean(), expected[order], color="black", linewidth=1, label="exact")
+    right.plot(place - place.mean(), tension, "o", color=COLOURS[1], markersize=4, label="film")
+    right.legend()
     label(right, "place from the middle", "tension", "m", "N/m")
     figure.suptitle(run.case.title)
     return {"translation": figure}

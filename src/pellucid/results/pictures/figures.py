@@ -9,6 +9,7 @@ from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import panels_in_space
 from pellucid.results.pictures.case_module import drawn_by_module
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
+from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
 from pellucid.results.storage.files import explained, replacing
 
@@ -29,7 +30,9 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
     titles = {}
     with house_style():
         figures = drawn_by_module(run, "figures")
-        figures |= bodies(run) | {"energies": energies(run), "momentum": momentum(run)}
+        figures |= bodies(run)
+        if not all(is_still(body) for body in run.stored.bodies):
+            figures |= {"energies": energies(run), "momentum": momentum(run)}
         if run.stored.probes:
             figures["probes"] = probes(run, beside)
         with explained(run.out):
@@ -45,9 +48,14 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 def bodies(run: "Run") -> "dict[str, Figure]":
     """Bodies at some instants by speed and by pressure or stress; in space solids once whole and once cut open; along a tube
-    the profiles at the end; curves by their density."""
+    the profiles at the end; films that are curves by their density. Of what does not move there is no speed, and of a line no
+    picture."""
     if are_curves(run):
         return {"bodies": curves_in_plane(run)}
+    if all(len(run.cells(body.name).lines) for body in run.stored.bodies):
+        return {}
+    if all(is_still(body) for body in run.stored.bodies):
+        return {"bodies_load": panels_in_space(run, "load")}
     thin = run.stored.thin
     if sum(thin) == 2:
         return {"profiles_of_points": profiles(run, thin.index(False))}

@@ -13,9 +13,6 @@ Fields = dict[str, np.ndarray]
 """The fields of a body at an instant, by name."""
 
 
-DIFFUSING = "diffusing-field"
-
-
 class Limits(NamedTuple):
     """Values at the ends of the colours, and at which of them values go on beyond."""
 
@@ -24,11 +21,16 @@ class Limits(NamedTuple):
     extend: Literal["neither", "both", "min", "max"]
 
 
+def is_still(body: StoredBody) -> bool:
+    """Whether it is a field that diffuses on nodes that do not move."""
+    return body.kind == "diffusing-field"
+
+
 def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     """Name and unit of a quantity, "speed" or "load", of several bodies."""
     if quantity == "speed":
         return "speed", FIELDS["velocity"].unit
-    if all(body.kind == DIFFUSING for body in bodies):
+    if all(map(is_still, bodies)):
         return "concentration", FIELDS["concentration"].unit
     kinds = dict.fromkeys("pressure" if body.equation_of_state else "von Mises stress" for body in bodies)
     return " or ".join(kinds), FIELDS["stress"].unit
@@ -39,7 +41,7 @@ def values_of(body: StoredBody, fields: Fields, quantity: str) -> np.ndarray:
     Mises' equivalent stress; a field that diffuses bears none, and shows its concentration."""
     if quantity == "speed":
         return scalar(fields["velocity"])
-    if body.kind == DIFFUSING:
+    if is_still(body):
         return fields["concentration"]
     return fields["pressure"] if body.equation_of_state else scalar(fields["stress"])
 

@@ -1,0 +1,228 @@
+"""Fluid films against exact motions, and as parts of a case."""
+
+import numpy as np
+import pytest
+
+import pellucid
+from pellucid.case import loads
+from pellucid.errors import CaseError, RunStopped
+from pellucid.references.vesicles import Growing, tether
+from pellucid.simulation.simulation import Simulation
+
+CASE = """
+schema = 1
+title = "A film"
+
+[time]
+end = {end}
+
+[[body]]
+name = "film"
+kind = "fluid-film"
+shape = {{ {shape} }}
+material = {{ kind = "lipid-film", density = 1, viscosity = 1, dilatational_viscosity = 1, stiffness = {stiffness}{bending} }}
+{more}
+
+[output]
+history = {every}
+"""
+
+
+def case(shape="ellipse = { radius = 1, nodes = 20 }", end=1.0, stiffness=1.0, bending="", more="", loads_of="", every=0.05):
+    text = CASE.format(shape=shape, end=end, stiffness=stiffness, bending=bending, more=more, every=every)
+    return loads(text + loads_of, "film.toml")
+
+
+def ran(of):
+    simulation = Simulation(of)
+    while not simulation.clock.finished(None):
+        simulation.step()
+    return simulation, simulation.bodies[0]
+
+
+PRESSURE = """
+[[load]]
+kind = "film-pressure"
+body = "film"
+value = {value}
+on = "{on}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("pressure", "on", "shape", "end"),
+    [
+        (0.15, "present-area", "ellipse", 5.0),
+        (0.25, "initial-area", "ellipse", 5.0),
+        (0.15, "present-area", "spheroid", 5.0),
+        (-0.05, "present-area", "ellipse", 2.0),
+    ],
+)
+def test_a_circle_and_a_sphere_grow_as_they_must(pressure, on, shape, end):
+    text = f"{shape} = {{ radius = 1, nodes = 20 }}"
+    _, film = ran(case(text, end, loads_of=PRESSURE.format(value=pressure, on=on)))
+    exact = Growing(shape == "spheroid", 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, pressure, on == "initial-area")
+    radius = float(exact.radii(np.array([0.0, end]))[-1])
+    assert film.field("distance") == pytest.approx(radius, rel=3e-4)  # the accuracy of its own steps
+    assert film.field("areal_density") == pytest.approx(float(exact.densities(np.array(radius))), rel=1e-3)
+
+
+def test_errors_fall_at_second_order_in_the_step():
+    """Twice as fine an accuracy is √½ of the step, and half of the error."""
+    errors = []
+    for accuracy in (1.6e-2, 4e-3, 1e-3):
+        _, film = ran(case(end=2.0, more=f"density = 2\naccuracy = {accuracy}", every=2.0))
+        errors.append(abs(film.field("distance").mean() - (2.0 - np.exp(-2.0 / 3.0))))
+    assert errors[0] > 2.5 * errors[1] > 6.0 * errors[2]
+
+
+def test_a_circle_without_drag_needs_a_load_that_holds_itself():
+    driven = PRESSURE.format(value=0.1, on="present-area") + "along = [0, 1, 0]\n"
+    with pytest.raises(RunStopped, match=r"motions that nothing resists.*give it a `drag`"):
+        ran(case(loads_of=driven))
+
+
+def test_a_load_that_no_tension_holds_stops_the_run():
+    with pytest.raises(RunStopped, match=r"stretched to 0\.0\d* of its density of rest: no tension holds the loads"):
+        ran(case(end=100.0, loads_of=PRESSURE.format(value=0.3, on="present-area"), every=1.0))
+
+
+@pytest.mark.parametrize(("shape", "share", "axis"), [("ellipse", 2.0, 1), ("spheroid", 3.0, 2)])
+def test_a_film_that_is_driven_moves_as_a_rigid_body(shape, share, axis):
+    direction = [0, 0, 0]
+    direction[axis] = 1
+    load = PRESSURE.format(value=0.2, on="present-area") + PRESSURE.format(value=0.1, on="present-area") + f"along = {direction}\n"
+    more = "drag = { normal = 0.5, tangential = 0.5 }"
+    simulation, film = ran(case(f"{shape} = {{ radius = 1, nodes = 21 }}", 40.0, 100.0, "", more, load, 2.0))
+    velocity = film.arrays["velocity"]
+    assert velocity[:, axis] == pytest.approx(0.1 / (share * 0.5), rel=1e-6)
+    assert np.abs(np.delete(velocity, axis, axis=1)).max() < 1e-9
+    assert abs(simulation.conservation()["mass"]) < 1e-13
+    assert abs(simulation.conservation()["energy"]) < 1e-3
+
+
+@pytest.mark.parametrize(("mode", "rate"), [(2, 0.6241), (3, 2.5923)])
+def test_modes_of_a_taut_curve_die_away_at_their_rate(mode, rate):
+    """ω_n = S_n/(ζ (1 + 1/n²)), S_n = (n²-1)(P/R + κ (n²-1)/R⁴), of an inextensible curve."""
+    n, tension, rigidity = 40, 0.2, 0.02
+    angle = 2.0 * np.pi * np.arange(n) / n
+    r = 1.0 + 1e-3 * np.cos(mode * angle)
+    points = [[float(r_i * np.cos(a)), float(r_i * np.sin(a))] for r_i, a in zip(r, angle, strict=True)]
+    stiffness = 1e4
+    more = f"drag = {{ normal = 1, tangential = 1 }}\ndensity = {1.0 - tension / stiffness}\naccuracy = 1e-5\nnodes = \"material\""
+    load = PRESSURE.format(value=tension, on="present-area")
+    simulation = Simulation(case(f"curve = {{ points = {points} }}", 0.6, stiffness, f", bending_rigidity = {rigidity}", more, load))
+    film, sizes = simulation.bodies[0], []
+    while not simulation.clock.finished(None):
+        simulation.step()
+        radii = film.field("distance")
+        sizes.append(2.0 * np.mean(radii * np.cos(mode * angle)) / radii.mean())
+    found = -np.log(sizes[-1] / sizes[1]) / (simulation.time - 0.1)
+    assert found == pytest.approx(rate, rel=0.01)
+
+
+def test_a_vesicle_keeps_area_and_volume_and_comes_to_its_published_energy():
+    more = 'volume = { reduced = 0.9, over = 0.5 }\narea = "kept"\ndrag = { normal = 0.1, tangential = 0.1 }'
+    shape = "spheroid = { radius = 1, radius_z = 1.7, nodes = 31 }"
+    of = case(shape, 4.0, 100.0, ", bending_rigidity = 1", more)
+    simulation, film = ran(of)
+    o = film.geometry.operators(film.arrays["x"])
+    start = Simulation(of).bodies[0]
+    assert o.area.sum() == pytest.approx(start.geometry.operators(start.arrays["x"]).area.sum(), rel=1e-5)
+    assert 6.0 * np.sqrt(np.pi) * o.volume() / o.area.sum() ** 1.5 == pytest.approx(0.9, rel=1e-4)
+    assert film.field("bending_energy").sum() / (8.0 * np.pi) == pytest.approx(1.18964, rel=1e-4)
+    assert abs(simulation.conservation()["mass"]) < 1e-13
+
+
+def test_energy_never_grows_without_a_load():
+    more = "drag = { normal = 1, tangential = 1 }\ndensity = 1.3"
+    simulation = Simulation(case("ellipse = { radius = 1, radius_y = 0.6, nodes = 24 }", 2.0, 1.0, ", bending_rigidity = 0.05", more))
+    stored = [simulation.bodies[0].totals.stored]
+    while not simulation.clock.finished(None):
+        simulation.step()
+        stored.append(simulation.bodies[0].totals.stored)
+    assert np.all(np.diff(stored) <= 1e-12 * stored[0])
+
+
+def test_a_support_holds_nodes_and_reports_its_force(tmp_path):
+    pulled = """
+[[support]]
+name = "pull"
+body = "film"
+where = { box = { lower = [-1, -1, 0.99], upper = [1e-9, 1, 1.1] } }
+fix = ["z"]
+velocity = [0, 0, 0.1]
+
+[[support]]
+body = "film"
+where = { box = { lower = [-1, -1, -1.1], upper = [1e-9, 1, -0.99] } }
+fix = ["z"]
+
+[[probe]]
+name = "force"
+quantity = "reaction"
+condition = "pull"
+component = "z"
+"""
+    run = pellucid.run(case("spheroid = { radius = 1, nodes = 21 }", 0.5, 10.0, "", "", pulled), out=tmp_path / "run")
+    fields = run.fields("film")
+    assert fields["position"][-1, 2] == pytest.approx(1.05)
+    assert fields["position"][0, 2] == pytest.approx(-1.0)
+    assert (run.history["force"][1:] > 0.0).all()
+    assert np.abs(run.history["energy_error"]).max() < 1e-3
+    assert run.history["support_work"][-1] > 0.0
+
+
+def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
+    of = case("spheroid = { radius = 1, radius_z = 1.5, nodes = 21 }", 1.0, 10.0, ", bending_rigidity = 0.1", 'volume = {}\narea = "kept"')
+    whole = pellucid.run(of, out=tmp_path / "whole")
+    pellucid.run(of, out=tmp_path / "part", until=0.4)
+    resumed = pellucid.resume(tmp_path / "part")
+    for name in ("position", "areal_density"):
+        assert np.array_equal(whole.fields("film")[name], resumed.fields("film")[name])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"shape": "curve = { points = [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0], [5, 0], [6, 0], [6, 0.1]] }"}, "the curve is open"),
+        ({"shape": "curve = { points = [[1, 0], [0.7, 0.7], [0.7, 0.7], [0, 1], [-1, 0], [-0.7, -0.7], [0, -1], [0.7, -0.7]] }"}, "coincide"),
+        ({"shape": "curve = { points = [[1, 0], [0.7, -0.7], [0, -1], [-0.7, -0.7], [-1, 0], [-0.7, 0.7], [0, 1], [0.7, 0.7]] }"}, "clockwise"),
+        ({"shape": "meridian = { points = [[0, -1], [0.5, -0.8], [0.8, -0.5], [1, 0], [0.9, 0.3], [0.8, 0.5], [0.5, 0.8], [0.2, 0.9]] }"}, "open"),
+        ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),
+        ({"bending": ", bending_rigidity = 1"}, "a curve that bends needs drag"),
+        ({"more": "volume = { reduced = 1.2 }"}, "no surface holds more than a sphere"),
+        ({"stiffness": 0.0}, "stiffness"),
+    ],
+)
+def test_what_cannot_be_is_refused(change, message):
+    with pytest.raises(CaseError, match=message):
+        case(**change)
+
+
+def test_a_film_meets_no_other_kind_of_body():
+    other = """
+[grid]
+lower = [0, 0, 0]
+upper = [1, 1, 1]
+cell = 0.5
+
+[[body]]
+name = "water"
+shape = { box = { lower = [0, 0, 0], upper = [1, 1, 1] } }
+points_per_cell = [1, 1, 1]
+material = { kind = "neo-hookean", density = 1, young_modulus = 1, poisson_ratio = 0.3 }
+"""
+    with pytest.raises(CaseError, match="does not meet bodies of other kinds"):
+        case(loads_of=other)
+
+
+def test_the_tube_of_a_tether_is_balanced():
+    tube = tether(1.0, 0.005, 2.0)
+    thin = tether(1.0, 0.005)
+    assert thin.force == pytest.approx(2.0 * np.pi * np.sqrt(2.0 * 0.005))
+    assert thin.radius == pytest.approx(np.sqrt(0.0025))
+    h = 1e-6  # F is least where the tube is balanced across
+    energy = lambda r: np.pi * 0.005 / r + 2.0 * np.pi * r - np.pi * r * r * 2.0  # noqa: E731
+    assert (energy(tube.radius + h) - energy(tube.radius - h)) / (2.0 * h) == pytest.approx(0.0, abs=1e-6)
+    assert tube.force == pytest.approx(energy(tube.radius))
