@@ -10,6 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
 from pellucid.geometry.rings import Rings
+from pellucid.geometry.vertex_normals import vertex_normals
 
 
 class CellFluxes:
@@ -64,7 +65,7 @@ class CellFluxes:
         (Barth & Jespersen 1989, AIAA paper 89-0366)."""
         mesh = self._mesh
         neighbours, real = mesh.neighbours, np.arange(mesh.ring.shape[1]) < mesh.valence[:, None]
-        normal = normals(mesh.triangles, places)
+        normal = vertex_normals(places, mesh.triangles)
         offset = (places[neighbours] - places[:, None]) * real[..., None]
         offset -= np.einsum("nki,ni->nk", offset, normal)[..., None] * normal[:, None]
         jump = (density[neighbours] - density[:, None]) * real
@@ -76,11 +77,3 @@ class CellFluxes:
         allowed = np.where(rise > 0.0, highest[:, None], lowest[:, None])
         share = np.where(np.abs(rise) > np.abs(allowed), allowed / np.where(rise == 0.0, 1.0, rise), 1.0)
         return np.asarray(slope * share.min(axis=1)[:, None])
-
-
-def normals(triangles: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Unit normals at the nodes, means by area of those of the triangles about, shape (n, 3)."""
-    corner = places[triangles]
-    area = np.repeat(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), 3, axis=0)
-    total = np.stack([np.bincount(triangles.ravel(), area[:, i], len(places)) for i in range(3)], axis=1)
-    return np.asarray(total / np.linalg.norm(total, axis=1)[:, None])

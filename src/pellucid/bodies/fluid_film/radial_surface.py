@@ -16,9 +16,9 @@ import numpy as np
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface
 from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
-from pellucid.bodies.fluid_film.cell_fluxes import normals
 from pellucid.bodies.fluid_film.surface_rows import SurfaceTables
 from pellucid.bodies.fluid_film.triangle_surface import SIX, TriangleRule, TriangleSurface
+from pellucid.geometry.vertex_normals import vertex_normals
 
 CHUNK = 1024  # triangles
 FAR = 0.05  # way of nodes against each other, of the distance to the nearest, after which functions are made anew
@@ -78,7 +78,7 @@ class RadialSurface(TriangleSurface):
     def _fit(self, x: np.ndarray) -> None:
         self._reference = x
         triangles = self.rings.triangles
-        self._stencils: Stencils = on_surface(x, normals(triangles, x), self._radial.stencil_size(2))
+        self._stencils: Stencils = on_surface(x, vertex_normals(x, triangles), self._radial.stencil_size(2))
         self._found: Interpolants = interpolants(self._stencils.coordinates, self._radial)
         along = np.einsum("nkm,nmi->nki", self._functions_at_nodes(), x[self._stencils.nodes])
         normal = np.cross(along[:, 0], along[:, 1])

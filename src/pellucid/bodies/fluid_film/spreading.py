@@ -4,9 +4,9 @@ from math import sqrt
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.cell_fluxes import normals
 from pellucid.errors import RunStopped
 from pellucid.geometry.rings import Rings
+from pellucid.geometry.vertex_normals import vertex_normals
 
 SMOOTHING = 0.3  # of the way to the middle of the triangles about a node, in a step
 LONGEST = 0.4  # way of a node along the surface, of the distance to its nearest neighbour
@@ -26,7 +26,7 @@ def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
     quality = qualities(triangles, places)
     corner = places[triangles]
     along = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    turned = np.einsum("ei,ei->e", along, normals(triangles, places)[triangles].sum(axis=1)) <= 0.0
+    turned = np.einsum("ei,ei->e", along, vertex_normals(places, triangles)[triangles].sum(axis=1)) <= 0.0
     quality = np.where(turned | ~np.isfinite(quality), 0.0, quality)
     worst = int(quality.argmin())
     if quality[worst] < WORST:
@@ -50,7 +50,7 @@ def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
     middles = np.repeat(area[:, None] * corner.mean(axis=1), 3, axis=0)
     centroid = np.stack([np.bincount(triangles.ravel(), middles[:, i], n) for i in range(3)], axis=1) / weight[:, None]
     way = SMOOTHING * (centroid - places) - (moved - rigid_part(places - moved, moved, weight))
-    normal = normals(triangles, places)
+    normal = vertex_normals(places, triangles)
     way -= np.einsum("ni,ni->n", way, normal)[:, None] * normal
     nearest = np.linalg.norm(places[mesh.neighbours] - places[:, None], axis=2).min(axis=1)
     length = np.linalg.norm(way, axis=1)

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.cell_fluxes import normals
 from pellucid.geometry.rings import Rings
+from pellucid.geometry.vertex_normals import vertex_normals
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
@@ -21,7 +21,7 @@ def places_along(
     at: places on it in triangles (n,) at shares of their corners (n, 3).
     """
     n = len(places)
-    normal, aim = normals(mesh.triangles, places), way
+    normal, aim = vertex_normals(places, mesh.triangles), way
     triangle, share = np.zeros(n, np.int64), np.zeros((n, 3))
     found = places
     for _ in range(APPROACHES):
