@@ -132,9 +132,12 @@ def test_an_old_factor_serves_and_what_goes_on_from_a_checkpoint_is_the_same_to_
 def test_the_same_bits_on_any_number_of_threads():
     s, o = system()
     results = []
-    for threads in (1, 2, 4):
-        set_threads(threads)
-        results.append(solver().solve(s, [volume_border(o, 0.1)]).velocity)
+    try:
+        for threads in (1, 2, 4):
+            set_threads(threads)
+            results.append(solver().solve(s, [volume_border(o, 0.1)]).velocity)
+    finally:
+        set_threads(None)
     assert np.array_equal(results[0], results[1])
     assert np.array_equal(results[0], results[2])
 

@@ -5,6 +5,7 @@ from film_surfaces import BOTH, loop, scattered, sphere, torus
 from pellucid.bodies.fluid_film import loop_patch
 from pellucid.bodies.fluid_film.loop import LoopSurface, _functions
 from pellucid.bodies.fluid_film.triangle_surface import SIX
+from pellucid.errors import RunStopped
 
 EGG = (1.0, 0.8, 1.3)
 
@@ -164,3 +165,30 @@ def test_three_points_of_a_triangle_are_enough():
 def test_a_tetrahedron_is_refused():
     with pytest.raises(ValueError, match="refine it"):
         LoopSurface(np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]), 4)
+
+
+def test_radial_functions_are_made_anew_where_nodes_moved_far_and_after_a_resume():
+    triangles, places = sphere(2)
+    surface = BOTH["radial"]((triangles, places))[0]
+    nodes, value = surface.nodes.copy(), surface.tables.value.copy()
+    surface.renew(places * 1.001 + 3.0)  # a motion of all that strains little
+    assert np.array_equal(surface.tables.value, value)
+    stretched = places * (1.0, 1.0, 1.4)
+    surface.renew(stretched)
+    assert not np.array_equal(surface.tables.value, value)
+    assert np.array_equal(surface.nodes, nodes)  # matrices keep their places
+    fresh = BOTH["radial"]((triangles, stretched))[0].operators(stretched).area.sum()
+    assert surface.operators(stretched).area.sum() == pytest.approx(
+        fresh, rel=3e-4
+    )  # with other neighbours, within what 162 nodes resolve
+    other = BOTH["radial"]((triangles, places))[0]
+    other.restore(surface.state_arrays())
+    assert np.array_equal(other.tables.second, surface.tables.second)
+
+
+def test_a_surface_that_folds_under_a_stencil_stops_the_run():
+    triangles, places = sphere(2)
+    surface = BOTH["radial"]((triangles, places))[0]
+    with pytest.raises(RunStopped, match="folds over itself") as stopped:
+        surface.renew(places * (1.0, 1.0, 0.02))
+    assert stopped.value.place["position"][2] == pytest.approx(0.0, abs=0.02)

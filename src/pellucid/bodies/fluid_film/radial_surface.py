@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface
+from pellucid.approximants.radial.neighbourhoods import on_surface, tangents_across
 from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
 from pellucid.bodies.fluid_film.surface_rows import SurfaceTables
 from pellucid.bodies.fluid_film.triangle_surface import SIX, TriangleRule, TriangleSurface
+from pellucid.errors import RunStopped
 from pellucid.geometry.vertex_normals import vertex_normals
 
 CHUNK = 1024  # triangles
@@ -41,6 +42,9 @@ class RadialSurface(TriangleSurface):
     def __init__(self, triangles: np.ndarray, x: np.ndarray, radial: RadialModel, rule: TriangleRule = SIX) -> None:
         super().__init__(triangles, len(x), rule)
         self._radial, self._rule = radial, rule
+        around = on_surface(x, vertex_normals(x, triangles), radial.stencil_size(2)).nodes
+        self._around = around  # stays, as the matrices of the film have places for these neighbours
+        self.nodes, self._slots = _union(around[triangles])
         self._fit(np.array(x, dtype=float))
 
     def places(self, x: np.ndarray) -> np.ndarray:
@@ -78,13 +82,15 @@ class RadialSurface(TriangleSurface):
     def _fit(self, x: np.ndarray) -> None:
         self._reference = x
         triangles = self.rings.triangles
-        self._stencils: Stencils = on_surface(x, vertex_normals(x, triangles), self._radial.stencil_size(2))
-        self._found: Interpolants = interpolants(self._stencils.coordinates, self._radial)
-        along = np.einsum("nkm,nmi->nki", self._functions_at_nodes(), x[self._stencils.nodes])
-        normal = np.cross(along[:, 0], along[:, 1])
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
-        self._bow = _bow(x[triangles], normal[triangles])
-        self.nodes, self._slots = _union(self._stencils.nodes[triangles])
+        normal = vertex_normals(x, triangles)
+        _check_not_folded(x, normal, self._around)
+        self._tangents = tangents_across(normal)
+        coordinates = np.einsum("nmi,ndi->nmd", x[self._around] - x[:, None], self._tangents)
+        self._found: Interpolants = interpolants(coordinates, self._radial)
+        along = np.einsum("nkm,nmi->nki", self._functions_at_nodes(), x[self._around])
+        fitted = np.cross(along[:, 0], along[:, 1])
+        fitted /= np.linalg.norm(fitted, axis=1)[:, None]
+        self._bow = _bow(x[triangles], fitted[triangles])
         whole = np.broadcast_to(self._rule.shares, (len(triangles), *self._rule.shares.shape))
         parts = [
             self._blended(np.arange(start, min(start + CHUNK, len(triangles))), whole[start : start + CHUNK])
@@ -95,7 +101,7 @@ class RadialSurface(TriangleSurface):
 
     def _functions_at_nodes(self) -> np.ndarray:
         """First derivatives of each node's own functions there, shape (n, 2, m)."""
-        n = len(self._stencils.nodes)
+        n = len(self._around)
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
     def _blended(self, triangle: np.ndarray, share: np.ndarray) -> Blended:
@@ -107,7 +113,7 @@ class RadialSurface(TriangleSurface):
         here = np.arange(k)[:, None]
         for a in range(3):
             node = corners[:, a]
-            tangents = self._stencils.tangents[node]
+            tangents = self._tangents[node]
             y = np.einsum("kqi,kdi->kqd", place - self._reference[node][:, None], tangents)
             dy, ddy = np.einsum("kqai,kdi->kqad", first, tangents), np.einsum("kpi,kdi->kpd", second, tangents)
             own = functions_at(self._found, y, of=node)
@@ -123,6 +129,17 @@ class RadialSurface(TriangleSurface):
             mixed = np.stack([ALONG[i, a] * dF[:, :, j] + ALONG[j, a] * dF[:, :, i] for i, j in PAIRS], axis=2)
             result.second.transpose(0, 3, 1, 2)[here, slots] += (b[..., None, None] * ddF + mixed).transpose(0, 3, 1, 2)
         return result
+
+
+def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> None:
+    """Raise RunStopped where the surface under a stencil has come to bend by more than a right angle."""
+    alike = np.einsum("nmi,ni->nm", normal[around], normal).min(axis=1)
+    worst = int(alike.argmin())
+    if alike[worst] <= 0.0:
+        place = ", ".join(f"{value:.6g}" for value in x[worst])
+        text = f"the surface about node {worst} has come to bend so much that the stencil there folds over itself"
+        advice = 'use more nodes, or interpolation = "loop"'
+        raise RunStopped(f"{text}, near ({place}) m: {advice}", node=worst, position=tuple(x[worst].tolist()))
 
 
 def _bow(corner: np.ndarray, normal: np.ndarray) -> np.ndarray:
