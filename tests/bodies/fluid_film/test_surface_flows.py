@@ -7,7 +7,7 @@ import pytest
 from film_surfaces import BOTH, sphere
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
-from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, stored_bending
+from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, forms, stored_bending
 from pellucid.bodies.fluid_film.nodal_sums import NodalSums, rows
 from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
 from pellucid.bodies.fluid_film.surfaces import film_surface
@@ -97,6 +97,17 @@ def test_flow_along_a_gradient_dissipates_as_it_must_and_does_not_lock(kind, deg
     field = np.einsum("eqmi,emi->eqi", o.value, w[surface.nodes])
     exact = (2.0 * (L - 1.0) + dilatational * L) * np.sum(o.area[..., None] * field**2)
     assert power == pytest.approx(exact, rel=4e-4)
+
+
+def test_the_force_of_bending_is_the_derivative_of_its_energy():
+    triangles, places = sphere(1)
+    surface, x = BOTH["loop"]((triangles, places * (1.0, 0.9, 1.2)))
+    physics = FilmPhysics(1.0, 0.0, 0.7, 1.3, Drag(0.0, 0.0))
+    o, v, h = surface.operators(x), np.random.default_rng(4).normal(size=x.shape), 1e-6
+    none = np.zeros_like(o.area)
+    force = NodalSums(surface.nodes, *x.shape).gathered(forms(o, physics, Tension(none, none), 0.0).force)
+    change = stored_bending(surface.operators(x + h * v), physics) - stored_bending(surface.operators(x - h * v), physics)
+    assert np.sum(force * v) == pytest.approx(-change / (2.0 * h), rel=1e-7)
 
 
 def test_a_prolate_vesicle_finds_its_energy():
