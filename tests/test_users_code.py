@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import pellucid
-from pellucid.conditions.smooth_step import smooth_step
 from pellucid.errors import RunStopped
+from pellucid.smooth_step import smooth_step
 from pellucid.users_code import WrongArray, as_array, failing_as, home_of, is_own, is_users, place_of, read_only
 
 PACKAGE = Path(pellucid.__file__).parent

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
-from pellucid.conditions.smooth_step import risen
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import parameter
@@ -12,6 +11,7 @@ from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly

@@ -89,8 +89,8 @@ class Meridian(Model):
         places = np.array(self.points)
         if places[0, 0] != 0.0 or places[-1, 0] != 0.0:
             raise ValueError(
-                f"points begin at r = {places[0, 0]:g} m and end at r = {places[-1, 0]:g} m: the surface is open; let the first "
-                "and the last point lie on the axis, at r = 0"
+                f"points begin at r = {places[0, 0]:g} m and end at r = {places[-1, 0]:g} m: the surface is open; let the "
+                "first and the last point lie on the axis, at r = 0"
             )
         if (places[1:-1, 0] <= 0.0).any():
             number = 1 + int(np.flatnonzero(places[1:-1, 0] <= 0.0)[0])
@@ -114,8 +114,8 @@ def _check(places: np.ndarray, closed: bool) -> None:
         raise ValueError(f"points {close[0]} and {(close[0] + 1) % len(places)} coincide at ({place}) m: leave one out{why}")
     if closed and gaps[-1] > 5.0 * gaps[:-1].max():
         raise ValueError(
-            f"the last point is {gaps[-1]:g} m from the first, and neighbours are {gaps[:-1].max():g} m apart at most: the curve is "
-            "open; a film is closed: go on with points until the first"
+            f"the last point is {gaps[-1]:g} m from the first, and neighbours are {gaps[:-1].max():g} m apart at most: the "
+            "curve is open; a film is closed: go on with points until the first"
         )
     if np.sum(before[:, 0] * after[:, 1] - after[:, 0] * before[:, 1]) <= 0.0:
         raise ValueError("points run clockwise, with the interior on their right: list them the other way round")

@@ -76,5 +76,5 @@ SHAPE_ENERGIES = {
     ("oblate", 0.65): 1.82623,
     ("oblate", 0.60): 1.95568,
 }
-"""Bending energy over 8πκ of vesicles without spontaneous curvature by branch and reduced volume, by solving the shape equations
-(of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits."""
+"""Bending energy over 8πκ of vesicles without spontaneous curvature by branch and reduced volume, by solving the shape
+equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits."""

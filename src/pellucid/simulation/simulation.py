@@ -109,7 +109,8 @@ class Simulation:
         pull = hypot(*case.gravity)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
-        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else Clock(case.time, longest, most)
+        clock = Clock(case.time, longest, most)
+        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else clock
         self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
         self._warned: set[str] = set()

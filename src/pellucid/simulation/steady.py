@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.conditions.smooth_step import smooth_step
 from pellucid.errors import RunStopped
 from pellucid.parts.body import Body, Relaxable
 from pellucid.parts.body_model import BodyModel
 from pellucid.simulation.clock import Clock
+from pellucid.smooth_step import smooth_step
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase

@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.approximants.radial import PolyharmonicModel
 from pellucid.bodies.fluid_film.curve import Curve
-from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, dissipation, forms, stored_bending
+from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, bending_energies, dissipation, forms
 from pellucid.bodies.fluid_film.nodal_sums import NodalSums
 
 RADIAL = PolyharmonicModel()
@@ -58,7 +58,7 @@ def test_rows_are_the_changes_of_area_and_curvature(around):
     assert np.allclose(growth, o.area * strain.sum(axis=2), atol=1e-7 * np.abs(growth).max())
     turning = (after.curvature - before.curvature) / (2.0 * h)
     assert np.allclose(turning, bending, atol=1e-6 * np.abs(turning).max())
-    smooth = x * (1.0 + x[:, 1:] ** 2)  # of the volume the rate by the normal velocity, which quadrature meets for smooth motions
+    smooth = x * (1.0 + x[:, 1:] ** 2)  # the rate by the normal velocity is met by quadrature, for smooth motions
     before, after = curve.operators(x - h * smooth), curve.operators(x + h * smooth)
     volume = (after.volume() - before.volume()) / (2.0 * h)
     assert volume == pytest.approx(np.einsum("eqmd,emd->", o.volume_rate(), smooth[curve.nodes]), rel=1e-5)
@@ -106,7 +106,10 @@ def test_the_force_of_bending_is_the_derivative_of_its_energy(around):
     flat = np.zeros_like(o.area)
     power = np.sum(NodalSums(curve.nodes, *x.shape).gathered(forms(o, physics, Tension(flat, flat), 0.0).force) * v)
     h = 1e-6
-    change = stored_bending(curve.operators(x + h * v), physics) - stored_bending(curve.operators(x - h * v), physics)
+    change = (
+        bending_energies(curve.operators(x + h * v), physics).sum()
+        - bending_energies(curve.operators(x - h * v), physics).sum()
+    )
     assert power == pytest.approx(-change / (2.0 * h), rel=1e-6)
 
 

@@ -7,6 +7,7 @@ import pellucid
 from pellucid.case import loads
 from pellucid.errors import CaseError, RunStopped
 from pellucid.references.vesicles import Growing, tether
+from pellucid.results.launch import resume
 from pellucid.simulation.simulation import Simulation
 
 CASE = """
@@ -40,6 +41,7 @@ def ran(of):
     return simulation, simulation.bodies[0]
 
 
+OCTAGON = [[1, 0], [0.7, 0.7], [0, 1], [-0.7, 0.7], [-1, 0], [-0.7, -0.7], [0, -1], [0.7, -0.7]]
 PRESSURE = """
 [[load]]
 kind = "film-pressure"
@@ -83,7 +85,7 @@ def test_a_circle_without_drag_needs_a_load_that_holds_itself():
 
 
 def test_a_load_that_no_tension_holds_stops_the_run():
-    with pytest.raises(RunStopped, match=r"stretched to 0\.0\d* of its density of rest: no tension holds the loads"):
+    with pytest.raises(RunStopped, match=r"stretched to 0\.0\d* of its density of rest .*no tension holds the loads"):
         ran(case(end=100.0, loads_of=PRESSURE.format(value=0.3, on="present-area"), every=1.0))
 
 
@@ -91,7 +93,8 @@ def test_a_load_that_no_tension_holds_stops_the_run():
 def test_a_film_that_is_driven_moves_as_a_rigid_body(shape, share, axis):
     direction = [0, 0, 0]
     direction[axis] = 1
-    load = PRESSURE.format(value=0.2, on="present-area") + PRESSURE.format(value=0.1, on="present-area") + f"along = {direction}\n"
+    taut = PRESSURE.format(value=0.2, on="present-area")
+    load = taut + PRESSURE.format(value=0.1, on="present-area") + f"along = {direction}\n"
     more = "drag = { normal = 0.5, tangential = 0.5 }"
     simulation, film = ran(case(f"{shape} = {{ radius = 1, nodes = 21 }}", 40.0, 100.0, "", more, load, 2.0))
     velocity = film.arrays["velocity"]
@@ -109,9 +112,10 @@ def test_modes_of_a_taut_curve_die_away_at_their_rate(mode, rate):
     r = 1.0 + 1e-3 * np.cos(mode * angle)
     points = [[float(r_i * np.cos(a)), float(r_i * np.sin(a))] for r_i, a in zip(r, angle, strict=True)]
     stiffness = 1e4
-    more = f"drag = {{ normal = 1, tangential = 1 }}\ndensity = {1.0 - tension / stiffness}\naccuracy = 1e-5\nnodes = \"material\""
+    more = f"drag = {{ normal = 1, tangential = 1 }}\ndensity = {1.0 - tension / stiffness}\naccuracy = 1e-5"
     load = PRESSURE.format(value=tension, on="present-area")
-    simulation = Simulation(case(f"curve = {{ points = {points} }}", 0.6, stiffness, f", bending_rigidity = {rigidity}", more, load))
+    bending = f", bending_rigidity = {rigidity}"
+    simulation = Simulation(case(f"curve = {{ points = {points} }}", 0.6, stiffness, bending, more, load))
     film, sizes = simulation.bodies[0], []
     while not simulation.clock.finished(None):
         simulation.step()
@@ -136,7 +140,8 @@ def test_a_vesicle_keeps_area_and_volume_and_comes_to_its_published_energy():
 
 def test_energy_never_grows_without_a_load():
     more = "drag = { normal = 1, tangential = 1 }\ndensity = 1.3"
-    simulation = Simulation(case("ellipse = { radius = 1, radius_y = 0.6, nodes = 24 }", 2.0, 1.0, ", bending_rigidity = 0.05", more))
+    shape = "ellipse = { radius = 1, radius_y = 0.6, nodes = 24 }"
+    simulation = Simulation(case(shape, 2.0, 1.0, ", bending_rigidity = 0.05", more))
     stored = [simulation.bodies[0].totals.stored]
     while not simulation.clock.finished(None):
         simulation.step()
@@ -174,10 +179,11 @@ component = "z"
 
 
 def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
-    of = case("spheroid = { radius = 1, radius_z = 1.5, nodes = 21 }", 1.0, 10.0, ", bending_rigidity = 0.1", 'volume = {}\narea = "kept"')
+    shape = "spheroid = { radius = 1, radius_z = 1.5, nodes = 21 }"
+    of = case(shape, 1.0, 10.0, ", bending_rigidity = 0.1", 'volume = {}\narea = "kept"')
     whole = pellucid.run(of, out=tmp_path / "whole")
     pellucid.run(of, out=tmp_path / "part", until=0.4)
-    resumed = pellucid.resume(tmp_path / "part")
+    resumed = resume(tmp_path / "part")
     for name in ("position", "areal_density"):
         assert np.array_equal(whole.fields("film")[name], resumed.fields("film")[name])
 
@@ -185,10 +191,10 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"shape": "curve = { points = [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0], [5, 0], [6, 0], [6, 0.1]] }"}, "the curve is open"),
-        ({"shape": "curve = { points = [[1, 0], [0.7, 0.7], [0.7, 0.7], [0, 1], [-1, 0], [-0.7, -0.7], [0, -1], [0.7, -0.7]] }"}, "coincide"),
-        ({"shape": "curve = { points = [[1, 0], [0.7, -0.7], [0, -1], [-0.7, -0.7], [-1, 0], [-0.7, 0.7], [0, 1], [0.7, 0.7]] }"}, "clockwise"),
-        ({"shape": "meridian = { points = [[0, -1], [0.5, -0.8], [0.8, -0.5], [1, 0], [0.9, 0.3], [0.8, 0.5], [0.5, 0.8], [0.2, 0.9]] }"}, "open"),
+        ({"shape": f"curve = {{ points = {[[float(i), 0.1 * (i > 5)] for i in range(8)]} }}"}, "the curve is open"),
+        ({"shape": f"curve = {{ points = {[*OCTAGON[:3], OCTAGON[2], *OCTAGON[3:]]} }}"}, "coincide"),
+        ({"shape": f"curve = {{ points = {OCTAGON[::-1]} }}"}, "clockwise"),
+        ({"shape": f"meridian = {{ points = {[[0, -1], *OCTAGON]} }}"}, "open"),
         ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),
         ({"bending": ", bending_rigidity = 1"}, "a curve that bends needs drag"),
         ({"more": "volume = { reduced = 1.2 }"}, "no surface holds more than a sphere"),

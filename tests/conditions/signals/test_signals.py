@@ -11,7 +11,7 @@ from pellucid.conditions.signals.ramp import Ramp
 from pellucid.conditions.signals.sine import Sine
 from pellucid.conditions.signals.steady import Steady
 from pellucid.conditions.signals.table import Table
-from pellucid.conditions.smooth_step import smooth_step
+from pellucid.smooth_step import smooth_step
 
 
 def table(tmp_path, text):

@@ -1,11 +1,11 @@
 """The motion of a film at an instant and over a step: loads, resistance, constraints.
 
-A step is the midpoint rule, or with another weight α the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first velocity,
-at the start, gives the place x + α dt v where the velocity of the step is found. So that what is stiff may relax faster than a
-step, changes of pressure, tension and curvature over c dt resist the first velocity, and then what the second differs from it,
-which leaves the order as it is. A motion that relaxes at once is over after the step where 1 - 2/c + α/c² = 0 (as in the
-Rosenbrock method of Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); of both roots the larger bears a stiffness up to 6.8
-times what was counted.
+A step is the midpoint rule, or with another weight α the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first
+velocity, at the start, gives the place x + α dt v where the velocity of the step is found. So that what is stiff may relax
+faster than a step, changes of pressure, tension and curvature over c dt resist the first velocity, and then what the second
+differs from it, which leaves the order as it is. A motion that relaxes at once is over after the step where
+1 - 2/c + α/c² = 0 (as in the Rosenbrock method of Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); of both roots the
+smaller has the smaller error.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, dissipation, forms, stored_bending, turning
+from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, bending_energies, dissipation, forms, turning
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows
 from pellucid.bodies.fluid_film.operators import Operators
@@ -83,7 +83,7 @@ class FilmBalance:
     def stored_energy(self, o: Operators, mass: np.ndarray) -> float:
         """Of compression and bending [J]."""
         compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
-        return compressed + stored_bending(o, self.physics)
+        return compressed + float(bending_energies(o, self.physics).sum())
 
     def step(self, x: np.ndarray, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
         """Over dt [s] from nodes at x, with the weight α, above 0 and up to 1."""
@@ -153,9 +153,8 @@ class FilmBalance:
     ) -> list[tuple[int, np.ndarray]]:
         """Forces of tractions on the nodes [N], shape (n, d), with their columns."""
         axes = list(self.geometry.axes)
-        points = SurfacePoints(
-            in_space(o.position, axes), in_space(o.normal, axes), self.at_points(density) / self._initial_density
-        )
+        ratio = self.at_points(density) / self._initial_density
+        points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
         result = []
         for column, traction in tractions:
             on_area = o.area[..., None] * traction(points)[..., axes]

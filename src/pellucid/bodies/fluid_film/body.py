@@ -12,6 +12,7 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
+from pellucid.bodies.fluid_film.forms import bending_energies
 from pellucid.bodies.fluid_film.solver import IncompatibleLoad
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import RunStopped
@@ -123,17 +124,19 @@ class FluidFilm(NodalBody):
                 volume, area = self._goals.at(self._elapsed + dt - left + span)
                 done = self._try(span, driving._replace(volume=volume, area=area))
                 if done is None:
-                    return
+                    break
                 error = span * done.change / float(self.geometry.spacing(self.geometry.places(arrays["x"])).min())
                 factor = SAFETY * (self._case.accuracy / error) ** 0.5 if error > 0.0 else inf
                 own = span * min(max(factor, SHRINKAGE), GROWTH)
-                if error > self._case.accuracy:
+                if not error <= self._case.accuracy:  # nor is it a number
+                    own = own if np.isfinite(error) else SHRINKAGE * span
                     if own < SHORTEST * dt:
                         self._fault = "moves or stretches without bound: its own step collapsed"
                     continue
                 self._take(done)
                 self._count(done, span, works, reactions)
                 left -= span
+                self._fault = self._too_thin()
         arrays["own_step"][0] = own
         self._work = StepWork(works, 0.0, reactions, np.zeros(3), {})
         self._elapsed += dt
@@ -206,22 +209,22 @@ class FluidFilm(NodalBody):
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped` where it found no motion, is not finite, or too thin to be a film."""
-        fault, where = self._fault, 0
-        if fault is None:
-            density = self.balance.densities(self.geometry.operators(self.arrays["x"]), self.arrays["part_mass"])
-            rest = self._case.material.density
-            if not np.isfinite(density).all():
-                fault = "has nodes that are not finite"
-            elif density.min() < THINNEST * rest:
-                where = int(density.argmin())
-                fault = (
-                    f"is stretched to {density.min() / rest:.2g} of its density of rest: no tension holds the loads; lower them, "
-                    "or raise `stiffness`"
-                )
-        if fault is not None:
-            place = ", ".join(f"{value:.6g}" for value in self.arrays["position"][min(where, self.n_points - 1)])
-            text = f"step {n_steps}, time {time:.6g} s: film {self.name} {fault}; near ({place}) m"
+        if self._fault is not None:
+            text = f"step {n_steps}, time {time:.6g} s: film {self.name} {self._fault}"
             raise RunStopped(text, step=n_steps, time=time, body=self.name)
+
+    def _too_thin(self) -> str | None:
+        """That it is stretched so far that it is no film any more, and where."""
+        geometry, x, rest = self.geometry, self.arrays["x"], self._case.material.density
+        density = self.balance.densities(geometry.operators(x), self.arrays["part_mass"])
+        if density.min() >= THINNEST * rest:
+            return None
+        node = min(int(density.argmin()), self.n_points - 1)
+        place = ", ".join(f"{value:.6g}" for value in in_space(geometry.places(x), geometry.axes)[node])
+        return (
+            f"is stretched to {density.min() / rest:.2g} of its density of rest near ({place}) m: no tension holds the loads; "
+            "lower them, or raise `stiffness`"
+        )
 
     def work(self) -> StepWork:
         """Work and impulses of this step."""
@@ -269,9 +272,7 @@ class FluidFilm(NodalBody):
         if name == "curvature":
             return self._at_nodes(o.area, o.curvature)
         if name == "bending_energy":
-            return self._shared(
-                0.5 * self._physics.bending_rigidity * o.area * (o.curvature - self._physics.spontaneous_curvature) ** 2
-            )
+            return self._shared(bending_energies(o, self._physics))
         density = self.balance.densities(o, self.arrays["part_mass"])
         if name == "areal_density":
             return self._at_nodes(o.area, self.balance.at_points(density))

@@ -58,7 +58,7 @@ class Curve:
 
     def __init__(self, n: int, radial: RadialModel, around: bool) -> None:
         self.n, self.around = n, around
-        self.axes = (0, 2) if around else (0, 1)
+        self.axes: tuple[int, ...] = (0, 2) if around else (0, 1)
         reach = radial.stencil_size(1) // 2
         segments = n - 1 if around else n
         self.nodes = np.arange(segments)[:, None] + np.arange(-reach, reach + 2)

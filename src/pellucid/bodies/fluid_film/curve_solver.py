@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.sparse import bmat, coo_matrix, csc_matrix
+from scipy.sparse import coo_matrix, csc_matrix, hstack, vstack
 from scipy.sparse.linalg import splu
 
 from pellucid.bodies.fluid_film.nodal_sums import Rows
@@ -59,7 +59,10 @@ class CurveSolver:
 
 
 def _bordered(matrix: csc_matrix, sides: np.ndarray) -> csc_matrix:
-    return csc_matrix(bmat([[matrix, sides.T], [sides, None]])) if len(sides) else matrix
+    if not len(sides):
+        return matrix
+    rows = csc_matrix(sides)
+    return csc_matrix(vstack([hstack([matrix, rows.T]), hstack([rows, csc_matrix((len(sides), len(sides)))])]))
 
 
 def _resisted(resistance: np.ndarray, turning: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -72,5 +75,7 @@ def _resisted(resistance: np.ndarray, turning: np.ndarray, right: np.ndarray) ->
     resisted, unresisted = modes[:, ~free], modes[:, free]
     if np.linalg.norm(unresisted.T @ right) > INCOMPATIBLE * np.linalg.norm(right):
         raise IncompatibleLoad
-    added = np.linalg.lstsq(unresisted.T @ turning @ unresisted, unresisted.T @ turning @ resisted, rcond=FREE)[0]
-    return np.asarray(resisted - unresisted @ added)
+    turns, ways = np.linalg.eigh(unresisted.T @ turning @ unresisted)
+    turned = turns > FREE * np.abs(turning).max()  # translations turn nothing
+    ways = unresisted @ ways[:, turned]
+    return np.asarray(resisted - ways @ ((ways.T @ turning @ resisted) / turns[turned, None]))

@@ -97,9 +97,9 @@ def _drag(o: Operators, drag: Drag) -> list[Rows]:
     return [rows(along, drag.tangential * o.area[..., None]), rows(normal, drag.normal * o.area)]
 
 
-def stored_bending(o: Operators, physics: FilmPhysics) -> float:
-    """Bending energy [J]."""
-    return float(0.5 * physics.bending_rigidity * np.sum(o.area * (o.curvature - physics.spontaneous_curvature) ** 2))
+def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:
+    """Bending energy of each quadrature point [J], shape (e, q)."""
+    return np.asarray(0.5 * physics.bending_rigidity * o.area * (o.curvature - physics.spontaneous_curvature) ** 2)
 
 
 class Dissipation(NamedTuple):

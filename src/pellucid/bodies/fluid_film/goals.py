@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.conditions.smooth_step import risen
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, parameter
+from pellucid.smooth_step import risen
 
 
 class VolumeCase(Model):

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from pellucid.approximants.radial import AnyRadial, PolyharmonicModel
+from pellucid.approximants.radial import AnyRadial
+from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
 from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.findings import Finding, Path, Reason
@@ -39,6 +40,8 @@ class FluidFilmCase(BodyModel):
     place: ClassVar[str] = "shape"
     is_surface: ClassVar[bool] = True
 
+    velocity: ClassVar[Vector] = (0.0, 0.0, 0.0)  # type: ignore[misc] # none of its own: it follows from the loads
+
     kind: Literal["fluid-film"] = "fluid-film"
     shape: FilmShape = parameter("", "where the film is at the start")
     material: AnyFilmMaterial = parameter("", "what the film is made of")
@@ -53,17 +56,14 @@ class FluidFilmCase(BodyModel):
     accuracy: float = parameter(
         "", "error of a step of its own that is allowed, of the least distance of nodes", 1e-3, gt=0, le=0.1
     )
-    time_weight: float = parameter("", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1)
+    time_weight: float = parameter(
+        "", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1
+    )
 
     @property
     def initial_density(self) -> float:
         """Density at the start [kg/m²]."""
         return self.density or self.material.density
-
-    @property
-    def velocity(self) -> Vector:  # type: ignore[override]
-        """It has none of its own: it follows from the loads."""
-        return (0.0, 0.0, 0.0)
 
     def physics(self) -> "FilmPhysics":
         """What kernels need of the material and the drag."""

@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.loads.contract import Load, PointsView
-from pellucid.conditions.smooth_step import risen
 from pellucid.model import Vector, parameter
+from pellucid.smooth_step import risen
 
 
 class BodyForce(Load):

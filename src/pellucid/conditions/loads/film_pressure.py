@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pellucid.conditions.loads.contract import LoadModel
-from pellucid.conditions.smooth_step import risen
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter
@@ -14,6 +13,7 @@ from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
+from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly

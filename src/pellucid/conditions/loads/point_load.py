@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pellucid.conditions.loads.contract import LoadModel
-from pellucid.conditions.smooth_step import risen
 from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.region import Where, chosen_nodes, faults
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly

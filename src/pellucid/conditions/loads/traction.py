@@ -7,12 +7,12 @@ import numpy as np
 
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.conditions.loads.contract import LoadModel
-from pellucid.conditions.smooth_step import risen
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.part import Parts
+from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly

@@ -3,8 +3,8 @@
 from typing import Literal
 
 from pellucid.conditions.signals.contract import Displacement, SignalModel
-from pellucid.conditions.smooth_step import smooth_step
 from pellucid.model import parameter
+from pellucid.smooth_step import smooth_step
 
 
 class Ramp(SignalModel):

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.benet2015.films import film_of, lipid_of, pressures_of, radius_of
 from pellucid.references.vesicles import Growing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -18,14 +19,13 @@ METRICS = ("radius", "density", "energy")
 
 def exact(run: "Run") -> Growing:
     """The exact motion of the case."""
-    film = run.case.body[0]
-    shape, material = film.shape.chosen(), film.material
-    load = run.case.load[0] if run.case.load else None
+    film = film_of(run)
+    material, load = lipid_of(film), next(iter(pressures_of(run)), None)
     pressure, dead = (load.value, load.on == "initial-area") if load else (0.0, False)
     sphere = film.shape.span != "plane"
     viscosities = material.viscosity, material.dilatational_viscosity
     return Growing(
-        sphere, shape.radius, film.initial_density, material.density, material.stiffness, *viscosities, pressure, dead
+        sphere, radius_of(film), film.initial_density, material.density, material.stiffness, *viscosities, pressure, dead
     )
 
 

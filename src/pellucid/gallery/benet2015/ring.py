@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -28,7 +29,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "energy": Metric(power, 0.0, power, 5e-3, "", "of the load and of what is stored and dissipated"),
         "mass": Metric(mass, 0.0, mass, 1e-13, "", "relative change of the mass"),
     }
-    band = BANDS.get(run.case.body[0].material.stiffness)
+    band = BANDS.get(lipid_of(film_of(run)).stiffness)
     if band and run.history["time"][-1] >= 0.35 * (1.0 - 1e-9):
         found, middle = float(run.history["waist"][-1]), 0.5 * sum(band)
         allowed = 0.05 + 0.5 * (band[1] - band[0]) / middle  # what the reference is good to
@@ -38,7 +39,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
 
 def figures(run: "Run") -> dict[str, "Figure"]:
     """Density and tangential flow along the meridian at the end, waist against time."""
-    fields = run.fields(run.case.body[0].name)
+    fields = run.fields(film_of(run).name)
     place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
     along = np.gradient(place, axis=0)
     length = np.linalg.norm(along, axis=1)
@@ -53,5 +54,5 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     label(axes[1], "length from the waist", "flow along the meridian", "m", "m/s")
     axes[2].plot(run.history["time"], run.history["waist"], color=COLOURS[2])
     label(axes[2], "time", "radius of the waist", "s", "m")
-    figure.suptitle(f"{run.case.title}, a = {run.case.body[0].material.stiffness:g} N m/kg")
+    figure.suptitle(f"{run.case.title}, a = {lipid_of(film_of(run)).stiffness:g} N m/kg")
     return {"flow": figure}

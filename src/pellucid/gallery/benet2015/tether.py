@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -20,13 +21,13 @@ METRICS = ("force", "radius", "thin_force", "energy")
 
 def _tube(run: "Run") -> tuple[Tether, Tether]:
     """The tube at the tension at the end, with the pressure inside and without."""
-    rigidity, tension = run.case.body[0].material.bending_rigidity, float(run.history["tension"][-1])
-    return tether(tension, rigidity, run.case.load[0].value), tether(tension, rigidity)
+    rigidity, tension = film_of(run).material.bending_rigidity, float(run.history["tension"][-1])
+    return tether(tension, rigidity, pressures_of(run)[0].value), tether(tension, rigidity)
 
 
 def _middle(run: "Run") -> float:
     """Radius of the tube half-way between its end and the sphere [m], the mean over a tenth of its length."""
-    place = run.fields(run.case.body[0].name)["position"]
+    place = run.fields(film_of(run).name)["position"]
     top = place[:, 2].max()
     low, high = 0.5 * (1.0 + top) - 0.05 * (top - 1.0), 0.5 * (1.0 + top) + 0.05 * (top - 1.0)
     return float(place[(place[:, 2] >= low) & (place[:, 2] <= high), 0].mean())
@@ -37,7 +38,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _middle(run)
     power = float(np.abs(run.history["energy_error"]).max())
-    share = 0.5 * thin.radius / run.case.body[0].shape.chosen().radius  # πr²P/F with P = 2σ/R
+    share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
     text = "force on the pole against 2π√(2κσ), which leaves out the pressure in the tube"
     return {
         "force": Metric(force, tube.force, abs(force / tube.force - 1.0), 0.02, "N", "force on the pole"),
@@ -58,7 +59,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     left.axhline(thin.force, color="#889", linewidth=1, linestyle=":", label="2π√(2κσ)")
     label(left, "way of the pole", "force", "m", "N")
     left.legend()
-    place = run.fields(run.case.body[0].name)["position"]
+    place = run.fields(film_of(run).name)["position"]
     for sign in (1.0, -1.0):
         right.plot(sign * place[:, 0], place[:, 2], color=COLOURS[0])
     right.set_aspect("equal")

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.benet2015.films import film_of, pressures_of
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -17,20 +18,21 @@ METRICS = ("velocity", "rigidity", "tension", "energy")
 
 def _drive(run: "Run") -> tuple[float, float, int]:
     """Pressure inside P and load p along an axis [Pa], and the axis of motion in space."""
-    inside, driving = run.case.load
-    axis = int(np.flatnonzero(driving.along)[0])
-    return inside.value, driving.value * float(np.sign(driving.along[axis])), axis
+    inside = next(load.value for load in pressures_of(run) if load.along is None)
+    driving, along = next((load.value, load.along) for load in pressures_of(run) if load.along is not None)
+    axis = int(np.flatnonzero(along)[0])
+    return inside, driving * float(np.sign(along[axis])), axis
 
 
 def _velocity(run: "Run") -> float:
     """The exact one [m/s]: p/2ζ of a circle, p/3ζ of a sphere."""
-    film = run.case.body[0]
+    film = film_of(run)
     return _drive(run)[1] / ((2.0 if film.shape.span == "plane" else 3.0) * film.drag.normal)
 
 
 def _tensions(run: "Run") -> "tuple[np.ndarray, np.ndarray]":
     """Tension at the nodes at the end [N/m], and the exact one: R (P + (p/2) n·e), of a sphere R (P/2 + (p/3) n·e)."""
-    film = run.case.body[0]
+    film = film_of(run)
     inside, load, axis = _drive(run)
     fields = run.fields(film.name)
     radius = fields["distance"]
@@ -42,7 +44,7 @@ def _tensions(run: "Run") -> "tuple[np.ndarray, np.ndarray]":
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Velocity, how far from rigid the motion is, tension, balance of power."""
-    film = run.case.body[0]
+    film = film_of(run)
     axis = _drive(run)[2]
     exact, found = _velocity(run), float(run.history["velocity"][-1])
     velocity = run.fields(film.name)["velocity"]
@@ -70,7 +72,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     left.semilogy(run.history["time"][1:], np.abs(run.history["velocity"][1:] / exact - 1.0), color=COLOURS[1], label="film")
     label(left, "time", "error of the velocity, relative", "s", "")
     tension, expected = _tensions(run)
-    place = run.fields(run.case.body[0].name)["position"][:, axis]
+    place = run.fields(film_of(run).name)["position"][:, axis]
     order = np.argsort(place)
     right.plot(place[order] - place.mean(), expected[order], color="black", linewidth=1, label="exact")
     right.plot(place - place.mean(), tension, "o", color=COLOURS[1], markersize=4, label="film")

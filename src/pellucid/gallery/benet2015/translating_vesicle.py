@@ -2,6 +2,8 @@
 
 from pellucid.gallery.benet2015.translating import METRICS, figures, metrics
 
-CAPTIONS = {"translation": "Error of the velocity against time, and at the end the tension along the axis of motion, with the exact one."}
+CAPTIONS = {
+    "translation": "Error of the velocity against time, and the tension along the axis of motion at its end and the exact one."
+}
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]

@@ -3,6 +3,7 @@
 from math import pi
 from typing import TYPE_CHECKING
 
+from pellucid.gallery.benet2015.films import films_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import new_figure
@@ -21,7 +22,7 @@ def _energies(run: "Run") -> dict[str, float]:
     """Bending energy at the end over 8πκ of each film."""
     return {
         film.name: float(run.history[f"bending-{film.name}"][-1]) / (8.0 * pi * film.material.bending_rigidity)
-        for film in run.case.body
+        for film in films_of(run)
     }
 
 
@@ -40,13 +41,13 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     energies = _energies(run)
     figure = new_figure(10.0, 5.6)
     panels = figure.subplots(2, -(-len(energies) // 2), squeeze=False).ravel()
-    for axes, film in zip(panels, run.case.body, strict=False):
+    for axes, film in zip(panels, films_of(run), strict=False):
         place = run.fields(film.name)["position"]
         for sign in (1.0, -1.0):
             axes.plot(sign * place[:, 0], place[:, 2] - place[:, 2].mean(), color="#0072B2", linewidth=2)
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_title(f"{film.name.split('-')[0]}, v = {film.volume.reduced:g}\n{energies[film.name]:.5f}")
+        axes.set_title(f"{film.name.split('-')[0]}, v = {int(film.name.split('-')[1]) / 100:g}\n{energies[film.name]:.5f}")
     for axes in panels[len(energies) :]:
         axes.remove()
     figure.suptitle(run.case.title)

@@ -36,7 +36,9 @@ def curves_in_plane(run: "Run") -> "Figure":
     states = [[run.fields(name, time) for name in names] for time in chosen]
     lines = [run.cells(name).lines for name in names]
     flat = [_flat(fields["position"]) for fields in states[0]]
-    together = np.concatenate([_mirrored(fields["position"][:, axes], axes) for s in states for fields, axes in zip(s, flat, strict=True)])
+    together = np.concatenate(
+        [_mirrored(fields["position"][:, axes], axes) for s in states for fields, axes in zip(s, flat, strict=True)]
+    )
     colours = limits([fields["areal_density"] for bodies in states for fields in bodies])
     low, high = together.min(axis=0), together.max(axis=0)
     margin = 0.08 * float((high - low).max())

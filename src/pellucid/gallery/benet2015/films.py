@@ -1,0 +1,42 @@
+"""The film of a case of vesicles, and what acts on it."""
+
+from typing import TYPE_CHECKING
+
+from pellucid.bodies.fluid_film.model import FluidFilmCase
+from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.geometry.film_shapes import Ellipse, Spheroid
+from pellucid.materials.lipid_film import LipidFilm
+
+if TYPE_CHECKING:
+    from pellucid.results.storage.run import Run
+
+
+def films_of(run: "Run") -> list[FluidFilmCase]:
+    """All films of the case."""
+    return [body for body in run.case.body if isinstance(body, FluidFilmCase)]
+
+
+def film_of(run: "Run") -> FluidFilmCase:
+    """The only film of the case."""
+    (film,) = films_of(run)
+    return film
+
+
+def lipid_of(film: FluidFilmCase) -> LipidFilm:
+    """Its material. Raises TypeError for one of another kind, for which nothing exact is known here."""
+    if not isinstance(film.material, LipidFilm):
+        raise TypeError(f'the exact motion is that of a "lipid-film", and {film.name} is of kind "{film.material.kind}"')
+    return film.material
+
+
+def radius_of(film: FluidFilmCase) -> float:
+    """Radius at the start [m] of a circle or sphere. Raises TypeError for another shape."""
+    shape = film.shape.chosen()
+    if not isinstance(shape, Ellipse | Spheroid):
+        raise TypeError(f"the exact motion is that of a circle or sphere, and {film.name} is none")
+    return shape.radius
+
+
+def pressures_of(run: "Run") -> list[FilmPressure]:
+    """The pressures on it."""
+    return [load for load in run.case.load if isinstance(load, FilmPressure)]
