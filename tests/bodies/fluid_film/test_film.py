@@ -7,7 +7,7 @@ import pellucid
 from pellucid.case import loads
 from pellucid.errors import CaseError, RunStopped
 from pellucid.references.vesicles import Growing, tether
-from pellucid.results.launch import resume
+from pellucid.results.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 CASE = """
@@ -183,7 +183,7 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
     of = case(shape, 1.0, 10.0, ", bending_rigidity = 0.1", 'volume = {}\narea = "kept"')
     whole = pellucid.run(of, out=tmp_path / "whole")
     pellucid.run(of, out=tmp_path / "part", until=0.4)
-    resumed = resume(tmp_path / "part")
+    resumed = resume_case(tmp_path / "part")
     for name in ("position", "areal_density"):
         assert np.array_equal(whole.fields("film")[name], resumed.fields("film")[name])
 
