@@ -29,7 +29,7 @@ def system(drag=0.0, x=X, known=None, seed=1):
     velocity = np.where(known, 0.7, 0.0)
     guess = 0.1 * random.normal(size=(N, 3))
     free = turning(o) if drag == 0.0 else None
-    return System(x, area, parts.resistance, parts.stiffness, force, guess, known, velocity, free, 1e-11), o
+    return System(x, area, parts.resistance, parts.stiffness, force, force, guess, known, velocity, free, 1e-11), o
 
 
 def rigid(x):
@@ -99,7 +99,7 @@ def test_known_components_are_kept_and_leave_some_motions_free():
     known = np.zeros((N, 3), bool)
     known[[0, 7, 30], 2] = True  # a film that can still go along x and y and turn about z
     s, _ = system(0.0, known=known)
-    s = s._replace(force=s.force * 0.0, guess=s.guess * 0.0)
+    s = s._replace(force=s.force * 0.0, load=s.load * 0.0, guess=s.guess * 0.0)
     found = solver().solve(s, []).velocity
     assert np.all(found[known] == 0.7)
     assert np.allclose(found[:, 2], 0.7, atol=1e-8)  # rigidly
@@ -108,7 +108,7 @@ def test_known_components_are_kept_and_leave_some_motions_free():
 def test_a_load_that_drives_a_free_motion_is_refused():
     s, _ = system()
     with pytest.raises(IncompatibleLoad):
-        solver().solve(s._replace(force=s.force + 1.0), [])
+        solver().solve(s._replace(force=s.force + 1.0, load=s.load + 1.0), [])
 
 
 def test_an_old_factor_serves_and_what_goes_on_from_a_checkpoint_is_the_same_to_the_last_bit():

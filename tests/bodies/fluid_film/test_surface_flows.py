@@ -50,6 +50,18 @@ def test_a_compressed_sphere_grows_as_it_must(kind):
     assert np.log2(errors[0] / errors[1]) > 1.9
 
 
+def test_an_uneven_film_without_drag_comes_to_rest_under_a_pressure():
+    """P R / 2 = a (ρ₀ - ρ), ρ R² = ρ₀: R = 1.041504 for P = 0.15. Near rest all forces cancel but what quadrature leaves."""
+    triangles, places = sphere(2)
+    shift = 0.03 * np.random.default_rng(7).normal(size=places.shape)
+    places = places + shift - np.einsum("ni,ni->n", shift, places)[:, None] * places
+    places /= np.linalg.norm(places, axis=1)[:, None]
+    balance, x, mass = film("radial", (triangles, places))
+    for _ in range(80):
+        x = balance.step(x, mass, 0.5, 0.5, driving(x, lambda points: 0.15 * points.normal)).x
+    assert np.linalg.norm(x, axis=1).mean() == pytest.approx(1.041504, abs=2e-5)
+
+
 @pytest.mark.parametrize("kind", BOTH)
 def test_a_sphere_under_a_wind_goes_on_rigidly(kind):
     """b = p (n·e) n with drag ζ: V = p/(3ζ)."""

@@ -132,12 +132,13 @@ class FilmBalance:
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         parts = forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
         tractions = self._tractions(o, density, driving.tractions)
-        force = self._sums.gathered(parts.force) + sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
+        load = sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
+        force = self._sums.gathered(parts.force) + load
         borders = [Border(self._sum(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]
         free = None if self._resists_all else turning(o)
         area = self._sum(np.einsum("eq,eqmi->emi", o.area, o.value))[:, 0]
         known, velocity = driving.known, driving.velocity
-        system = System(x, area, parts.resistance, parts.stiffness, force, guess, known, velocity, free, accuracy)
+        system = System(x, area, parts.resistance, parts.stiffness, force, load, guess, known, velocity, free, accuracy)
         solution = self.solver.solve(system, borders)
         return solution.velocity, parts, tractions, list(zip(borders, solution.border_forces.tolist(), strict=True))
 

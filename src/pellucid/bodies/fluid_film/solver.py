@@ -36,6 +36,7 @@ class System(NamedTuple):
     resistance: Sequence[Rows]  # R [N s/m]
     stiffness: Sequence[Rows]  # S [N s/m]
     force: np.ndarray  # (n, d) f [N]
+    load: np.ndarray  # (n, d) what of it acts from outside [N]; the film's own forces do no work on rigid motions
     guess: np.ndarray  # (n, d) g [m/s], velocities about which the stiffness is zero
     known: np.ndarray  # (n, d) components that are prescribed
     velocity: np.ndarray  # (n, d) their values [m/s]

@@ -63,7 +63,7 @@ class SparseSolver:
         rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), len(v))
         goals = np.array([border.rate for border in borders]) - rows @ v
         rigid = _free_motions(system.x, known) if system.turning is not None else np.zeros((0, len(v)))
-        if np.linalg.norm(rigid @ right) > INCOMPATIBLE * np.linalg.norm(right):
+        if np.linalg.norm(rigid @ system.load.ravel()) > INCOMPATIBLE * np.linalg.norm(system.load):
             raise IncompatibleLoad
         factor = self._factor
         if factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders):
