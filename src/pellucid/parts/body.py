@@ -63,6 +63,11 @@ class PointConstraint(Protocol):
         """After the points moved: their positions."""
 
 
+def in_metres(place: np.ndarray) -> str:
+    """A place [m] as errors tell it."""
+    return f"({', '.join(f'{value:.6g}' for value in place.tolist())}) m"
+
+
 class Springs(NamedTuple):
     """What nodes resist with."""
 
@@ -70,6 +75,10 @@ class Springs(NamedTuple):
     force: np.ndarray  # (n, 3) internal forces there [N]
     inertia: np.ndarray  # (n,) [kg]
     free: np.ndarray  # (n, 3) which directions are not prescribed
+
+
+SLOWER_LOADS = "raise steady.load_steps or steady.loading, or lower steady.courant"
+"""What a user can do where loads grow too fast for a relaxation."""
 
 
 class Relaxable(Protocol):
@@ -107,6 +116,8 @@ class Body(ABC):
     element_arrays: Mapping[str, np.ndarray] = {}
     """State of its elements, in the order of the mesh; most bodies have none."""
     constraint: PointConstraint | None = None
+    relaxes = False
+    """Whether it is being brought to rest in equilibrium."""
 
     @property
     def n_points(self) -> int:
@@ -262,14 +273,17 @@ class Body(ABC):
         velocity = self.arrays["velocity"]
         return np.asarray(0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity))
 
+    def whereabouts(self, p: int) -> str:
+        """Where point p is, for an error."""
+        return f"at {in_metres(self.arrays['position'][p])}"
+
     def stop(self, code: int, p: int, n_steps: int, time: float) -> None:
         """Raise `RunStopped` for a fault (of `pellucid.grid.points`) at point p."""
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
-        place = ", ".join(f"{value:.6g}" for value in state["position"])
         fault = FAULTS[int(code)]
         raise RunStopped(
-            f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` at ({place}) m: "
-            f"{fault.meaning}; {fault.remedy}",
+            f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` {self.whereabouts(p)}: "
+            f"{fault.meaning}; {SLOWER_LOADS if self.relaxes else fault.remedy}",
             step=n_steps,
             time=time,
             body=self.name,

@@ -8,12 +8,13 @@ import numpy as np
 from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
-from pellucid.bodies.meshless_solid.forces import LEAST_J, deformation_gradients
+from pellucid.bodies.meshless_solid.inversion import inversion
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.skin import Skin
 from pellucid.bodies.meshless_solid.skin_points import skin_points
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
+from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
@@ -23,10 +24,9 @@ from pellucid.geometry.cells import Cells, cells_of_faces
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement, Springs
+from pellucid.parts.body import SLOWER_LOADS, Placement, Springs, in_metres
 
-RENEWED = 200  # steps between estimates of the largest frequency, which strain changes
-OVERESTIMATE = 1.05  # of that frequency: power iteration approaches it from below
+OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
 
 
 class SolidOfNodes(Protocol):
@@ -67,7 +67,6 @@ class MeshlessSolid(ExplicitNodes):
         n = len(self.mesh.nodes)
         self._volume = np.zeros(n)
         self.skin: Skin | None = None
-        self._frequency = 0.0  # the largest [rad/s], renewed now and then
         velocity = case.initial_velocity(self.mesh.nodes)
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
 
@@ -122,8 +121,8 @@ class MeshlessSolid(ExplicitNodes):
         if self.skin:
             self.skin.update()
         self.prescribed.displacement += dt * self.motion.rows
-        self._find_forces(dt)
-        self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+        self._find_forces(dt, dt > 0.0 and self._fastest.is_due())
+        self._bound_step()
 
     def scale_inertia(self) -> None:
         """Let the inertia of the nodes follow the bounds on their rows of the stiffness; in all it stays the mass."""
@@ -134,49 +133,43 @@ class MeshlessSolid(ExplicitNodes):
         """Its internal forces, where the step ended."""
         return super().springs()._replace(position=self.arrays["position"])
 
-    def _find_forces(self, dt: float = 0.0) -> None:
+    def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
         """Internal forces and energy at the positions of the nodes, which these reached in a step dt [s]."""
-        self._forces.find(self.arrays["position"] - self.mesh.nodes, self.motion.internal, dt)
+        displacement, force = self.arrays["position"] - self.mesh.nodes, self.motion.internal
+        if iterate:
+            self._forces.find_and_iterate(displacement, force, dt, self._fastest)
+        else:
+            self._forces.find(displacement, force, dt)
         self.totals.stored, lost = self._forces.stored(), self._forces.lost
         if lost is not None:
             self.totals.parts["dissipated"] = lost
             self.totals.stored += lost
 
-    def _renew_frequency(self) -> None:
-        """The largest frequency about the present strain, which bounds the step."""
-        position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
-        displacement, inertia = position - self.mesh.nodes, self.motion.inertia
-        self._frequency = OVERESTIMATE * self._forces.largest_frequency(displacement, inertia, self.motion.free, extent)
-        self._find_forces()
-        self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+    def _bound_step(self) -> None:
+        self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing)
 
     def renew_totals(self) -> None:
-        """Find the totals of the state as it is."""
+        """Find the totals of the state as it is, and its largest frequency from the start."""
+        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
+        self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
         super().renew_totals()
-        self._renew_frequency()
+        self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
+        self._find_forces()
+        self._bound_step()
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node or the place, where a fault was found in this step."""
-        least = self._least_volume_ratio()
-        if not least > 0.0:
-            ratios = np.linalg.det(deformation_gradients(self.solid, len(self.mesh.cells)))
-            cell = int(np.argmin(ratios)) // self.solid.n_points
-            place = ", ".join(f"{x:.6g}" for x in self.mesh.nodes[self.mesh.cells[cell]].mean(axis=0))
-            raise RunStopped(
-                f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted where ({place}) m was at rest: the volume "
-                f"ratio is {least:.3g}; load it more slowly, or use a smaller step",
-                step=n_steps,
-                time=time,
-                body=self.name,
-            )
+        """Raise `RunStopped`, naming the node or the cell, where a fault was found in this step."""
+        found = inversion(self.mesh, self.solid)
+        if found is not None:
+            slower = SLOWER_LOADS if self.relaxes else "load it more slowly, or use a smaller time.courant or time.step"
+            text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted {found}; {slower}, and if this does not "
+            text += "help, the load itself crushes it there"
+            raise RunStopped(text, step=n_steps, time=time, body=self.name)
         super().check(n_steps, time)
-        if n_steps % RENEWED == 0:
-            self._renew_frequency()
 
-    def _least_volume_ratio(self) -> float:
-        """Of the points, and of the averages where the volume ratio is averaged: laws need both to be positive."""
-        least = float(self.solid.sums[:, LEAST_J].min())
-        return min(least, float(self.solid.node_sums[:, LEAST_J].min())) if len(self.solid.block_volume) else least
+    def whereabouts(self, p: int) -> str:
+        """Where a node was at rest: it may be nowhere now."""
+        return f"from {in_metres(self.mesh.nodes[p])} at rest"
 
     # conditions
 
@@ -233,12 +226,12 @@ class MeshlessSolid(ExplicitNodes):
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
         history = {f"history/{name}": array for name, array in self._forces.arrays.items()}
         skin = self.skin.state_arrays() if self.skin else {}
-        return {**super().state_arrays(), **history, **skin, **prescribed, "frequency": np.array([self._frequency])}
+        return {**super().state_arrays(), **history, **skin, **prescribed, **self._fastest.state_arrays()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
-        self._frequency = float(arrays["frequency"][0])
+        self._fastest.restore(arrays)
         self.prescribed.displacement[:] = arrays["prescribed_displacement"]
         for name, array in self._forces.arrays.items():
             array[...] = arrays[f"history/{name}"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.bodies.meshless_solid.forces import ENERGY, Solid, internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points
-from pellucid.bodies.meshless_solid.stable_step import largest_frequency
+from pellucid.bodies.meshless_solid.stable_step import PowerIteration, converge
 from pellucid.jit.bundle import Bundle
 
 
@@ -37,9 +37,16 @@ class ElasticForces:
         """Energy that the material dissipated so far [J], of those that tell it apart."""
         return None
 
-    def largest_frequency(self, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray, extent: float) -> float:
-        """As the function, about displacements [m]; forces and energy must be found again."""
-        return largest_frequency(self._try, displacement, mass, free, extent)
+    def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
+        """As the function, about displacements [m], shape (n, 3); forces and energy must be found again."""
+        converge(iteration, self._try, displacement)
+
+    def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
+        """As `find`, with one more iteration towards the largest frequency: first the trial, then what remains."""
+        there = np.empty_like(force)
+        self._try(displacement + iteration.trial(), there, iteration.frequency)
+        self.find(displacement, force, dt)
+        iteration.learn(force - there)
 
     def at_points(self, n: int) -> AtPoints:
         """Stresses and energies at the n points."""

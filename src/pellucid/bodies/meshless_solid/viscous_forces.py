@@ -31,7 +31,7 @@ from pellucid.bodies.meshless_solid.forces import (
 )
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
-from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, largest_frequency
+from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, PowerIteration, converge
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
@@ -204,10 +204,19 @@ class ViscousForces(ElasticForces):
         """Dissipated so far [J]."""
         return float(self._history.lost.sum())
 
-    def largest_frequency(self, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray, extent: float) -> float:
+    def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
         """As the function, of viscous forces, and of those that fade as long as they have not."""
-        renewed = RETOLD if self._diffuses else ITERATIONS
-        return largest_frequency(self._try, displacement, mass, free, extent, self._bound, renewed)
+        converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
+
+    def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
+        """As of what is hyperelastic, with both trials from the states at the end of the step."""
+        self.find(displacement, force, dt)
+        here, there = np.empty_like(force), np.empty_like(force)
+        told = iteration.frequency or self._bound
+        self._try(displacement, here, told)
+        self._try(displacement + iteration.trial(), there, told)
+        iteration.learn(here - there)
+        self.find(displacement, force, 0.0)  # its sums are those of the last call
 
     def at_points(self, n: int) -> AtPoints:
         """Stresses and energies at the n points."""

@@ -132,6 +132,7 @@ class ExplicitNodes(NodalBody):
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Damp the coming step."""
+        self.relaxes = True
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
         self.motion.share_gravity(gravity_share)
 
