@@ -16,7 +16,7 @@ from pellucid.case import load
 from pellucid.simulation.simulation import Simulation
 
 TABLE = Path(__file__).with_name("finest.csv")
-COLUMNS = ("nodes", "points", "critical_step", "build_seconds", "build_cpu", "loading", "seconds_a_step", "cpu_a_step", "threads")
+COLUMNS = ("nodes", "points", "critical_step", "build_seconds", "build_cpu", "loading", "seconds_a_step", "cpu_a_step")
 
 if __name__ == "__main__":
     cells, steps = int(sys.argv[1]), int(sys.argv[2])
@@ -30,7 +30,6 @@ if __name__ == "__main__":
         "critical_step": 1.0 / body.totals.rate,
         "build_seconds": time.perf_counter() - begun,
         "build_cpu": time.process_time() - used,
-        "threads": simulation.threads,
     }
     walls, cores = [], []
     for _ in range(steps):
@@ -38,7 +37,8 @@ if __name__ == "__main__":
         simulation.step()
         walls.append(time.perf_counter() - wall)
         cores.append(time.process_time() - core)
-    row |= {"loading": simulation.clock.loading, "seconds_a_step": statistics.median(walls), "cpu_a_step": statistics.median(cores)}
+    row["loading"] = simulation.clock.loading
+    row |= {"seconds_a_step": statistics.median(walls), "cpu_a_step": statistics.median(cores)}
     new = not TABLE.exists()
     with TABLE.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
