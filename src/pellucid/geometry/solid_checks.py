@@ -77,7 +77,8 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _crowded(mesh: SimplexMesh) -> Iterator[Fault]:
-    faces, count = np.unique(faces_of_cells(mesh.cells), axis=0, return_counts=True)
+    once = np.unique(np.sort(mesh.cells, axis=1), axis=0)  # what repeated tetrahedra crowd is mended with them
+    faces, count = np.unique(faces_of_cells(once), axis=0, return_counts=True)
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
         nodes = faces[crowded[0]]
