@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
+from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.forces import LEAST_J, deformation_gradients
@@ -90,9 +90,8 @@ class MeshlessSolid(ExplicitNodes):
     def _make_functions(self, case: SolidOfNodes) -> None:
         mesh, prescribed, direct = self.mesh, self.prescribed, case.essential_conditions == "direct"
         evaluator = case.approximant.evaluator(mesh)
-        disturbed = prescribed.disturbed_faces(evaluator) if direct else NO_FACES
-        if len(disturbed):
-            evaluator = case.approximant.evaluator(mesh, disturbed)
+        if direct and len(disturbed := prescribed.disturbed_faces(evaluator)):
+            evaluator = case.approximant.vanishing(evaluator, mesh, disturbed)
         tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
         self.solid, viscous = tables.solid, case.viscous()
         self._forces = ElasticForces(self.solid)
