@@ -158,7 +158,7 @@ def test_a_uniform_strain_stays_uniform_between_walls(kind, essential, monkeypat
     error, body = stretched(kind, essential)
     assert error < 1e-6, "gradients in single precision"
     assert max(body.facts().values()) < 1e-6
-    monkeypatch.setattr("pellucid.bodies.meshless_solid.body.make_tables", partial(make_tables, storage=np.float64))
+    monkeypatch.setattr("pellucid.bodies.meshless_solid.functions.make_tables", partial(make_tables, storage=np.float64))
     # quadratic moments are regular by a penalty of 1e-7, which costs that many digits of the gradients
     assert stretched(kind, essential)[0] < (1e-6 if kind == "modified-moving-least-squares" else 1e-10)
 

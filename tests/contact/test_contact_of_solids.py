@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 from small_cases import SOLID, advance, box, simulation
 from solids import solid
 
-from pellucid.bodies.meshless_solid.skin_points import skin_points
 from pellucid.geometry.cells import outer_faces
 
 TESTS = Path(__file__).parent.parent
@@ -165,7 +164,7 @@ def test_points_of_the_surface():
     body = solid(irregular(3, 3))
     mass, nodes = body.arrays["mass"], body.mesh.nodes
     for longest in (1.0, 0.2):
-        points = skin_points(body.mesh, body._evaluator, mass, longest)
+        points = body._functions.skin_points(mass, longest)
         places = points.values @ nodes
         assert points.values.sum(axis=1) == pytest.approx(np.ones(len(places)), abs=1e-9)
         assert np.abs(places - 0.5).max(axis=1) == pytest.approx(np.full(len(places), 0.5), abs=1e-9)

@@ -11,6 +11,7 @@ from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import evaluate
 from pellucid.bodies.meshless_solid.forces import CHUNK, PACKS, Blocks, Functions, Solid, internal_forces
 from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
+from pellucid.findings import Refusal
 from pellucid.geometry.quadrature import TETRAHEDRON
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
@@ -41,8 +42,8 @@ def make_tables(
     """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
 
     consistent: whether the gradients are corrected for consistent quadrature; averaged: whether the volume ratio is averaged
-    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises ValueError where
-    the approximant has no functions, or gives a node no volume.
+    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises NoFunctions
+    where the approximant has none, Refusal where it gives a node no volume or the correction cannot be found.
     """
     shares = TETRAHEDRON[n_points]
     places = np.einsum("qk,cki->cqi", shares, mesh.nodes[mesh.cells]).reshape(-1, 3)
@@ -58,7 +59,8 @@ def make_tables(
     lost = np.flatnonzero(node_volume <= 0.0)
     if len(lost):
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])
-        raise ValueError(f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3")
+        text = f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3"
+        raise Refusal(text, "make the tetrahedra there less flat, or use another approximant")
     row_sums = np.zeros(n)
     _add_row_sums(rows.row, rows.nodes, rows.gradients, weights, row_sums)
     packs = pack_lists(evaluator.active, n_points)
