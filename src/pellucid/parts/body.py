@@ -30,6 +30,7 @@ class NodalSupport(NamedTuple):
     axes: tuple[bool, bool, bool]  # constrained directions
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
+    label: str = "a support"  # for messages
 
 
 class Placement(NamedTuple):
