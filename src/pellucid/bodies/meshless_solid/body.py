@@ -5,11 +5,11 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import LEAST_J, deformation_gradients
 from pellucid.bodies.meshless_solid.functions import Approximation, SolidFunctions
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField
 from pellucid.bodies.meshless_solid.skin import Skin
+from pellucid.bodies.meshless_solid.solid import LEAST_J, deformation_gradients
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
