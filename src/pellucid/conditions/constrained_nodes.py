@@ -11,7 +11,8 @@ from pellucid.geometry.region import NOWHERE, Selectable, Where, chosen_nodes, f
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
-from pellucid.parts.body import NodalBody, NodalSupport
+from pellucid.parts.body import NodalSupport
+from pellucid.parts.families import NodalBody
 
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 

@@ -9,7 +9,7 @@ of motion; the grid gives them contact alone.
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from pellucid.parts.body import GridBody, NodalBody
+from pellucid.parts.families import GridBody, NodalBody
 
 
 class Steppable(Protocol):

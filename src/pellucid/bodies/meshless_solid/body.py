@@ -20,7 +20,9 @@ from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement, Springs
+from pellucid.parts.body import Placement
+from pellucid.parts.relaxable import Springs
+from pellucid.state import with_owner
 
 RENEWED = 200  # steps between estimates of the largest frequency, which strain changes
 OVERESTIMATE = 1.05  # of that frequency: power iteration approaches it from below
@@ -196,7 +198,7 @@ class MeshlessSolid(ExplicitNodes):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Those of the nodes and of the history of the points, what was prescribed so far, and the bound on the step."""
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
-        history = {f"history/{name}": array for name, array in self._forces.arrays.items()}
+        history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
         return {**super().state_arrays(), **history, **skin, **prescribed, "frequency": np.array([self._frequency])}
 

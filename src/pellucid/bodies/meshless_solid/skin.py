@@ -22,6 +22,7 @@ from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
+from pellucid.state import of_owner, with_owner
 
 CHUNK = 4096
 
@@ -161,11 +162,12 @@ class Skin:
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
         parts = {"surface": self.surface, "whole": self.whole}
-        return {f"skin/{part}/{name}": array for part, c in parts.items() for name, array in c.state_arrays().items()}
+        return {
+            name: array for part, c in parts.items() for name, array in with_owner(f"skin/{part}", c.state_arrays()).items()
+        }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint, after the numbers of the nodes."""
         self._follow()
-        for part, coupling in {"surface": self.surface, "whole": self.whole}.items():
-            begin = f"skin/{part}/"
-            coupling.restore({name[len(begin) :]: array for name, array in arrays.items() if name.startswith(begin)})
+        self.surface.restore(of_owner("skin/surface", arrays))
+        self.whole.restore(of_owner("skin/whole", arrays))

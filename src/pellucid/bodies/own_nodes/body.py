@@ -15,7 +15,10 @@ from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.points import NO_VOLUME
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import NodalBody, NodalSupport, Placement, Springs
+from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.families import NodalBody
+from pellucid.parts.relaxable import Springs
+from pellucid.state import of_owner, with_owner
 
 FREE = (False, False, False)
 
@@ -196,10 +199,8 @@ class ExplicitNodes(NodalBody):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the nodes and elements, and the index of the nodes by cell."""
-        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
-        by_cell = self.coupling.state_arrays() if self.coupling else {}
-        index = {f"index/{name}": array for name, array in by_cell.items()}
-        return {**self.arrays, **elements, **index}
+        index = self.coupling.state_arrays() if self.coupling else {}
+        return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index)}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
@@ -208,4 +209,4 @@ class ExplicitNodes(NodalBody):
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
         if self.coupling:
-            self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
+            self.coupling.restore(of_owner("index", arrays))
