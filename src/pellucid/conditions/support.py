@@ -11,7 +11,7 @@ from pellucid.geometry.region import Region, Where, faults, needs_mesh
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -86,7 +86,7 @@ class Support(Condition):
         body, region = parts.named(BodyModel, name), self.region()
         if body is None:
             return
-        if not body.owns_nodes(sum(other.field == body.field for other in parts.of(BodyModel)) == 1):
+        if not body.owns_nodes(is_alone(body, parts)):
             text = f"body {name} has no nodes of its own: it moves with those of the grid"
             yield Finding((*path, "body"), text, "leave `body` out, so that the nodes of the grid are constrained")
         elif region is not None and (nodes := body.selectable()) is not None:

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NodalApproximant, NoFunctions
+from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, NoFunctions
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
@@ -49,13 +49,13 @@ class SolidFunctions:
     def __init__(self, case: Approximation, mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
         self._case, self._mesh, self._prescribed, approximant = case, mesh, prescribed, case.approximant
         with self._refused():
-            self._evaluator = approximant.evaluator(mesh)
-            if self.prescribes_nodes and len(disturbed := prescribed.disturbed_faces(self._evaluator)):
-                self._evaluator = approximant.vanishing(self._evaluator, mesh, disturbed)
+            self.evaluator: Evaluator = approximant.evaluator(mesh)
+            if self.prescribes_nodes and len(disturbed := prescribed.disturbed_faces(self.evaluator)):
+                self.evaluator = approximant.vanishing(self.evaluator, mesh, disturbed)
             how = case.points_per_cell, case.consistent, case.averages_volume
-            self.tables: Tables = make_tables(mesh, self._evaluator, law, *how)
-            self.at_nodes = values_at_nodes(mesh, self._evaluator)
-            self.residuals = prescribed.residuals(self.at_nodes, self._evaluator)
+            self.tables: Tables = make_tables(mesh, self.evaluator, law, *how)
+            self.at_nodes = values_at_nodes(mesh, self.evaluator)
+            self.residuals = prescribed.residuals(self.at_nodes, self.evaluator)
 
     @property
     def prescribes_nodes(self) -> bool:
@@ -68,16 +68,16 @@ class SolidFunctions:
             return None
         how = position, inertia, motions, self._case.essential_conditions == "ebciem"
         with self._refused("essential"):
-            return ForceCorrection(self._prescribed, self.at_nodes, self._evaluator, *how)
+            return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
         """Means of the functions over outer faces, shape (f, 3)."""
         with self._refused():
-            return face_shares(self._evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
+            return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float) -> SkinPoints:
         """See the function."""
-        return skin_points(self._mesh, self._evaluator, mass, longest)
+        return skin_points(self._mesh, self.evaluator, mass, longest)
 
     @contextmanager
     def _refused(self, key: str | None = None) -> Iterator[None]:
