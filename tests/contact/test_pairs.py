@@ -27,7 +27,9 @@ def two_fields(kind, friction=0.0, held=()):
         free = NodalActions(field, 0).external()
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
-    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, answer_contact=lambda: False)]] * 2
+    bodies = [
+        [SimpleNamespace(functions=functions, is_surface=False, n_points=0, answer_contact=lambda: False, faces=lambda: None)]
+    ] * 2
     pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
     for grid in grids:
         nodes = grid.nodes
@@ -39,8 +41,8 @@ def two_fields(kind, friction=0.0, held=()):
         grids[1].nodes.velocity[:N, axis] = 0.0
     normal = generator.normal(size=(N, 3))
     pair.detection.node, pair.detection.normal = np.arange(N), normal / np.linalg.norm(normal, axis=1)[:, None]
-    pair.detection.find = lambda: None
-    pair.detect()
+    pair.detection.room, pair.detection.find = np.zeros(N), lambda: None
+    pair.detect(0.1)
     return grids, pair
 
 

@@ -17,6 +17,7 @@ from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells, cells_of_faces
@@ -194,7 +195,7 @@ class MeshlessSolid(ExplicitNodes):
     def _make_skin(self, evaluator: Evaluator) -> Skin:
         coupling, mass = self._coupled(), self.arrays["mass"]
         field = coupling.velocity_field
-        points = skin_points(self.mesh, evaluator, mass, 1.5 * field.grid.lattice.cell)
+        points = skin_points(self.mesh, evaluator, mass, LONGEST * field.grid.lattice.cell, self.motion.on_walls())
         return Skin(self.name, coupling, self.arrays, self._volume, self._at_nodes, points)
 
     @property

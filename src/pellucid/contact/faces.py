@@ -1,0 +1,65 @@
+"""Where the surfaces of bodies lie about a node: means over points on them, which are as exact on curved faces as on flat ones.
+
+A foremost point may lie a cell beside the node: on a sphere of radius R it tells at a place r of a depth r h/R that is not
+there yet, an error of first order in the cell h. The mean over the points about the node, with the weights N_I of the
+velocities that contact stops, has one of second order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.contact.normals import beyond
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_by_colour
+
+
+class Faces(NamedTuple):
+    """Points on a surface."""
+
+    mapped: Bundle  # as the kernels of `pellucid.grid.transfer` take them
+    n_slabs: int  # number of slabs into which they are divided
+    vector_areas: np.ndarray  # (m, 3) the share of the vector area of each, outwards [m²]
+    half_width: float = 0.0  # how far the body reaches beyond them [m]
+    two_sided: bool = False  # whether others may meet them from either side
+
+
+@kernel(inner=True)
+def _sum_places_slab(s, mapped, where, normal, areas, sign, two_sided, half, sums):
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        if beyond(where.box, x, p):
+            continue
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
+        if where.near[about.start] == 0:
+            continue
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = where.slot[node_at(about, lattice, a, b, c)]
+                    if e >= 0:
+                        n0, n1, n2 = normal[e, 0], normal[e, 1], normal[e, 2]
+                        facing = sign * (areas[p, 0] * n0 + areas[p, 1] * n1 + areas[p, 2] * n2)
+                        w = wx[a] * wy[b] * wz[c] * (abs(facing) if two_sided else max(0.0, facing))
+                        sums[e, 0] += w
+                        sums[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * half)
+
+
+@kernel()
+def sum_places(n, mapped, where, normal, areas, sign, two_sided, half, sums):
+    """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2)."""
+    parallel_by_colour(_sum_places_slab, n, mapped, where, normal, areas, sign, two_sided, half, sums)
+
+
+@kernel()
+def mean_gaps(sums, gap):
+    """The distances of the mean places of two sides [m], infinite where a side has no face: sums (2, n, 2), gap (n,)."""
+    for e in range(len(gap)):
+        A, B = sums[0, e, 0], sums[1, e, 0]
+        gap[e] = sums[1, e, 1] / B - sums[0, e, 1] / A if A > 0.0 and B > 0.0 else np.inf
