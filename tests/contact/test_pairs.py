@@ -92,3 +92,35 @@ def test_held_nodes_stay_and_friction_keeps_its_cone_and_makes_no_energy(held, f
     second = b[:, None] * (w_new - w)
     assert work.work.reactions[0] == pytest.approx((impulse + second).sum(axis=0), abs=1e-11)
     assert work.impulses["touch"] == pytest.approx(impulse.sum(axis=0), abs=1e-12)
+
+
+def approach_of(grids, normal):
+    u = grids[0].nodes.velocity[:N] - grids[1].nodes.velocity[:N]
+    return np.sum(u * normal, axis=1)
+
+
+def test_nodes_may_approach_until_the_gap_is_closed():
+    """A gap that closes within the step at the speed that is left, and no impulse where it stays open."""
+    grids, pair = two_fields(SLIP)
+    room = np.random.default_rng(5).uniform(0.0, 0.2, N)
+    pair.detection.room = room
+    pair.detect(0.1)
+    before = approach_of(grids, pair.detection.normal)
+    resolved(grids, pair)
+    assert approach_of(grids, pair.detection.normal) == pytest.approx(np.minimum(before, room / 0.1), abs=1e-12)
+    pushed = np.linalg.norm(pair.impulses, axis=1) > 0.0
+    assert (pushed == (before > room / 0.1)).all()
+    assert 0 < pushed.sum() < N
+
+
+def test_impulses_found_anew_take_back_what_was_too_much():
+    """Nodes that were pushed too hard come back to the impulse that just stops them, and to none where they part anyway."""
+    (grids, pair), (others, once) = two_fields(SLIP), two_fields(SLIP)
+    once.resolve(anew=False)
+    pair.give(-0.7 * pair.detection.normal)
+    pair.resolve(anew=False)
+    assert np.abs(pair.impulses - once.impulses).max() > 0.1, "more on top takes nothing back"
+    pair.resolve(anew=True)
+    assert pair.impulses == pytest.approx(once.impulses, abs=1e-11)
+    for grid, other in zip(grids, others, strict=True):
+        assert grid.nodes.velocity[:N] == pytest.approx(other.nodes.velocity[:N], abs=1e-11)

@@ -80,7 +80,9 @@ class ContactDetection:
         crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
         if len(surfaces) == 1:
             normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
-        if len(surfaces) == 1 and not crumpled.any():
+        if self._faced:
+            self._measure_faces(moments, crumpled)
+        elif len(surfaces) == 1 and not crumpled.any():
             foremost = self._detect_smooth(surfaces[0], moments, direction)
             normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
         else:
@@ -90,24 +92,28 @@ class ContactDetection:
                 normals.orient(moments[0], moments[1], direction)
                 normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
         cell = self._grids[0].lattice.cell
+        normals.drop_open_gaps(self.gap, (1.0 if self._faced else self._close) * cell, self.normal)
         if self._faced:
-            self._measure_faces()
-            normals.drop_open_gaps(self.gap, cell, self.normal)
             np.clip(self.gap, 0.0, cell, out=self.room)
-        else:
-            normals.drop_open_gaps(self.gap, self._close * cell, self.normal)
 
-    def _measure_faces(self) -> None:
-        """The gaps between the means of both surfaces along the normals."""
-        sums = np.zeros((2, len(self.gap), 2))
-        for side, sign in enumerate(SIGNS):
-            for body in self._bodies[side]:
-                found = body.faces() or faces.Faces(
-                    body.mapped, body.n_slabs, body.vector_areas(), body.half_width()[0], two_sided=True
-                )
-                how = found.vector_areas, sign, found.two_sided, found.half_width
-                faces.sum_places(found.n_slabs, found.mapped, self._where, self.normal, *how, sums[side])
-        faces.mean_gaps(sums, self.gap)
+    def _measure_faces(self, moments: np.ndarray, crumpled: np.ndarray) -> None:
+        """Normals and gaps from the points on the surfaces alone; what faces outwards tells on which side a body lies."""
+        points = [[body.faces() or faces.of_membrane(body) for body in side] for side in self._bodies]
+        for side in range(2):
+            if not self._surfaces[side]:
+                for found in points[side]:
+                    beside = np.empty(len(found.vector_areas), np.int64)
+                    what = found.mapped, self._where, found.vector_areas, 1.0, 0, moments[side], beside
+                    normals.sum_moments(found.n_slabs, *what)
+                faces.move_inwards(moments[side], self._grids[0].lattice.cell)
+        for direction in self._directions(moments[0], moments[1], crumpled):
+            normals.orient(moments[0], moments[1], direction)
+            sums = np.zeros((2, len(direction), 2))
+            for side, sign in enumerate(SIGNS):
+                for found in points[side]:
+                    how = found.vector_areas, sign, found.two_sided, found.half_width
+                    faces.sum_places(found.n_slabs, found.mapped, self._where, direction, *how, sums[side])
+            normals.keep_widest_gap(direction, faces.mean_places(sums), self.normal, self.gap)
 
     def _sum_moments(self, side: int, sums: np.ndarray, sloped: int) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):

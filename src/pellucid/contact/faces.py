@@ -5,11 +5,11 @@ there yet, an error of first order in the cell h. The mean over the points about
 velocities that contact stops, has one of second order.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.contact.normals import beyond
+from pellucid.contact.normals import CENTRE, NORMAL, VOLUME, beyond
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel
@@ -25,6 +25,22 @@ class Faces(NamedTuple):
     vector_areas: np.ndarray  # (m, 3) the share of the vector area of each, outwards [m²]
     half_width: float = 0.0  # how far the body reaches beyond them [m]
     two_sided: bool = False  # whether others may meet them from either side
+
+
+class Membrane(Protocol):
+    """What is asked of a body all of whose points lie on it."""
+
+    @property
+    def mapped(self) -> Bundle: ...
+    @property
+    def n_slabs(self) -> int: ...
+    def vector_areas(self) -> np.ndarray: ...
+    def half_width(self) -> tuple[float, float, float]: ...
+
+
+def of_membrane(body: Membrane) -> Faces:
+    """The points of a membrane, with half of its thickness."""
+    return Faces(body.mapped, body.n_slabs, body.vector_areas(), body.half_width()[0], two_sided=True)
 
 
 @kernel(inner=True)
@@ -57,9 +73,19 @@ def sum_places(n, mapped, where, normal, areas, sign, two_sided, half, sums):
     parallel_by_colour(_sum_places_slab, n, mapped, where, normal, areas, sign, two_sided, half, sums)
 
 
-@kernel()
-def mean_gaps(sums, gap):
-    """The distances of the mean places of two sides [m], infinite where a side has no face: sums (2, n, 2), gap (n,)."""
-    for e in range(len(gap)):
-        A, B = sums[0, e, 0], sums[1, e, 0]
-        gap[e] = sums[1, e, 1] / B - sums[0, e, 1] / A if A > 0.0 and B > 0.0 else np.inf
+def mean_places(sums: np.ndarray) -> np.ndarray:
+    """How far the first side reaches along the normals, and the second against them [m], shape (2, n), from such sums.
+
+    Infinite where a side has no face: there the direction tells nothing.
+    """
+    area, place = sums[:, :, 0], sums[:, :, 1]
+    means = np.where(area > 0.0, place / np.where(area > 0.0, area, 1.0), np.inf)
+    means[1] = np.where(area[1] > 0.0, -means[1], np.inf)
+    return np.asarray(means)
+
+
+def move_inwards(moments: np.ndarray, distance: float) -> None:
+    """Put the centres of moments, shape (n, COLUMNS), this [m] behind the faces, where the body is."""
+    outwards = moments[:, NORMAL:CENTRE]
+    size = np.linalg.norm(outwards, axis=1, keepdims=True)
+    moments[:, CENTRE:VOLUME] -= distance * moments[:, VOLUME:] * outwards / np.where(size > 0.0, size, 1.0)
