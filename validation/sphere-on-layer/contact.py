@@ -1,8 +1,8 @@
 """A rigid sphere pressed by contact on the grid into a block that is a meshless solid: force against the layer's.
 
-python contact.py 0.1 0.07 0.05: cells of the grid over the radius; writes contact.csv. A quarter of the block, h = w = 2 R, ν = 0.3, bonded,
-pressed to δ = 0.1 R. The mesh has the spacing of the grid to 0.5 R beside the axis and 0.3 R below the face, and grows from
-there; the sphere is a driven cap of membrane elements of half a cell.
+python contact.py 0.1 0.07 0.05: cells of the grid over the radius; writes contact.csv. A quarter of the block, h = w = 2 R,
+ν = 0.3, bonded, pressed to δ = 0.1 R. The mesh has the spacing of the grid to 0.5 R beside the axis and 0.3 R below the face,
+and grows from there; the sphere is a driven cap of membrane elements of half a cell.
 """
 
 import csv
@@ -92,12 +92,12 @@ def pressed(h, folder):
         times.append(simulation.time)
         impulse.append(-4.0 * float(simulation.reactions()["touch"][2]))
     found = (impulse[-1] - float(np.interp(times[-1] - MEAN, times, impulse))) / MEAN
-    block = simulation.bodies[0]
-    at = block.places()[block.mesh.nodes[:, 2] > THICKNESS - 1e-9]
+    body = simulation.bodies[0]
+    at = body.places()[body.mesh.nodes[:, 2] > THICKNESS - 1e-9]
     beside = np.hypot(at[:, 0], at[:, 1]) < WITHIN
     gap = np.linalg.norm(at[beside] - (0.0, 0.0, THICKNESS + RADIUS - DEPTH), axis=1) - RADIUS
     share = found / force(Layer(MODULUS, POISSON, THICKNESS, True), RADIUS, DEPTH)
-    return share, gap.mean(), gap.min(), gap.max(), len(block.mesh.nodes), simulation.n_steps
+    return share, gap.mean(), gap.min(), gap.max(), len(body.mesh.nodes), simulation.n_steps
 
 
 if __name__ == "__main__":
