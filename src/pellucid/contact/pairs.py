@@ -52,7 +52,7 @@ class ContactPair:
         self.detection.find()
         n = len(self.detection.node)
         self._mobility, self.impulses = np.empty((2, n, 3)), np.zeros((n, 3))
-        self._closing = self.detection.room / dt
+        self._closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
         for mobility, field in zip(self._mobility, self._fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
             constraints = nodes.constrained, driven_mass
@@ -60,7 +60,8 @@ class ContactPair:
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
-        nodes = self.detection.node[self.detection.normal.any(axis=1)]
+        closed = (self.detection.room == 0.0) | self.impulses.any(axis=1)
+        nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
         return ((body, nodes) for side in self._bodies for body in side)
 
     @property
