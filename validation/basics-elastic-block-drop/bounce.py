@@ -49,15 +49,14 @@ def cube(kind, along, bottom):
     return body | {"shape": shape}, beside, sides
 
 
-def wall(kind, along):
+def wall(kind, h):
     """A wall of the grid below the block; material points feel it as soon as they reach its nodes."""
-    fall = EDGE / along if kind == "points" else 0.02 * EDGE / along
-    return 0.0, fall, {"support": [{"name": "floor", "where": "z-lower", "fix": "normal"}]}
+    return 0.0, h if kind == "points" else 0.02 * h, {"support": [{"name": "floor", "where": "z-lower", "fix": "normal"}]}
 
 
-def plate(kind, along):
+def plate(kind, h):
     """A plate of elements half as long as the cells, held, two cells above the bottom of the grid: what the block touches."""
-    h = EDGE / along
+    along = round(EDGE / h)
     n, thickness = 2 * (along // 2 + along // 4) + 1, 1e-3 * h
     edge, height = 0.5 * n * h, 2.0 * h
     rectangle = {"corner": (0, 0, height - 0.5 * thickness), "first_edge": (edge, 0, 0), "second_edge": (0, edge, 0)}
@@ -76,7 +75,7 @@ def plate(kind, along):
 def bounce(make, size, kind, along, courant, lasting, floor=wall):
     """One row of the table: velocity of the centre of mass after the bounce over that before, times from the first touch."""
     h = size / along
-    height, fall, more = floor(kind, along)
+    height, fall, more = floor(kind, h)
     body, beside, sides = make(kind, along, height + fall)
     end = lasting + fall / SPEED
     case = Case.model_validate(
