@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from pellucid.contact.faces import Faces
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import Totals
 from pellucid.errors import RunStopped
@@ -189,6 +190,10 @@ class Body(ABC):
     def vector_areas(self) -> np.ndarray:
         """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
         return np.zeros((0, 3))
+
+    def faces(self) -> Faces | None:
+        """Points on the surface of a volume, where it has such; None of a membrane, all of whose points lie on it."""
+        return None
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""

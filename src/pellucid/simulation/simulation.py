@@ -108,9 +108,9 @@ class Simulation:
         for field in self.velocity_fields:
             field.clear_momentum()
 
-    def detect_contact(self) -> None:
-        """Find where velocity fields touch."""
-        self.contact_pairs.detect()
+    def detect_contact(self, dt: float) -> None:
+        """Find where velocity fields touch in this step."""
+        self.contact_pairs.detect(dt)
 
     def advance(self, dt: float) -> None:
         """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""

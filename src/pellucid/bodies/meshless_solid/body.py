@@ -14,6 +14,7 @@ from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
@@ -161,7 +162,8 @@ class MeshlessSolid(ExplicitNodes):
     # contact
 
     def _make_skin(self, coupling: GridCoupling) -> Skin:
-        points = self._functions.skin_points(self.arrays["mass"], 1.5 * coupling.velocity_field.grid.lattice.cell)
+        longest = LONGEST * coupling.velocity_field.grid.lattice.cell
+        points = self._functions.skin_points(self.arrays["mass"], longest, self.motion.on_walls())
         return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
 
     @property

@@ -1,6 +1,6 @@
 """The functions of a meshless solid, which are made when it is known where conditions prescribe the field."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -75,9 +75,9 @@ class SolidFunctions:
         with self._refused():
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
-    def skin_points(self, mass: np.ndarray, longest: float) -> SkinPoints:
+    def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
         """See the function."""
-        return skin_points(self._mesh, self.evaluator, mass, longest)
+        return skin_points(self._mesh, self.evaluator, mass, longest, closed)
 
     @contextmanager
     def _refused(self, key: str | None = None) -> Iterator[None]:

@@ -17,6 +17,9 @@ from scipy import sparse
 
 from pellucid.bodies.meshless_solid.skin_points import SkinPoints
 from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.faces import Faces
+from pellucid.contact.overlong import overlong
+from pellucid.geometry.cells import vector_areas
 from pellucid.grid.momentum import NOTHING
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.jit import kernel
@@ -77,6 +80,9 @@ class Skin:
         volumes = np.concatenate([volume, points.mass[added] / density])
         self._everywhere = np.zeros((len(volumes), 3))
         self._follow()
+        self._faces, self._triangles, t = points.faces, points.triangles, len(points.triangles)
+        thirds = np.full(3 * t, 1.0 / 3.0), (self._triangles.ravel(), np.repeat(np.arange(t), 3))
+        self._thirds = sparse.csr_array(thirds, shape=(m, t))
         self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass)
         still = np.zeros_like(self._everywhere)
         self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes)
@@ -147,9 +153,15 @@ class Skin:
         """None: points lie on the surface."""
         return 0.0, 0.0, 0.0
 
+    def faces(self) -> Faces:
+        """The points on the surface."""
+        areas = self._thirds @ vector_areas(self._x, self._triangles)
+        return Faces(self.surface.mapped, self.surface.n_slabs, np.asarray(areas))
+
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """None yet."""
-        return None
+        """Where its faces are longer than the cells."""
+        what, effect = f"body {self.name} touches another, its outer face", "others sink into it; make its mesh finer there"
+        return overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
 
     # step and checkpoint
 

@@ -71,6 +71,11 @@ class NodalMotion:
         self.supports = supports
         self._constrain()
 
+    def on_walls(self) -> list[np.ndarray]:
+        """The nodes that supports hold on walls of the grid that stand still, each set of shape (n,)."""
+        walls = [(support, support.wall[0]) for support in self.supports if support.wall is not None]
+        return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
+
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Let nodes follow prescribed motions; see `Body.add_motions`."""
         self.motions, self._motion_of_node, self._axes = list(names), numbers, axes
