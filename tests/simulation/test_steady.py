@@ -175,6 +175,14 @@ def test_what_cannot_be_steady_is_refused():
         pulled(time={"end": 1.0, "step": 1e-3})
 
 
+def test_the_courant_number_of_motions_in_time_does_not_count_and_is_refused():
+    with pytest.raises(CaseError, match=r"time.courant=0.3.*by steady.courant\n.*set steady.courant instead"):
+        pulled().with_settings({"time.courant": 0.3})
+    resolved = pulled().to_data()
+    assert resolved["time"]["courant"] == 0.4, "a resolved case has all defaults, and runs again as it is"
+    assert Case.model_validate(resolved) == pulled()
+
+
 def test_gravity_and_loads_without_rise_grow_over_the_load_steps():
     """Half-way in time half of a smooth rise acts, at the end all: linear in small loads."""
     load = {"kind": "traction", "body": "block", "where": {"normal": (0.0, 0.0, 1.0)}, "traction": (0.0, 0.0, 3.0)}

@@ -15,8 +15,9 @@ import numpy as np
 
 from pellucid.conditions.smooth_step import smooth_step
 from pellucid.errors import RunStopped
-from pellucid.parts.body import SLOWER_LOADS, Body, Relaxable
+from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.relaxable import SLOWER_LOADS, Relaxable
 from pellucid.simulation.clock import Clock
 
 if TYPE_CHECKING:

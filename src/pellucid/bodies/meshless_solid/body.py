@@ -5,47 +5,33 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
-from pellucid.approximants.nodal.faces import face_shares
-from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
+from pellucid.bodies.meshless_solid.functions import Approximation, SolidFunctions
 from pellucid.bodies.meshless_solid.inversion import inversion
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
-from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
+from pellucid.bodies.meshless_solid.prescribed import PrescribedField
 from pellucid.bodies.meshless_solid.skin import Skin
-from pellucid.bodies.meshless_solid.skin_points import skin_points
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
-from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
-from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.geometry.cells import Cells, cells_of_faces
+from pellucid.errors import RunStopped
+from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
-from pellucid.parts.body import SLOWER_LOADS, Placement, Springs, in_metres
+from pellucid.parts.body import Placement, in_metres
+from pellucid.parts.relaxable import SLOWER_LOADS, Springs
+from pellucid.state import with_owner
 
 OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
 
 
-class SolidOfNodes(Protocol):
+class SolidOfNodes(Approximation, Protocol):
     """What the body asks of its model."""
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def place(self) -> str: ...
-    @property
-    def approximant(self) -> NodalApproximant: ...
-    @property
-    def essential_conditions(self) -> str: ...
-    @property
-    def points_per_cell(self) -> int: ...
-    @property
-    def consistent(self) -> bool: ...
-    @property
-    def averages_volume(self) -> bool: ...
     @property
     def density(self) -> float: ...
     @property
@@ -75,39 +61,22 @@ class MeshlessSolid(ExplicitNodes):
 
         Raises `CaseError` where the approximant has no functions, or the field cannot be made to follow.
         """
-        motion = self.motion
-        self.prescribed = PrescribedField(self.mesh, self.arrays["prescribed"], motion.groups(), len(motion.rows))
-        try:
-            self._make_functions(self._case)
-        except ValueError as error:
-            key = f"body.{self.name}.{self._case.place}"
-            raise CaseError(Problem(str(error), key, remedy=self._case.approximant.remedy)) from None
-        if self._correction is not None:
-            motion.impose_on_field(self._correction)
-        self.renew_totals()
-
-    def _make_functions(self, case: SolidOfNodes) -> None:
-        mesh, prescribed, direct = self.mesh, self.prescribed, case.essential_conditions == "direct"
-        evaluator = case.approximant.evaluator(mesh)
-        disturbed = prescribed.disturbed_faces(evaluator) if direct else NO_FACES
-        if len(disturbed):
-            evaluator = case.approximant.evaluator(mesh, disturbed)
-        tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
-        self.solid, viscous = tables.solid, case.viscous()
+        motion, case, arrays = self.motion, self._case, self.arrays
+        self.prescribed = PrescribedField(self.mesh, arrays["prescribed"], motion.groups(), len(motion.rows))
+        self._functions = SolidFunctions(case, self.mesh, self._law, self.prescribed)
+        tables, viscous = self._functions.tables, case.viscous()
+        self.solid = tables.solid
         self._forces = ElasticForces(self.solid)
         if viscous is not None:
             wave_number = float(np.sqrt((tables.row_sums / tables.node_volume).max()))
             self._forces = ViscousForces(viscous, self.solid, case.density, wave_number)
-        self._evaluator: Evaluator = evaluator
-        self._volume[:], self._row_sums = tables.node_volume, tables.row_sums
-        self.arrays["mass"][:] = case.density * tables.node_volume
-        self._at_nodes = values_at_nodes(mesh, evaluator)
-        self.skin = self._make_skin(evaluator) if self.coupling else None
-        self._residuals = prescribed.residuals(self._at_nodes, evaluator)
-        self._correction: ForceCorrection | None = None
-        if not direct and len(prescribed.nodes):
-            how = self.motion.inertia, self.motion.motion_rows, case.essential_conditions == "ebciem"
-            self._correction = ForceCorrection(prescribed, self._at_nodes, evaluator, self.arrays["position"], *how)
+        self._volume[:] = tables.node_volume
+        arrays["mass"][:] = case.density * tables.node_volume
+        if self.coupling is not None:
+            self.skin = self._make_skin(self.coupling)
+        if correction := self._functions.correction(arrays["position"], motion.inertia, motion.motion_rows):
+            motion.impose_on_field(correction)
+        self.renew_totals()
 
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""
@@ -126,7 +95,8 @@ class MeshlessSolid(ExplicitNodes):
 
     def scale_inertia(self) -> None:
         """Let the inertia of the nodes follow the bounds on their rows of the stiffness; in all it stays the mass."""
-        self.motion.scale_inertia(self._row_sums * (self.mass / self._row_sums.sum()))
+        row_sums = self._functions.tables.row_sums
+        self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
         self.renew_totals()
 
     def springs(self) -> Springs:
@@ -180,15 +150,14 @@ class MeshlessSolid(ExplicitNodes):
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
         """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
-        return face_shares(self._evaluator, self.mesh.nodes, faces, cells_of_faces(self.mesh.cells, faces))
+        return self._functions.face_shares(faces)
 
     # contact
 
-    def _make_skin(self, evaluator: Evaluator) -> Skin:
-        coupling, mass = self._coupled(), self.arrays["mass"]
-        field = coupling.velocity_field
-        points = skin_points(self.mesh, evaluator, mass, 1.5 * field.grid.lattice.cell)
-        return Skin(self.name, coupling, self.arrays, self._volume, self._at_nodes, points)
+    def _make_skin(self, coupling: GridCoupling) -> Skin:
+        longest = LONGEST * coupling.velocity_field.grid.lattice.cell
+        points = self._functions.skin_points(self.arrays["mass"], longest, self.motion.on_walls())
+        return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
 
     @property
     def met(self) -> ContactBody | None:
@@ -224,7 +193,7 @@ class MeshlessSolid(ExplicitNodes):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Those of the nodes and of the history of the points, what was prescribed so far, and the bound on the step."""
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
-        history = {f"history/{name}": array for name, array in self._forces.arrays.items()}
+        history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
         return {**super().state_arrays(), **history, **skin, **prescribed, **self._fastest.state_arrays()}
 
@@ -245,11 +214,11 @@ class MeshlessSolid(ExplicitNodes):
 
     def places(self) -> np.ndarray:
         """Where the material is that started at the nodes [m], shape (n, 3)."""
-        return np.asarray(self.mesh.nodes + self._at_nodes @ (self.arrays["position"] - self.mesh.nodes))
+        return np.asarray(self.mesh.nodes + self._functions.at_nodes @ (self.arrays["position"] - self.mesh.nodes))
 
     def facts(self) -> dict[str, float]:
         """How far the field is from what supports and motions prescribe [m], at nodes of the boundary and between them."""
-        found = self._residuals.largest(self.arrays["position"] - self.mesh.nodes)
+        found = self._functions.residuals.largest(self.arrays["position"] - self.mesh.nodes)
         return {f"ebc_residual_{name}": value for name, value in found.items()}
 
     @property
@@ -265,7 +234,7 @@ class MeshlessSolid(ExplicitNodes):
         if name == "position":
             return self.places()
         if name == "velocity":
-            return np.asarray(self._at_nodes @ self.arrays["velocity"])
+            return np.asarray(self._functions.at_nodes @ self.arrays["velocity"])
         if name in MOTION:
             return self.arrays[name]
         return nodal_field(name, self.mesh, self.solid, self._forces.at_points, self._law, self._density)

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import ENERGY, Solid, internal_forces
+from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points
+from pellucid.bodies.meshless_solid.solid import ENERGY, Solid
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration, converge
 from pellucid.jit.bundle import Bundle
 
@@ -20,8 +21,12 @@ class ElasticForces:
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
         """Fill force (n, 3) [N] at displacements [m], shape (n, 3), that were reached in a step dt [s]."""
-        self.solid.displacement[:] = displacement
-        internal_forces(len(self.solid.sums), len(self.solid.node_sums), self.bundle, force)
+        self._find(displacement, force, dt, False)
+
+    def _find(self, displacement: np.ndarray, force: np.ndarray, dt: float, keep: bool) -> None:
+        solid = self.solid
+        solid.displacement[:] = displacement
+        internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
         """Forces at displacements that may be reached so fast; of what is hyperelastic they do not depend on it."""
