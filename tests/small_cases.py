@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.case import Case
-from pellucid.parts.body import GridBody
+from pellucid.parts.families import GridBody
 from pellucid.simulation.simulation import Simulation
 
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}

@@ -16,7 +16,7 @@ PACKAGE = Path(pellucid.__file__).parent
 
 
 def test_whose_a_file_is():
-    assert is_own(str(PACKAGE / "energy.py"))
+    assert is_own(str(PACKAGE / "errors.py"))
     assert not is_own(f"{PACKAGE}_tissues/laws.py")  # an installed package may have such a name
     assert is_users(f"{PACKAGE}_tissues.py") == (not str(PACKAGE).startswith(sysconfig.get_paths()["purelib"]))
     assert is_users(__file__)

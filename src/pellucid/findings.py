@@ -25,6 +25,14 @@ class Reason(NamedTuple):
     remedy: str = ""
 
 
+class Refusal(ValueError):
+    """Why a model cannot be as it stands, and what to do."""
+
+    def __init__(self, text: str, remedy: str) -> None:
+        super().__init__(f"{text}; {remedy}")
+        self.reason = Reason(text, remedy)
+
+
 class Disagreement(ValueError):
     """Parts of a case that do not fit together."""
 

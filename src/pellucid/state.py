@@ -1,7 +1,9 @@
 """The arrays of points and nodes, declared once: components, unit, meaning."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple, TypeVar
 
+Value = TypeVar("Value")
 COMPONENT_NAMES: dict[int, tuple[str, ...]] = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
 
 
@@ -51,3 +53,13 @@ FIELDS: dict[str, Field] = {
     "amount": Field(1, "m^3", "concentration times volume of the node; summed, that of the body"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }
+
+
+def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
+    """Values under names that say whose they are, as checkpoints keep them."""
+    return {f"{owner}/{name}": value for name, value in values.items()}
+
+
+def of_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
+    """The values of an owner, under their own names."""
+    return {name.removeprefix(f"{owner}/"): value for name, value in values.items() if name.startswith(f"{owner}/")}

@@ -1,6 +1,7 @@
 """Essential conditions by forces, in cases: what they work, their reactions, steady states, restarts, results and refusals."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -128,14 +129,19 @@ def test_too_few_neighbours_are_an_error_of_the_case():
     case = Case.model_validate(table)
     with pytest.raises(CaseError) as caught:
         Simulation(case, threads=1)
-    text = str(caught.value)
-    assert "body.block.mesh" in text
-    assert "no shape functions at (" in text
-    assert "too few neighbours" in text
-    assert "raise `approximant.dilatation`" in text
+    (problem,) = caught.value.problems
+    assert (problem.key, problem.value) == ("body.block.approximant.dilatation", 1.01)
+    place = re.fullmatch(
+        r"no shape functions at \((.*)\) m: the moment matrix has no inverse: too few neighbours.*", problem.text
+    )
+    assert all(0.0 < float(x) < 0.1 for x in place.group(1).split(", "))
+    assert problem.remedy == "raise it, so that supports have more neighbours, or use another approximant"
 
 
 def test_conditions_that_say_the_same_twice_are_an_error_of_the_case():
     """Smooth functions are so alike at neighbouring nodes that forces on every node cannot be told apart."""
-    with pytest.raises(CaseError, match="nearly dependent, with a condition number of"):
+    with pytest.raises(CaseError, match="nearly dependent, with a condition number of") as caught:
         solid(irregular(4, 3), held(lambda x: x[:, 0] >= 0.0), essential_conditions="sebciem")
+    (problem,) = caught.value.problems
+    assert problem.key == "body.tissue.essential"
+    assert "prescribe nodes of the surface alone" in problem.remedy

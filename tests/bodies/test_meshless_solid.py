@@ -7,7 +7,8 @@ from meshes import irregular
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.approximants.nodal.consistency import boundary_integrals
-from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, LEAST_J, internal_forces
+from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.solid import CHUNK, ENERGY, LEAST_J
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.spatial_order import spatial_order
@@ -37,7 +38,7 @@ class Solid:
     def forces(self, displacement):
         force = np.zeros_like(self.mesh.nodes)
         self.solid.displacement[:] = displacement
-        internal_forces(len(self.solid.sums), (len(force) + CHUNK - 1) // CHUNK, self.bundle, force)
+        internal_forces(len(self.solid.sums), (len(force) + CHUNK - 1) // CHUNK, self.bundle, 0.0, False, force)
         return force
 
     def energy(self, displacement):

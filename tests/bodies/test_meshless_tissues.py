@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from samples import HYPERELASTIC
 
-from pellucid.bodies.meshless_solid.forces import CHUNK, ENERGY, internal_forces
+from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.solid import CHUNK, ENERGY
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.case import Case
 from pellucid.jit.bundle import Bundle
@@ -33,7 +34,7 @@ def test_forces_are_the_derivative_of_the_energy_with_averaged_volume_ratios(nam
     def forces(u):
         found = np.zeros_like(nodes)
         solid.displacement[:] = u
-        internal_forces(len(solid.sums), (len(nodes) + CHUNK - 1) // CHUNK, bundle, found)
+        internal_forces(len(solid.sums), (len(nodes) + CHUNK - 1) // CHUNK, bundle, 0.0, False, found)
         return found, solid.sums[:, ENERGY].sum() + solid.node_sums[:, ENERGY].sum()
 
     numbers = np.random.default_rng(3)

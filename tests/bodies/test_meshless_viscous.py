@@ -6,7 +6,7 @@ from samples import TISSUES
 from solids import advance_alone, pulled_block
 
 from pellucid.approximants.nodal.consistency import boundary_integrals
-from pellucid.bodies.meshless_solid import body as meshless_body
+from pellucid.bodies.meshless_solid import stable_step
 from pellucid.bodies.meshless_solid.body import OVERESTIMATE, MeshlessSolid
 from pellucid.case import Case
 from pellucid.grid.velocity_transfer import Flip
@@ -53,7 +53,7 @@ def test_the_stress_of_a_held_strain_relaxes_exponentially(steps):
     isochoric = MU * (b - np.trace(b) / 3.0 * np.eye(3)) / J
     mean, time = (LAMBDA + 2.0 / 3.0 * MU) * (J - 1.0), 1.7 * TAU
     body.arrays["position"][:] = body.mesh.nodes @ F.T
-    outward = boundary_integrals(body.mesh, body._evaluator)
+    outward = boundary_integrals(body.mesh, body._functions.evaluator)
     for dt, fade in ((1e-12, 1.0), *[(time / steps, None)] * (steps - 1), (time / steps, np.exp(-1.7))):
         body._find_forces(dt)
         if fade is None:
@@ -185,7 +185,7 @@ def test_slowly_pulled_it_comes_to_the_equilibrium_of_its_elastic_law():
 
 @LAWS
 def test_a_restart_goes_on_bit_for_bit(material, monkeypatch):
-    monkeypatch.setattr(meshless_body, "RENEWED", 4)
+    monkeypatch.setattr(stable_step, "INTERVAL", 4)
     case = Case.model_validate(pulled_block(0.05, material=material))
     whole = Simulation(case, threads=1)
     for _ in range(10):
@@ -215,7 +215,7 @@ def test_the_same_bits_on_any_number_of_threads(material):
         u = np.random.default_rng(3).uniform(-1e-3, 1e-3, body.mesh.nodes.shape)
         body.arrays["position"] += u
         body._find_forces(1e-3)
-        body._renew_frequency()
+        body.renew_totals()
         arrays = (body.motion.internal, *body.state_arrays().values())
         found.add((b"".join(np.ascontiguousarray(array).tobytes() for array in arrays), body.totals.stored))
     set_threads(1)

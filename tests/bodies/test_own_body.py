@@ -25,8 +25,9 @@ from pellucid.geometry.shapes import Box
 from pellucid.grid.model import GridCase
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts.body import Body, NodalBody, NodalSupport, Placement
+from pellucid.parts.body import Body, NodalSupport, Placement
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.families import NodalBody
 from pellucid.parts.part import Parts
 from pellucid.registry import register
 from pellucid.results import resume_case, run_case

@@ -5,7 +5,7 @@ import pytest
 from algebra import rotation
 from small_cases import RATE_SOLID, box
 
-from pellucid.bodies.meshless_solid.forces import deformation_gradients
+from pellucid.bodies.meshless_solid.solid import deformation_gradients
 from pellucid.case import Case
 from pellucid.materials.elastic import lame
 from pellucid.materials.law import cauchy_stress, first_piola_kirchhoff

@@ -1,5 +1,7 @@
 """Supports and motions on regions of bodies with their own nodes: what they hold, their reactions, and what is refused."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -174,8 +176,7 @@ def test_a_named_set_of_a_file_holds_its_nodes(tmp_path):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"support": [{"where": UP}]}, "are those of a body: add its name as `body`"),
-        ({"support": [{"where": "boundary"}]}, "are those of a body"),
+        ({"support": [{"where": {"set": "top"}}]}, "the mesh of body block has no named sets"),
         ({"support": [{"body": "blok", "where": UP}]}, "no body has this name; there are block"),
         ({"support": [{"body": "block", "where": {"set": "top"}}]}, "the mesh of body block has no named sets"),
         ({"support": [{"body": "block", "where": AWAY}]}, "no node of body block lies in it at the start"),
@@ -188,6 +189,41 @@ def test_regions_without_a_node_are_refused_when_the_case_is_read(more, words):
         made(BLOCK, **more)
 
 
+def test_a_support_on_a_part_of_a_mesh_is_that_of_the_only_body():
+    for where in (DOWN, "boundary"):
+        named, plain = ({"where": where} | more for more in ({"body": "block"}, {}))
+        one, other = (run(2, support=[support], gravity=(0, 0, -10)).bodies[0] for support in (named, plain))
+        assert one.arrays["prescribed"].any()
+        assert other.arrays["prescribed"].tobytes() == one.arrays["prescribed"].tobytes()
+    with pytest.raises(ValueError, match="are those of a body, and there are block, sheet"):
+        made(BLOCK | {"field": "block"}, SHEET, grid=GRID, support=[{"where": DOWN}])
+
+
+@pytest.mark.parametrize("name", ["bottom", None])
+def test_a_motion_that_overrules_a_support_is_told_with_both_and_how_many_nodes(name):
+    """The support holds a side, the motion lifts the top; three nodes are on the edge between them."""
+    side = {"name": name, "where": {"normal": (1, 0, 0)}}
+    who = "support `bottom`" if name else "support number 1"
+    words = rf"{who} and motion `pull` prescribe different velocities along z at 3 nodes of body block: the motion counts there"
+    with pytest.warns(UserWarning, match=words) as caught:
+        simulation = run(3, support=[side], motion=[pull(UP)])
+    assert len(caught) == 1, "once, and not along x and y, where both hold still"
+    (body,) = simulation.bodies
+    edge = np.isclose(body.mesh.nodes[:, (0, 2)], 0.1).all(axis=1)
+    assert edge.sum() == 3
+    assert (body.arrays["position"][edge, 2] > 0.1).all()
+
+
+def test_a_support_and_a_motion_that_agree_or_do_not_meet_are_not_told():
+    plane = {"where": {"normal": (1, 0, 0)}, "fix": ["x"]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(3, support=[plane, {"where": DOWN}], motion=[pull(UP)])
+        moved = {"where": UP, "fix": ["z"], "velocity": (0.0, 0.0, 0.1)}
+        steady = {"displacement": {"z": {"kind": "steady", "velocity": 0.1}}, "hold": ()}
+        run(3, support=[moved], motion=[pull(UP, **steady)])
+
+
 def test_without_a_grid_a_support_that_meets_no_body_is_refused():
     with pytest.raises(CaseError, match=r"support\.0\.where(.|\n)*no node of a body lies in it"):
         Simulation(made(BLOCK, support=[{"where": AWAY}]), threads=1)
@@ -197,6 +233,8 @@ def test_without_a_grid_a_support_that_meets_no_body_is_refused():
     ("more", "words"),
     [
         ({"support": [{"body": "lump", "where": "all-nodes"}]}, "body lump has no nodes of its own"),
+        ({"support": [{"where": UP}]}, "of a body with nodes of its own, and lump moves with those of the grid"),
+        ({"support": [{"where": "boundary"}]}, "of a body with nodes of its own, and lump moves with those of the grid"),
         ({"motion": [pull(UP, body="lump")]}, "body lump has no mesh of its own whose sets"),
     ],
 )

@@ -16,7 +16,7 @@ def met(*bodies, turn=None, **more):
         if turn is not None:
             place(body, CENTRE + (body.arrays["position"] - CENTRE) @ turn.T)
         body.particle_to_grid(inertia=True, force=False)
-    sim.detect_contact()
+    sim.detect_contact(0.1)
     index, position = sim.grid.where()
     places = np.full((sim.grid.n_nodes, 3), np.nan)
     places[index] = position
@@ -108,7 +108,7 @@ def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the
         sim.nodal_bodies[0].predict(0.0)
         meeting = sim.contact_pairs._pairs[0].detection
         meeting._close = np.inf
-        sim.detect_contact()
+        sim.detect_contact(0.1)
         index, position = sim.grid.where()
         places = np.full((sim.grid.n_nodes, 3), np.nan)
         places[index] = position

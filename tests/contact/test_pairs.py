@@ -27,7 +27,9 @@ def two_fields(kind, friction=0.0, held=()):
         free = NodalActions(field, 0).external()
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
-    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, answer_contact=lambda: False)]] * 2
+    bodies = [
+        [SimpleNamespace(functions=functions, is_surface=False, n_points=0, answer_contact=lambda: False, faces=lambda: None)]
+    ] * 2
     pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
     for grid in grids:
         nodes = grid.nodes
@@ -39,8 +41,8 @@ def two_fields(kind, friction=0.0, held=()):
         grids[1].nodes.velocity[:N, axis] = 0.0
     normal = generator.normal(size=(N, 3))
     pair.detection.node, pair.detection.normal = np.arange(N), normal / np.linalg.norm(normal, axis=1)[:, None]
-    pair.detection.find = lambda: None
-    pair.detect()
+    pair.detection.room, pair.detection.find = np.zeros(N), lambda: None
+    pair.detect(0.1)
     return grids, pair
 
 
@@ -90,3 +92,35 @@ def test_held_nodes_stay_and_friction_keeps_its_cone_and_makes_no_energy(held, f
     second = b[:, None] * (w_new - w)
     assert work.work.reactions[0] == pytest.approx((impulse + second).sum(axis=0), abs=1e-11)
     assert work.impulses["touch"] == pytest.approx(impulse.sum(axis=0), abs=1e-12)
+
+
+def approach_of(grids, normal):
+    u = grids[0].nodes.velocity[:N] - grids[1].nodes.velocity[:N]
+    return np.sum(u * normal, axis=1)
+
+
+def test_nodes_may_approach_until_the_gap_is_closed():
+    """A gap that closes within the step at the speed that is left, and no impulse where it stays open."""
+    grids, pair = two_fields(SLIP)
+    room = np.random.default_rng(5).uniform(0.0, 0.2, N)
+    pair.detection.room = room
+    pair.detect(0.1)
+    before = approach_of(grids, pair.detection.normal)
+    resolved(grids, pair)
+    assert approach_of(grids, pair.detection.normal) == pytest.approx(np.minimum(before, room / 0.1), abs=1e-12)
+    pushed = np.linalg.norm(pair.impulses, axis=1) > 0.0
+    assert (pushed == (before > room / 0.1)).all()
+    assert 0 < pushed.sum() < N
+
+
+def test_impulses_found_anew_take_back_what_was_too_much():
+    """Nodes that were pushed too hard come back to the impulse that just stops them, and to none where they part anyway."""
+    (grids, pair), (others, once) = two_fields(SLIP), two_fields(SLIP)
+    once.resolve(anew=False)
+    pair.give(-0.7 * pair.detection.normal)
+    pair.resolve(anew=False)
+    assert np.abs(pair.impulses - once.impulses).max() > 0.1, "more on top takes nothing back"
+    pair.resolve(anew=True)
+    assert pair.impulses == pytest.approx(once.impulses, abs=1e-11)
+    for grid, other in zip(grids, others, strict=True):
+        assert grid.nodes.velocity[:N] == pytest.approx(other.nodes.velocity[:N], abs=1e-11)

@@ -23,7 +23,6 @@ def pressed(body, velocity, push, dt=1e-9):
     done = body.work()
     given = body.mass * push
     rounding = 1e-12 + 1e-15 * np.abs(given).max()  # of a sum over 49 nodes
-    assert body.motion.contact_impulse == pytest.approx(given, abs=rounding)
     assert body.totals.momentum - momentum == pytest.approx(given + done.reactions.sum(axis=0), abs=rounding)
     assert body.totals.kinetic - energy == pytest.approx(done.works[CONTACT] + done.works[SUPPORT], rel=1e-12, abs=1e-12)
     return body.arrays["velocity"].copy()

@@ -1,5 +1,7 @@
 """The heart of two ventricles: its volume against integrals over the ellipsoids, its sets, its walls."""
 
+import re
+
 import numpy as np
 import pytest
 from boundaries import boundary_edges
@@ -95,3 +97,12 @@ def test_walls_that_the_lattice_would_miss_are_refused():
         SolidMesh(heart={"size": 0.004})
     with pytest.raises(ValidationError, match="make `size` larger"):
         SolidMesh(heart={"size": 0.0002})
+
+
+@pytest.mark.parametrize(("key", "name"), [("patch_radius", "rv-patch"), ("apex_height", "apex")])
+def test_a_part_that_no_node_is_in_names_its_key_and_what_is_enough(key, name):
+    with pytest.raises(ValidationError, match=f"`{key}` = 1e-05 m reaches no outer node of this mesh: the set {name}") as error:
+        SolidMesh(heart={"size": 0.0035, key: 1e-5})
+    enough = float(re.search(rf"let `{key}` be (\S+) m or more", str(error.value)).group(1))
+    sets = SolidMesh(heart={"size": 0.0035, key: enough}).mesh().sets
+    assert 0 < len(sets[name]) < 5

@@ -133,6 +133,36 @@ def test_what_a_body_does_not_have_is_told(data, of, faces, path, words):
         assert found.remedy == "did you mean `top`?"
 
 
+TILTED = {"normal": (1, 1, 0), "within": 40}
+
+
+@pytest.mark.parametrize(
+    ("data", "of", "faces", "words", "remedy"),
+    [
+        (TILTED, SOLID, False, "normals differ by 45 degrees or more", "let `within` be 45 or more, or give another direction"),
+        (LOWER_HALF | {"normal": (0, 0, 1)}, SOLID, False, "", "let its shape or set reach where faces have this normal"),
+        (LOWER_HALF | {"set": "top"}, SOLID, False, "", "let its shape and its set overlap"),
+        ({"set": "one"}, SOLID, True, "though nodes do", "name a set that has whole faces"),
+        (
+            {"box": {"lower": (0.03, 0.03, 0), "upper": (0.04, 0.04, 1)}},
+            SOLID,
+            True,
+            "though nodes do",
+            "make it larger or move it",
+        ),
+        ({"sphere": {"centre": (9, 9, 9), "radius": 1}}, SOLID, False, "", "make it larger or move it"),
+        ("boundary", Selectable.of_membrane(*Icosphere(radius=1.0, centre=(0, 0, 0)).triangulate()), False, "no rim", "shape"),
+    ],
+)
+def test_what_to_do_about_an_empty_region_fits_how_it_was_chosen(data, of, faces, words, remedy):
+    (found,) = faults(where(data), of, ("where",), "block", faces=faces)
+    assert "at the start" in found.text
+    assert words in found.text
+    assert remedy in found.remedy
+    if data == TILTED:
+        assert not list(faults(where(TILTED | {"within": 45}), of, ("where",), "block"))
+
+
 @pytest.mark.parametrize("data", [data for data, _ in NODES.values()])
 def test_what_is_there_is_no_fault(data):
     assert not list(faults(where(data), SOLID, ("where",), "block"))

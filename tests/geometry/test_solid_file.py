@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from pellucid.case.reading import loads
+from pellucid.errors import CaseError
 from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_file import SolidFile
@@ -22,6 +24,15 @@ FORMATS = {
     "abaqus": ("inp", {}),
     "nastran": ("bdf", {}),
 }
+CASE = """
+title = "t"
+time = { end = 1.0 }
+[[body]]
+name = "cube"
+kind = "meshless-solid"
+mesh = { file = { path = "FILE" } }
+material = { kind = "neo-hookean", density = 1, young_modulus = 1, poisson_ratio = 0.3 }
+"""
 NODES = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]]
 CELLS = [[0, 1, 2, 3], [1, 2, 3, 4]]
 GMSH_22 = """$MeshFormat
@@ -238,6 +249,27 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     (tmp_path / "poem.msh").write_text("a poem")
     with pytest.raises(ValidationError, match=r"poem.msh cannot be read as a mesh"):
         SolidFile(path=str(tmp_path / "poem.msh"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("poem.msh", "a poem", "it does not hold what .msh files do"),
+        ("foo.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET FOO\n", "not FOO"),
+        ("cut.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2\n", "its text breaks off or is damaged"),
+        ("poem.abc", "a poem", "file format"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(name, text, reason, tmp_path, capfd):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(CaseError) as error:
+        loads(CASE.replace("FILE", str(tmp_path / name)))
+    assert capfd.readouterr() == ("", "")
+    [problem] = error.value.problems
+    assert problem.key == "body.cube.mesh.file"
+    assert problem.text.startswith(f"{tmp_path / name} cannot be read as a mesh: ")
+    assert reason in problem.text
+    assert problem.remedy == "save it as one of Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 
 
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):

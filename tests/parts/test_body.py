@@ -14,7 +14,8 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
-from pellucid.parts.body import GridBody, NodalBody, Placement
+from pellucid.parts.body import Placement
+from pellucid.parts.families import GridBody, NodalBody
 
 # soft, for steps as long as the block's
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}

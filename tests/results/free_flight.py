@@ -48,10 +48,6 @@ def free_flight(**settings: object) -> Case:
     return loads(CASE).with_settings(settings)
 
 
-def kernel_key(case: Case) -> str:
-    return "none"
-
-
 class FakeBody:
     def __init__(self, name: str, fluid: bool, lower: tuple[float, float], points: int, speed: float) -> None:
         generator = np.random.default_rng(len(name))

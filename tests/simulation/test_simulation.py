@@ -15,7 +15,9 @@ from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
 import pellucid
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.references.riemann import GasState, solve
-from pellucid.simulation.simulation import FIRST_JUDGED, Simulation, kernel_key
+from pellucid.simulation.kernel_key import kernel_key
+from pellucid.simulation.simulation import Simulation
+from pellucid.simulation.watch import FIRST_JUDGED
 
 
 class Recorder:

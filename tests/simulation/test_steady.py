@@ -49,13 +49,13 @@ def test_the_forces_of_free_nodes_vanish_at_the_tolerance_that_is_asked(referenc
     assert rough["estimated_error"] < 1e-4
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-6, 1e-7, 1e-9])
 def test_the_estimated_error_bounds_the_error_of_the_displacements(reference, tolerance):
-    """Ten times: the estimate takes the decay of the mode that is damped best for that of all."""
+    """Twice: where several modes are left, the slowest is more than the decay of all tells."""
     exact = reference.bodies[0].arrays["position"]
     largest = abs(exact - reference.bodies[0].mesh.nodes).max()
     found = finished(pulled({"tolerance": tolerance})).bodies[0].arrays["position"]
-    assert abs(found - exact).max() / largest < 10.0 * tolerance
+    assert abs(found - exact).max() / largest < 2.0 * tolerance
 
 
 def test_the_equilibrium_depends_neither_on_the_way_there_nor_on_the_density(reference):
@@ -160,7 +160,8 @@ def test_what_does_not_come_to_rest_stops_the_run():
 
 
 def test_loads_that_grow_too_fast_invert_the_solid():
-    with pytest.raises(RunStopped, match="body `block` is inverted where"):
+    named = r"body `block` is inverted between nodes .* m was at rest: the volume ratio of a point is -"
+    with pytest.raises(RunStopped, match=named):
         finished(pulled({"loading": 3}, pull=-0.06))
 
 
@@ -172,6 +173,14 @@ def test_what_cannot_be_steady_is_refused():
         Case.model_validate(table | {"body": [points | {"kind": "material-points", "material": TISSUE}]})
     with pytest.raises((CaseError, ValueError), match="steady states choose the step of their relaxation"):
         pulled(time={"end": 1.0, "step": 1e-3})
+
+
+def test_the_courant_number_of_motions_in_time_does_not_count_and_is_refused():
+    with pytest.raises(CaseError, match=r"time.courant=0.3.*by steady.courant\n.*set steady.courant instead"):
+        pulled().with_settings({"time.courant": 0.3})
+    resolved = pulled().to_data()
+    assert resolved["time"]["courant"] == 0.4, "a resolved case has all defaults, and runs again as it is"
+    assert Case.model_validate(resolved) == pulled()
 
 
 def test_gravity_and_loads_without_rise_grow_over_the_load_steps():

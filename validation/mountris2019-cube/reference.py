@@ -2,6 +2,7 @@
 
 python reference.py extension > extension.csv
 python reference.py compression > compression.csv
+python reference.py graded > compression-graded.csv
 python reference.py bulge > ../../src/pellucid/references/cube_bulge.csv
 """
 
@@ -64,5 +65,23 @@ def compression():
                     print(f"{form},{n},{cube.moved:.4f},{numbers}", flush=True)
 
 
+def graded():
+    print("# the cube pressed together, bricks closer together towards plates and sides: reference.py graded. m, J, N")
+    print("power,bricks,moved,energy,reaction,lowest,least_j,least_ratio")
+    for power, counts in ((2.0, (2, 3, 4, 6)), (3.0, (2, 3, 4))):
+        for n in counts:
+            cube = Cube(n, LAWS["coupled"], mixed=True, power=power)
+            for step in range(1, 9):
+                try:
+                    cube.move(-0.0025 * step)
+                except FloatingPointError as error:
+                    print(f"power {power:g}, {n} bricks, {-0.0025 * step:g} m: {error}", file=sys.stderr)
+                    break
+                if step % 2 == 0:
+                    _, j, ratio, _ = cube.static.state(cube.u)
+                    numbers = f"{cube.energy():.8f},{cube.reaction():.6f},{cube.lowest():.5f},{j.min():.3f},{ratio.min():.3f}"
+                    print(f"{power:g},{n},{cube.moved:.4f},{numbers}", flush=True)
+
+
 if __name__ == "__main__":
-    {"extension": extension, "compression": compression, "bulge": bulge}[sys.argv[1]]()
+    {"extension": extension, "graded": graded, "compression": compression, "bulge": bulge}[sys.argv[1]]()

@@ -51,7 +51,7 @@ def faces() -> Iterator[list[object]]:
             field.displacement[:] = 1.0
             plain = CellMaximumEntropyModel().evaluator(mesh)
             disturbed = field.disturbed_faces(plain)
-            bounded = CellMaximumEntropyModel().evaluator(mesh, disturbed)
+            bounded = CellMaximumEntropyModel().vanishing(plain, mesh, disturbed)
             found = [
                 field.residuals(values_at_nodes(mesh, evaluator), evaluator).largest(number.astype(float))
                 for evaluator in (plain, bounded)

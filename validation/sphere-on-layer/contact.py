@@ -1,10 +1,11 @@
 """A rigid sphere pressed by contact on the grid into a block that is a meshless solid: force against the layer's.
 
-python contact.py 0.1 0.07 0.05: cells of the grid over the radius. A quarter of the block, h = w = 2 R, ν = 0.3, bonded,
-pressed to δ = 0.1 R. The mesh has the spacing of the grid to 0.5 R beside the axis and 0.3 R below the face, and grows from
-there; the sphere is a driven cap of membrane elements of half a cell.
+python contact.py 0.1 0.07 0.05: cells of the grid over the radius; writes contact.csv. A quarter of the block, h = w = 2 R,
+ν = 0.3, bonded, pressed to δ = 0.1 R. The mesh has the spacing of the grid to 0.5 R beside the axis and 0.3 R below the face,
+and grows from there; the sphere is a driven cap of membrane elements of half a cell.
 """
 
+import csv
 import sys
 import tempfile
 from pathlib import Path
@@ -19,8 +20,10 @@ from pellucid.simulation.simulation import Simulation
 
 RADIUS, MODULUS, POISSON, THICKNESS, DEPTH = 1.0, 1e5, 0.3, 2.0, 0.1
 SKIN, GAP = 0.002, 0.02  # thickness of the membrane, height of the sphere above the block at the start
-PRESS, HOLD, MEAN = 1.0, 0.4, 0.15  # s; the force is the mean over the last of them
+PRESS, HOLD, MEAN = 1.0, 0.8, 0.15  # s; the force is the mean over the last of them
 GROWTH = 1.35
+WITHIN = 0.25  # of the axis, where the face lies on the sphere (the radius of contact is 0.32)
+COLUMNS = ("cell", "force_over_layer", "mean_gap", "least_gap", "largest_gap", "nodes", "steps")
 
 
 def spaced(h, fine):
@@ -54,7 +57,7 @@ def cap(h, path):
 
 
 def pressed(h, folder):
-    """Force on the sphere over the layer's force."""
+    """Force on the sphere over the layer's force; gaps between face and sphere near the axis; nodes, steps."""
     block(h, folder / "block.vtk")
     cap(0.5 * h, folder / "cap.vtk")
     tissue = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": MODULUS, "poisson_ratio": POISSON}
@@ -89,10 +92,20 @@ def pressed(h, folder):
         times.append(simulation.time)
         impulse.append(-4.0 * float(simulation.reactions()["touch"][2]))
     found = (impulse[-1] - float(np.interp(times[-1] - MEAN, times, impulse))) / MEAN
-    return found / force(Layer(MODULUS, POISSON, THICKNESS, True), RADIUS, DEPTH)
+    body = simulation.bodies[0]
+    at = body.places()[body.mesh.nodes[:, 2] > THICKNESS - 1e-9]
+    beside = np.hypot(at[:, 0], at[:, 1]) < WITHIN
+    gap = np.linalg.norm(at[beside] - (0.0, 0.0, THICKNESS + RADIUS - DEPTH), axis=1) - RADIUS
+    share = found / force(Layer(MODULUS, POISSON, THICKNESS, True), RADIUS, DEPTH)
+    return share, gap.mean(), gap.min(), gap.max(), len(body.mesh.nodes), simulation.n_steps
 
 
 if __name__ == "__main__":
-    for argument in sys.argv[1:]:
+    rows = []
+    for argument in sys.argv[1:] or ["0.1", "0.07", "0.05"]:
         with tempfile.TemporaryDirectory() as name:
-            print(argument, f"{pressed(float(argument), Path(name)):.4f}", flush=True)
+            *numbers, nodes, steps = pressed(float(argument), Path(name))
+        rows.append([argument, *(f"{number:.4f}" for number in numbers), nodes, steps])
+        print(*rows[-1], flush=True)
+    with open(Path(__file__).with_name("contact.csv"), "w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])

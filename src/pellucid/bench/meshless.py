@@ -10,7 +10,8 @@ import numpy as np
 from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
 from pellucid.bench.memory import peak_bytes
 from pellucid.bench.problem import SOLID
-from pellucid.bodies.meshless_solid.forces import Solid, internal_forces
+from pellucid.bodies.meshless_solid.forces import internal_forces
+from pellucid.bodies.meshless_solid.solid import Solid
 from pellucid.bodies.meshless_solid.tables import Tables, make_tables
 from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
@@ -78,7 +79,7 @@ def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]
     bundle, force, taken = Bundle(solid), np.zeros_like(mesh.nodes), []
     for _ in range(steps + 1):
         start, processor_start = time.perf_counter(), time.process_time()
-        internal_forces(len(solid.sums), len(solid.node_sums), bundle, force)
+        internal_forces(len(solid.sums), len(solid.node_sums), bundle, 0.0, False, force)
         taken.append((time.perf_counter() - start, time.process_time() - processor_start))
     return min(seconds for seconds, _ in taken), min(seconds for _, seconds in taken)
 

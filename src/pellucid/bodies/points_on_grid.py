@@ -15,7 +15,7 @@ from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import GridBody
+from pellucid.parts.families import GridBody
 from pellucid.reductions import ordered_sum
 
 HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show

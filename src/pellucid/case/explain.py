@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from pellucid.case.schema import Schema
 from pellucid.errors import Problem, shown
-from pellucid.findings import Disagreement, Finding, Path, hint, listed
+from pellucid.findings import Disagreement, Finding, Path, Refusal, hint, listed
 
 MISSING = object()
 
@@ -109,10 +109,11 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     value = value_at(path, data)
     field = schema.field_at(path, data)
     meaning = _meaning(field)
-    if first.kind == "value_error" and isinstance(first.context.get("error"), Disagreement):
-        return list(first.context["error"].findings)
     if first.kind == "value_error":
-        return [Finding(path, str(first.context["error"]))]
+        error = first.context["error"]
+        if isinstance(error, Disagreement):
+            return list(error.findings)
+        return [Finding(path, *error.reason) if isinstance(error, Refusal) else Finding(path, str(error))]
     if first.kind == "missing" and isinstance(path[-1], int):
         around = schema.field_at(path[:-1], data)
         return [Finding(path[:-1], f"must have {_size(around)} components{_meaning(around)}")]

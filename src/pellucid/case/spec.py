@@ -45,9 +45,13 @@ class TimeCase(Part):
     flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A fixed step that cannot be stable even at the start, or beside steady states, which choose their own."""
-        if self.step is not None and parts.one(SteadyCase) is not None:
-            yield Finding((*path, "step"), "steady states choose the step of their relaxation", "leave it out")
+        """A fixed step that cannot be stable even at the start, or a choice of the step beside steady states with their own."""
+        if parts.one(SteadyCase) is not None:
+            text = "steady states choose the step of their relaxation"
+            if self.step is not None:
+                yield Finding((*path, "step"), text, "leave it out: steady.courant is the fraction of the largest stable one")
+            if self.courant != type(self).model_fields["courant"].default:  # a resolved case has every default
+                yield Finding((*path, "courant"), f"{text} by steady.courant", "leave it out, and set steady.courant instead")
         bodies = parts.of(BodyModel)
         if self.step is None and bodies and parts.are_sound(BodyModel) and not any(body.moves for body in bodies):
             text = f"is missing: body {bodies[0].name} does not move and bounds no step"

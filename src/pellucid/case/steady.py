@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from pellucid.findings import Finding, Path
 from pellucid.model import parameter
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Part, Parts
 
 
@@ -32,15 +32,13 @@ class SteadyCase(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Bodies that cannot come to rest so, or do not begin at rest."""
-        bodies = parts.of(BodyModel)
         for other, body in parts.placed(BodyModel):
             initial = getattr(body, "initial", None)
             velocity = any(getattr(body, "velocity", ()))
             if body.moves and (velocity or initial):
                 key = "velocity" if velocity else "initial"
                 yield Finding((*other, key), "a steady state begins at rest", "leave it out")
-            alone = sum(one.field == body.field for one in bodies) == 1
-            if reason := body.why_not_relaxed(alone):
+            if reason := body.why_not_relaxed(is_alone(body, parts)):
                 yield Finding((*other, "kind"), f"[steady]: {reason.text}", reason.remedy)
             elif self.mass_scaling and (not body.scales_inertia or parts.grid is not None):
                 text = "on a grid, contact needs the masses" if body.scales_inertia else f'kind "{body.kind}" keeps its masses'

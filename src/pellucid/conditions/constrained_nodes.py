@@ -11,7 +11,8 @@ from pellucid.geometry.region import NOWHERE, Selectable, Where, chosen_nodes, f
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
-from pellucid.parts.body import NodalBody, NodalSupport
+from pellucid.parts.body import NodalSupport
+from pellucid.parts.families import NodalBody
 
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 
@@ -19,6 +20,8 @@ REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 class ConstrainsNodes(Protocol):
     """A support, as nodes need it."""
 
+    @property
+    def name(self) -> str | None: ...
     @property
     def body(self) -> str | None: ...
     @property
@@ -77,11 +80,12 @@ def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) 
     face, axes, region, of = support.face(), support.axes(), support.region(), member.body.selectable()
     if region is not None and support.body == member.body.name:
         refuse(faults(region, of, ("support", number, "where"), member.body.name, member.active_axes))
+    label = f"support `{support.name}`" if support.name else f"support number {number + 1}"
     if support.body not in (None, member.body.name):
-        return NodalSupport(np.zeros(len(of.position), bool), axes, support.velocity, None)
+        return NodalSupport(np.zeros(len(of.position), bool), axes, support.velocity, None, label)
     grid = member.velocity_field.grid if member.velocity_field else None
     wall = face if face is not None and axes[face[0]] else None
-    return NodalSupport(nodes_of(support, grid, of), axes, support.velocity, wall)
+    return NodalSupport(nodes_of(support, grid, of), axes, support.velocity, wall, label)
 
 
 def nodes_of(support: ConstrainsNodes, grid: Grid | None, of: Selectable) -> np.ndarray:

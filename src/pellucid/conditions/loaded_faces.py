@@ -9,7 +9,7 @@ from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.cells import vector_areas
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -55,8 +55,7 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts) -> Iterator
     if body is None:
         return
     start = body.selectable()
-    alone = sum(other.field == body.field for other in parts.of(BodyModel)) == 1
-    if start is None or not body.owns_nodes(alone):
+    if start is None or not body.owns_nodes(is_alone(body, parts)):
         text = f"body {name} has no faces between nodes of its own"
         yield Finding(path, text, "use a meshless-solid, or membrane-elements in a velocity field of their own")
     elif body.is_surface and not all(parts.active_axes):

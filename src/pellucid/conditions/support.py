@@ -1,17 +1,17 @@
 """Supports: nodes whose velocity is prescribed."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import Region, Where, faults, needs_mesh
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -28,7 +28,8 @@ class Support(Condition):
     name: str | None = parameter("", "name for probes of its reaction", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
     body: str | None = parameter(
         "",
-        "a body with nodes of its own: only these are constrained; without it those of the grid and of all such bodies",
+        "a body with nodes of its own: only these are constrained; without it those of the grid and of all such bodies, or "
+        "where a named set, a normal or the boundary is meant, those of the only body",
         None,
     )
     where: Literal["all-nodes"] | Face | Where = parameter("", "which nodes: all-nodes, a face of the grid, or a region")
@@ -46,8 +47,6 @@ class Support(Condition):
     def _normal_needs_a_face(self) -> "Support":
         if self.fix == "normal" and self.face() is None:
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
-        if self.body is None and (region := self.region()) is not None and needs_mesh(region):
-            raise ValueError('named sets, normals and "boundary" are those of a body: add its name as `body`')
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -60,15 +59,38 @@ class Support(Condition):
             yield Finding((*path, "body"), f"body {fixed[0]} does not move", "leave this support out")
         elif self.body is not None:
             yield from self._body_problems(self.body, path, parts)
+        elif self._means_a_body:
+            yield from self._only_body_problems(path, parts)
         elif parts.grid is not None and isinstance(self.where, Region) and self.where.box is not None:
             yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)
+
+    @property
+    def _means_a_body(self) -> bool:
+        """Whether it names what only a body with a mesh of its own has."""
+        region = self.region()
+        return region is not None and needs_mesh(region)
+
+    def _with_body(self, only: str) -> Self:
+        """The support, of this body where it means one and names none."""
+        return self.model_copy(update={"body": only}) if self.body is None and self._means_a_body else self
+
+    def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of a support that means a body and does not name it."""
+        text, bodies = 'named sets, normals and "boundary" are those of a body', parts.of(BodyModel)
+        if len(parts.names(BodyModel)) > 1:
+            yield Finding(path, f"{text}, and there are {listed(parts.names(BodyModel))}", "add the name of one as `body`")
+        elif len(bodies) == 1 and not bodies[0].owns_nodes(alone=True):
+            text = f"{text} with nodes of its own, and {bodies[0].name} moves with those of the grid"
+            yield Finding((*path, "where"), text, "use a shape, or a face of the grid")
+        elif len(bodies) == 1:
+            yield from self._body_problems(bodies[0].name, path, parts)
 
     def _body_problems(self, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
         yield from parts.unknown(BodyModel, (*path, "body"), name)
         body, region = parts.named(BodyModel, name), self.region()
         if body is None:
             return
-        if not body.owns_nodes(sum(other.field == body.field for other in parts.of(BodyModel)) == 1):
+        if not body.owns_nodes(is_alone(body, parts)):
             text = f"body {name} has no nodes of its own: it moves with those of the grid"
             yield Finding((*path, "body"), text, "leave `body` out, so that the nodes of the grid are constrained")
         elif region is not None and (nodes := body.selectable()) is not None:
@@ -88,7 +110,7 @@ class Support(Condition):
         """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
-        constrain_all(conditions, assembly)
+        constrain_all([support._with_body(next(iter(assembly.bodies))) for support in conditions], assembly)
         return ()
 
     def reaction(self) -> str | None:

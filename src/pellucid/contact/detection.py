@@ -9,14 +9,15 @@ thinner than a cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
 distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
-half of its point's width, or of the membrane's thickness.
+half of its point's width, or of the membrane's thickness. Where a body has points on its surface, and the other too, it is
+the distance of their means, and they may approach until it is closed (`pellucid.contact.faces`).
 """
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pellucid.contact import normals
+from pellucid.contact import faces, normals
 from pellucid.contact.normals import CENTRE, COLUMNS, NORMAL
 from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Grid
@@ -36,7 +37,8 @@ class ContactDetection:
     """The nodes where two velocity fields touch.
 
     bodies: those of either field. `node` (n,), `normal` (n, 3) from the first field to the second, zero where they do not
-    touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
+    touch, `gap` (n,), the distance of the surfaces [m], and `room` (n,), how far they may still approach [m], are of the step
+    for which `find` was called last.
     """
 
     def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]) -> None:
@@ -53,14 +55,16 @@ class ContactDetection:
         # of the points of the bodies of either velocity field, those that reach the nodes
         self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
         self._close = CLOSE if self._surfaces == (1, 1) else 0.0
-        self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+        volumes = [body for side in bodies for body in side if not body.is_surface]
+        self._faced = len(volumes) > 0 and all(body.faces() is not None for body in volumes)
+        self.node, self.normal, self.gap, self.room = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 
     def find(self) -> None:
         """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
         one, other = (grid.nodes.mass for grid in self._grids)
         n = normals.list_shared(one, other, self._shared)
         self.node = self._shared[:n]
-        self.normal, self.gap = np.zeros((n, 3)), np.full(n, -np.inf)
+        self.normal, self.gap, self.room = np.zeros((n, 3)), np.full(n, -np.inf), np.zeros(n)
         if n:
             strides = self._grids[0].lattice.strides
             normals.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
@@ -76,7 +80,9 @@ class ContactDetection:
         crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
         if len(surfaces) == 1:
             normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
-        if len(surfaces) == 1 and not crumpled.any():
+        if self._faced:
+            self._measure_faces(moments, crumpled)
+        elif len(surfaces) == 1 and not crumpled.any():
             foremost = self._detect_smooth(surfaces[0], moments, direction)
             normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
         else:
@@ -85,7 +91,29 @@ class ContactDetection:
             for direction in self._directions(moments[0], moments[1], crumpled):
                 normals.orient(moments[0], moments[1], direction)
                 normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
-        normals.drop_open_gaps(self.gap, self._close * self._grids[0].lattice.cell, self.normal)
+        cell = self._grids[0].lattice.cell
+        normals.drop_open_gaps(self.gap, (1.0 if self._faced else self._close) * cell, self.normal)
+        if self._faced:
+            np.clip(self.gap, 0.0, cell, out=self.room)
+
+    def _measure_faces(self, moments: np.ndarray, crumpled: np.ndarray) -> None:
+        """Normals and gaps from the points on the surfaces alone; what faces outwards tells on which side a body lies."""
+        points = [[body.faces() or faces.of_membrane(body) for body in side] for side in self._bodies]
+        for side in range(2):
+            if not self._surfaces[side]:
+                for found in points[side]:
+                    beside = np.empty(len(found.vector_areas), np.int64)
+                    what = found.mapped, self._where, found.vector_areas, 1.0, 0, moments[side], beside
+                    normals.sum_moments(found.n_slabs, *what)
+                faces.move_inwards(moments[side], self._grids[0].lattice.cell)
+        for direction in self._directions(moments[0], moments[1], crumpled):
+            normals.orient(moments[0], moments[1], direction)
+            sums = np.zeros((2, len(direction), 2))
+            for side, sign in enumerate(SIGNS):
+                for found in points[side]:
+                    how = found.vector_areas, sign, found.two_sided, found.half_width
+                    faces.sum_places(found.n_slabs, found.mapped, self._where, direction, *how, sums[side])
+            normals.keep_widest_gap(direction, faces.mean_places(sums), self.normal, self.gap)
 
     def _sum_moments(self, side: int, sums: np.ndarray, sloped: int) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):

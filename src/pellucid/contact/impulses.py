@@ -68,28 +68,31 @@ def _impulse(kind, friction, n, u, w):
 
 
 @pointwise
-def _impulse_at(kind, friction, e, I, normal, one, other, w1, w2):
-    """The impulse on the first side that stops the approach of both at node I."""
+def _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, given):
+    """The impulse on the first side that stops the approach that both sides have at node I without what was given."""
+    normal, closing = touch
     n = (normal[e, 0], normal[e, 1], normal[e, 2])
-    u = (one[I, 0] - other[I, 0], one[I, 1] - other[I, 1], one[I, 2] - other[I, 2])
     w = (w1[e, 0] + w2[e, 0], w1[e, 1] + w2[e, 1], w1[e, 2] + w2[e, 2])
-    return _impulse(kind, friction, n, u, w)
+    ux = one[I, 0] - other[I, 0] - w[0] * given[0] - closing[e] * n[0]
+    uy = one[I, 1] - other[I, 1] - w[1] * given[1] - closing[e] * n[1]
+    uz = one[I, 2] - other[I, 2] - w[2] * given[2] - closing[e] * n[2]
+    return _impulse(kind, friction, n, (ux, uy, uz), w)
 
 
 @kernel(inner=True)
-def _stop_approach_chunk(chunk, kind, friction, node, normal, one, other, w1, w2):
+def _stop_approach_chunk(chunk, kind, friction, node, touch, one, other, w1, w2):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
-        impulse = _impulse_at(kind, friction, e, I, normal, one, other, w1, w2)
+        impulse = _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, (0.0, 0.0, 0.0))
         for d in range(3):
             one[I, d] += w1[e, d] * impulse[d]
             other[I, d] -= w2[e, d] * impulse[d]
 
 
 @kernel()
-def stop_approach(chunks, kind, friction, node, normal, one, other, w1, w2):
-    """Change the velocities of two sides by the impulses that stop their approach."""
-    parallel_for(_stop_approach_chunk, chunks, kind, friction, node, normal, one, other, w1, w2)
+def stop_approach(chunks, kind, friction, node, touch, one, other, w1, w2):
+    """Change the velocities of two sides by the impulses that stop their approach; touch: as for `resolve`."""
+    parallel_for(_stop_approach_chunk, chunks, kind, friction, node, touch, one, other, w1, w2)
 
 
 @kernel(inline=True)
@@ -101,22 +104,47 @@ def _add_to_node(I, d, more, velocity, velocity_increment, strain_velocity):
 
 
 @kernel(inner=True)
-def _resolve_chunk(chunk, kind, friction, node, normal, one, other, w1, w2, total):
+def _resolve_chunk(chunk, kind, friction, anew, node, touch, one, other, w1, w2, total):
+    v1, increment1, strain_velocity1 = one
+    v2, increment2, strain_velocity2 = other
+    share = 1.0 if anew else 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        given = (share * total[e, 0], share * total[e, 1], share * total[e, 2])
+        impulse = _impulse_at(kind, friction, e, I, touch, v1, v2, w1, w2, given)
+        for d in range(3):
+            more = impulse[d] - given[d]
+            _add_to_node(I, d, w1[e, d] * more, v1, increment1, strain_velocity1)
+            _add_to_node(I, d, -w2[e, d] * more, v2, increment2, strain_velocity2)
+            total[e, d] += more
+
+
+@kernel()
+def resolve(chunks, kind, friction, anew, node, touch, one, other, w1, w2, total):
+    """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move.
+
+    anew: whether all that was given in this step is found anew, so that a part may be taken back, or this is added to it.
+    touch: normals, shape (n, 3), and the speeds at which both may still approach [m/s], shape (n,).
+    """
+    parallel_for(_resolve_chunk, chunks, kind, friction, anew, node, touch, one, other, w1, w2, total)
+
+
+@kernel(inner=True)
+def _give_chunk(chunk, node, impulse, one, other, w1, w2, total):
     v1, increment1, strain_velocity1 = one
     v2, increment2, strain_velocity2 = other
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
-        impulse = _impulse_at(kind, friction, e, I, normal, v1, v2, w1, w2)
         for d in range(3):
-            _add_to_node(I, d, w1[e, d] * impulse[d], v1, increment1, strain_velocity1)
-            _add_to_node(I, d, -w2[e, d] * impulse[d], v2, increment2, strain_velocity2)
-            total[e, d] += impulse[d]
+            _add_to_node(I, d, w1[e, d] * impulse[e, d], v1, increment1, strain_velocity1)
+            _add_to_node(I, d, -w2[e, d] * impulse[e, d], v2, increment2, strain_velocity2)
+            total[e, d] += impulse[e, d]
 
 
 @kernel()
-def resolve(chunks, kind, friction, node, normal, one, other, w1, w2, total):
-    """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move."""
-    parallel_for(_resolve_chunk, chunks, kind, friction, node, normal, one, other, w1, w2, total)
+def give(chunks, node, impulse, one, other, w1, w2, total):
+    """Give the nodes of two sides these impulses [N s], shape (n, 3), on the first side, and add them up."""
+    parallel_for(_give_chunk, chunks, node, impulse, one, other, w1, w2, total)
 
 
 @kernel(inner=True)

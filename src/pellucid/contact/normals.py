@@ -73,7 +73,8 @@ def bounding_box(node, lattice, reach, box):
 
 
 @kernel(inline=True)
-def _beyond(box, x, p):
+def beyond(box, x, p):
+    """Whether a point lies outside the box."""
     below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
     return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
 
@@ -88,7 +89,7 @@ def _sum_moments_slab(s, mapped, where, areas, at_rest, sloped, moments, beside)
     listed = slabs.first[s]
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        if _beyond(box, x, p):
+        if beyond(box, x, p):
             continue
         about = stencil(functions, lattice, x, p)
         wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
@@ -136,7 +137,7 @@ def _extents_slab(s, mapped, where, normal, radius, moments, ends):
     x = points.position
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        if _beyond(box, x, p):
+        if beyond(box, x, p):
             continue
         about = stencil(functions, lattice, x, p)
         wx, wy, wz = about.wx, about.wy, about.wz

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import chain
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +16,8 @@ from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
 SWEEPS = 4  # where several pairs share nodes, the impulses of one change the approach of another
-ANSWERS = 24  # times at most that bodies whose motion is not that of the grid answer to impulses,
-SETTLED = 1e-3  # unless what they take more is this share of all
+ANSWERS = 32  # times at most that bodies whose motion is not that of the grid answer to impulses,
+SETTLED = 1e-3  # unless what changes is this share of all
 SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
 
 
@@ -38,17 +39,20 @@ class ContactPair:
         self.detection, self._bodies = ContactDetection((fields[0].grid, fields[1].grid), bodies), bodies
         self._fields = fields
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
-        self._mobility, self._impulse = np.zeros((2, 0, 3)), np.zeros((0, 3))
+        self._mobility, self._closing = np.zeros((2, 0, 3)), np.zeros(0)
+        self.impulses = np.zeros((0, 3))
+        """On the first side at each node of `detection` in this step [N s], shape (n, 3)."""
 
     @property
     def _chunks(self) -> int:
-        return len(self._impulse) // impulses.CHUNK + 1
+        return len(self.impulses) // impulses.CHUNK + 1
 
-    def detect(self) -> None:
-        """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
+    def detect(self, dt: float) -> None:
+        """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
-        self._mobility, self._impulse = np.empty((2, n, 3)), np.zeros((n, 3))
+        self._mobility, self.impulses = np.empty((2, n, 3)), np.zeros((n, 3))
+        self._closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
         for mobility, field in zip(self._mobility, self._fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
             constraints = nodes.constrained, driven_mass
@@ -56,15 +60,27 @@ class ContactPair:
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
-        nodes = self.detection.node[self.detection.normal.any(axis=1)]
+        closed = (self.detection.room == 0.0) | self.impulses.any(axis=1)
+        nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
         return ((body, nodes) for side in self._bodies for body in side)
 
-    def resolve(self) -> None:
-        """Impulses on the nodes after their momentum was advanced."""
-        where, (one, other) = (self.detection.node, self.detection.normal), (field.grid.nodes for field in self._fields)
-        first = (one.velocity, one.velocity_increment, one.strain_velocity)
-        second = (other.velocity, other.velocity_increment, other.strain_velocity)
-        impulses.resolve(self._chunks, self._kind, self._friction, *where, first, second, *self._mobility, self._impulse)
+    @property
+    def _touch(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.detection.normal, self._closing
+
+    def _moved(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """What impulses change of the nodes of both sides."""
+        nodes = [field.grid.nodes for field in self._fields]
+        return [(side.velocity, side.velocity_increment, side.strain_velocity) for side in nodes]
+
+    def resolve(self, anew: bool) -> None:
+        """Impulses on the nodes after their momentum was advanced, or `anew` after the bodies answered to these."""
+        how = self._kind, self._friction, anew, self.detection.node, self._touch
+        impulses.resolve(self._chunks, *how, *self._moved(), *self._mobility, self.impulses)
+
+    def give(self, impulse: np.ndarray) -> None:
+        """Impulses on the first side and against the second [N s], shape (n, 3), beside those so far."""
+        impulses.give(self._chunks, self.detection.node, impulse, *self._moved(), *self._mobility, self.impulses)
 
     def in_contact(self) -> list[ContactBody]:
         """The bodies of both velocity fields, where these touch anywhere."""
@@ -72,23 +88,19 @@ class ContactPair:
 
     def project(self) -> None:
         """The same for the velocities that strain the points, which does no work."""
-        where, (one, other) = (self.detection.node, self.detection.normal), (field.grid.nodes for field in self._fields)
-        sides = one.strain_velocity, other.strain_velocity
-        impulses.stop_approach(self._chunks, self._kind, self._friction, *where, *sides, *self._mobility)
+        how = self._kind, self._friction, self.detection.node, self._touch
+        sides = [field.grid.nodes.strain_velocity for field in self._fields]
+        impulses.stop_approach(self._chunks, *how, *sides, *self._mobility)
 
     def impulse(self) -> np.ndarray:
         """On the first velocity field over this step [N s], shape (3,)."""
-        return self._impulse.sum(axis=0)
-
-    def size(self) -> float:
-        """Of the impulses at the nodes, added up whatever their directions [N s]."""
-        return float(np.abs(self._impulse).sum())
+        return self.impulses.sum(axis=0)
 
     def works(self, gravity: tuple[float, float, float], dt: float, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
         works = np.zeros((self._chunks, row))
         for side, mobility, sign in zip(self._sides, self._mobility, SIGNS, strict=True):
-            impulses.sum_works(self._chunks, side, self.detection.node, mobility, self._impulse, sign, gravity, dt, works)
+            impulses.sum_works(self._chunks, side, self.detection.node, mobility, self.impulses, sign, gravity, dt, works)
         return ordered_sum(works)
 
     def work_on_points(self) -> float:
@@ -98,8 +110,13 @@ class ContactPair:
             if field.moves_points:
                 nodes = field.grid.nodes
                 moved = nodes.mass, nodes.momentum, nodes.velocity, nodes.velocity_increment
-                impulses.work_on_points(self._chunks, self.detection.node, mobility, self._impulse, sign, *moved, work)
+                impulses.work_on_points(self._chunks, self.detection.node, mobility, self.impulses, sign, *moved, work)
         return float(ordered_sum(work)[0])
+
+
+def _along(tried: Sequence[np.ndarray], found: Sequence[np.ndarray], before: Sequence[np.ndarray]) -> float:
+    """How far impulses were taken back along the way that they went."""
+    return float(sum(((y - x) * (x - z)).sum() for y, x, z in zip(tried, found, before, strict=True)))
 
 
 class ContactWork(NamedTuple):
@@ -121,10 +138,10 @@ class ContactPairs:
     def __len__(self) -> int:
         return len(self._pairs)
 
-    def detect(self) -> None:
-        """Find where velocity fields touch, after the bodies' mass was mapped to the nodes."""
+    def detect(self, dt: float) -> None:
+        """Find where velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         for pair in self._pairs:
-            pair.detect()
+            pair.detect(dt)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""
@@ -133,30 +150,46 @@ class ContactPairs:
     def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
         """Impulses on the nodes after their momentum was advanced, and what they did; of their own work only that on nodes
         that are constrained, since that on points is known when these have moved."""
-        self._sweep()
-        touching = {id(body): body for pair in self._pairs for body in pair.in_contact()}.values()
-        given = self._size()
-        for _ in range(ANSWERS):
-            answers = [body.answer_contact() for body in touching]
-            if not any(answers):
-                break
-            self._sweep()
-            before, given = given, self._size()
-            if given - before <= SETTLED * given:
-                break
+        self._sweep(anew=False)
+        self._settle(list({id(body): body for pair in self._pairs for body in pair.in_contact()}.values()))
         total = np.zeros(self._row)
         for pair in self._pairs:
             total += pair.works(gravity, dt, self._row)
         named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(step_work(total, self._columns), named)
 
-    def _size(self) -> float:
-        return float(sum(pair.size() for pair in self._pairs))
-
-    def _sweep(self) -> None:
+    def _sweep(self, anew: bool) -> None:
         for _ in range(self._sweeps):
             for pair in self._pairs:
-                pair.resolve()
+                pair.resolve(anew)
+
+    def _settle(self, bodies: Sequence[ContactBody]) -> None:
+        """Let bodies answer to the impulses, and find these anew, until they hardly change.
+
+        What is sought are impulses that push and bodies that part or stay, the minimum of a convex function: a projected
+        gradient method with momentum finds it (Nesterov 1983, Soviet Math. Dokl. 27, 372), which begins again where it turns
+        back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
+        """
+        last, weight, ahead = [pair.impulses.copy() for pair in self._pairs], 1.0, 0.0
+        for _ in range(ANSWERS):
+            now = [pair.impulses.copy() for pair in self._pairs]
+            if ahead > 0.0:
+                for pair, new, old in zip(self._pairs, now, last, strict=True):
+                    pair.give(ahead * (new - old))
+            tried = [pair.impulses.copy() for pair in self._pairs]
+            answers = [body.answer_contact() for body in bodies]
+            if not any(answers):
+                return
+            self._sweep(anew=True)
+            found = [pair.impulses for pair in self._pairs]
+            changed = sum(float(np.abs(new - old).sum()) for new, old in zip(found, tried, strict=True))
+            if changed <= SETTLED * sum(float(np.abs(impulse).sum()) for impulse in found):
+                return
+            weight, before = 0.5 + sqrt(0.25 + weight**2), weight
+            ahead = (before - 1.0) / weight
+            if _along(tried, found, now) > 0.0:
+                weight, ahead = 1.0, 0.0
+            last = now
 
     def with_work_on_points(self, done: ContactWork) -> ContactWork:
         """What was done with the work of the impulses on points, when their momentum is mapped to the nodes again.

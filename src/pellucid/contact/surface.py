@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants import GridFunctions
+from pellucid.contact.faces import Faces
 from pellucid.jit.bundle import Bundle
 
 
@@ -41,6 +42,9 @@ class ContactBody(Protocol):
 
         The edge is (volume · the second number) to the power of the third.
         """
+
+    def faces(self) -> Faces | None:
+        """Points on the surface of a volume, where it has such; None of a membrane, all of whose points lie on it."""
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""

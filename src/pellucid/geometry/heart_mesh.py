@@ -3,6 +3,7 @@
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.findings import Refusal
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.stuffing import stuffed
 from pellucid.geometry.tetrahedral import Tetrahedral
@@ -31,7 +32,15 @@ class HeartMesh(Tetrahedral):
 
     @model_validator(mode="after")
     def _can_be_made(self) -> "HeartMesh":
-        self.mesh()
+        sets = self.mesh().sets
+        outer = self.mesh().nodes[sets["epi"]]
+        for name, key, least in (
+            ("apex", "apex_height", float(_above_apex(outer).min())),
+            ("rv-patch", "patch_radius", float(_from_patch(outer).min())),
+        ):
+            if not len(sets[name]):
+                text = f"`{key}` = {getattr(self, key):g} m reaches no outer node of this mesh: the set {name} has none"
+                raise Refusal(text, f"let `{key}` be {least * 1.01:.3g} m or more, or make `size` smaller")
         return self
 
     def make(self) -> SimplexMesh:
@@ -52,11 +61,20 @@ class HeartMesh(Tetrahedral):
         nearest = np.argmin(np.abs(_boundaries(mesh.nodes[sides].mean(axis=1))), axis=0)
         sets = {name: np.unique(sides[nearest == k]) for k, name in enumerate(("epi", "lv-endo", "rv-endo"))}
         outer = mesh.nodes[sets["epi"]]
-        apex = outer[:, 2] <= -(LEFT + LEFT_WALL)[2] + self.apex_height
-        semi = RIGHT + RIGHT_WALL
-        middle = OFFSET + np.array([semi[0] * np.sqrt(1.0 - (PATCH_HEIGHT / semi[2]) ** 2), 0.0, PATCH_HEIGHT])
-        patch = np.linalg.norm(outer - middle, axis=1) <= self.patch_radius
+        apex, patch = _above_apex(outer) <= self.apex_height, _from_patch(outer) <= self.patch_radius
         return sets | {"base": np.flatnonzero(at_base), "apex": sets["epi"][apex], "rv-patch": sets["epi"][patch]}
+
+
+def _above_apex(places: np.ndarray) -> np.ndarray:
+    """Heights of places [m], shape (n, 3), above the apex [m], shape (n,)."""
+    return np.asarray(places[:, 2] + (LEFT + LEFT_WALL)[2])
+
+
+def _from_patch(places: np.ndarray) -> np.ndarray:
+    """Distances of places [m], shape (n, 3), from the middle of the patch [m], shape (n,)."""
+    semi = RIGHT + RIGHT_WALL
+    middle = OFFSET + np.array([semi[0] * np.sqrt(1.0 - (PATCH_HEIGHT / semi[2]) ** 2), 0.0, PATCH_HEIGHT])
+    return np.asarray(np.linalg.norm(places - middle, axis=1))
 
 
 def _boundaries(points: np.ndarray) -> np.ndarray:

@@ -1,28 +1,44 @@
 """Files of meshes: read through meshlane, and known again while they do not change."""
 
+import io
+import warnings
+from contextlib import redirect_stderr, redirect_stdout
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from pellucid.findings import Refusal
 from pellucid.model import Model
 
 FileState = tuple[str, int, int]
 """Path, time of the last change [ns], length [bytes]."""
 
 
-def read_mesh(path: str, what: str) -> Any:
-    """The mesh in a file, as meshlane gives it. Raises ValueError where it cannot be read as `what`, with its article."""
+def read_mesh(path: str, what: str, readable: str) -> Any:
+    """The mesh in a file, as meshlane gives it. Raises ValueError where it cannot be read as `what`, with its article.
+
+    readable: kinds of files that can be. What the readers print does not reach the terminal: it is told in the error, or as a
+    warning where the file can be read all the same.
+    """
     if not Path(path).is_file():
         raise ValueError(f"there is no file {path}")
     if find_spec("meshlane") is None:
         raise ValueError(f"reading {path} needs meshlane: pip install 'pellucid[mesh]'")
     import meshlane
 
+    said, ended = io.StringIO(), io.StringIO()
     try:
-        return meshlane.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets
-        reason = str(error).strip() or type(error).__name__
-        raise ValueError(f"{path} cannot be read as {what}: {reason}") from None
+        with redirect_stdout(said), redirect_stderr(ended):
+            mesh = meshlane.read(path)
+    except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets, or end the program
+        found = said.getvalue() if isinstance(error, SystemExit) else str(error)
+        reason = " ".join(found.split()).rstrip(".") or f"it does not hold what {Path(path).suffix} files do"
+        if not isinstance(error, SystemExit | meshlane.ReadError):
+            reason = f"its text breaks off or is damaged ({type(error).__name__}: {reason})"
+        raise Refusal(f"{path} cannot be read as {what}: {reason}", f"save it as one of {readable}") from None
+    if noted := " ".join((said.getvalue() + ended.getvalue()).split()):
+        warnings.warn(f"{path}: {noted}", stacklevel=2)
+    return mesh
 
 
 def states_of_files(model: Model) -> tuple[FileState, ...]:

@@ -5,7 +5,7 @@ has a normal where it is a corner of a face with that normal; a face is chosen w
 """
 
 from collections.abc import Iterator, Mapping
-from math import cos, degrees, radians
+from math import acos, ceil, cos, degrees, radians
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -123,9 +123,13 @@ class Region(Shape):
 
     def _facing(self, of: Selectable) -> np.ndarray:
         """Which faces have such a normal, shape (f,)."""
+        return np.asarray(self._cosines(of) >= cos(radians(WITHIN if self.within is None else self.within)) - 1e-12)
+
+    def _cosines(self, of: Selectable) -> np.ndarray:
+        """Of the angles between the outward normals of the faces and that direction, shape (f,)."""
         areas, direction = vector_areas(of.position, of.faces), np.array(self.normal)
-        cosine = areas @ direction / np.maximum(np.linalg.norm(areas, axis=1) * np.linalg.norm(direction), 1e-300)
-        return np.asarray(cosine >= cos(radians(WITHIN if self.within is None else self.within)) - 1e-12)
+        size = np.linalg.norm(areas, axis=1) * np.linalg.norm(direction)
+        return np.asarray(areas @ direction / np.maximum(size, 1e-300))
 
 
 Where = Literal["boundary"] | Region
@@ -172,7 +176,25 @@ def faults(
         yield Finding((*path, "set"), text, hint(named, known))
     elif not (chosen_faces if faces else chosen_nodes)(where, of, active).any():
         what = "face" if faces else "node" if len(of.faces) else "point"
-        yield Finding(path, f"no {what} of body {name} lies in it at the start", NOWHERE)
+        why, remedy = _why_empty(where, of, active, faces)
+        yield Finding(path, f"no {what} of body {name} lies in it at the start{why}", remedy)
+
+
+def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) -> tuple[str, str]:
+    """More about a region in which there is nothing, and what to do."""
+    if not isinstance(where, Region):
+        return ": a closed surface has no rim", "use a shape, a set or a normal"
+    if where.normal is not None and not where._facing(of).any():
+        nearest = degrees(acos(min(float(where._cosines(of).max()), 1.0)))
+        text = f": its outward normals differ by {nearest:.3g} degrees or more from `normal`"
+        return text, f"let `within` be {ceil(nearest - 1e-6)} or more, or give another direction"
+    shapes = where.shape is not None
+    if faces and chosen_nodes(where, of, active).any():
+        text = ", though nodes do: a face lies in it with all three corners"
+        return text, NOWHERE if shapes else "name a set that has whole faces, or use a shape or a normal"
+    if where.normal is None:
+        return "", NOWHERE if shapes and where.set_ is None else "let its shape and its set overlap"
+    return "", "let its shape or set reach where faces have this normal, or raise `within`"
 
 
 def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:

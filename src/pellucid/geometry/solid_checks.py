@@ -20,9 +20,11 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
         return
     yield from _empty_sets(mesh)
     yield from _lone(mesh)
-    yield from _repeated(mesh)
+    repeated = list(_repeated(mesh))
+    yield from repeated
     yield from _misshapen(mesh)
-    yield from _crowded(mesh)
+    # what repeated tetrahedra crowd is mended with them
+    yield from _crowded(mesh, np.unique(np.sort(mesh.cells, axis=1), axis=0) if repeated else mesh.cells)
 
 
 def _place(position: np.ndarray) -> str:
@@ -76,11 +78,12 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
             yield text + _place(corners[number[0]].mean(axis=0)), remedy
 
 
-def _crowded(mesh: SimplexMesh) -> Iterator[Fault]:
-    faces, count = np.unique(faces_of_cells(mesh.cells), axis=0, return_counts=True)
+def _crowded(mesh: SimplexMesh, cells: np.ndarray) -> Iterator[Fault]:
+    n, faces = len(mesh.nodes), faces_of_cells(cells)
+    _, first, count = np.unique((faces[:, 0] * n + faces[:, 1]) * n + faces[:, 2], return_index=True, return_counts=True)
     crowded = np.flatnonzero(count > 2)
     if len(crowded):
-        nodes = faces[crowded[0]]
+        nodes = faces[first[crowded[0]]]
         text = f"{_count(len(crowded), 'face has', 'faces have')} more than two tetrahedra, for example that of nodes"
         text += f" {nodes[0]}, {nodes[1]} and {nodes[2]}{_place(mesh.nodes[nodes].mean(axis=0))}"
         yield text, "the tetrahedra there overlap: mesh that part again"

@@ -10,6 +10,7 @@ from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.tetrahedral import Tetrahedral
 from pellucid.model import InputFile, Vector, parameter
 
+READABLE = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 BELOW = ("vertex", "line", "line3", "triangle", "triangle6", "quad")  # what a file may hold beside tetrahedra
 SECOND_ORDER = "tetra10"
 GMSH = "gmsh:physical"
@@ -33,7 +34,7 @@ class SolidFile(Tetrahedral):
 
     def make(self) -> SimplexMesh:
         """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read."""
-        mesh = read_mesh(self.path, "a mesh")
+        mesh = read_mesh(self.path, "a mesh", READABLE)
         if any(block.type == SECOND_ORDER for block in mesh.cells):
             text = f"{self.path} holds second-order tetrahedra ({SECOND_ORDER}), with nodes on their edges"
             raise ValueError(f"{text}; a solid needs tetrahedra of four corners: save the mesh with elements of first order")

@@ -34,7 +34,10 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     elements = _Elements(mesh)
     ambiguous = False
     yield from _lone(elements)
-    for fault in (*_empty(elements), *_repeated(elements), *_crowded(elements)):
+    repeated = list(_repeated(elements))
+    # what repeated elements crowd is mended with them
+    once = _Elements(Mesh(mesh.vertices, _once(mesh.quads), _once(mesh.triangles))) if repeated else elements
+    for fault in (*_empty(elements), *repeated, *_crowded(once)):
         ambiguous = True
         yield fault
     if ambiguous:
@@ -125,6 +128,12 @@ def _repeated(elements: _Elements) -> Iterator[Fault]:
         one, other = found[0]
         text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
         yield text + _place(elements.corner(other)), f"keep each {elements.one} once"
+
+
+def _once(corners: np.ndarray) -> np.ndarray:
+    """The elements without those that are there again."""
+    first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)[1]
+    return corners[np.sort(first)]
 
 
 def _crowded(elements: _Elements) -> Iterator[Fault]:

@@ -9,6 +9,7 @@ from pellucid.geometry.mesh import Mesh, Meshed
 from pellucid.geometry.mesh_files import FileState, read_mesh, states_of_files
 from pellucid.model import InputFile, Vector, parameter
 
+READABLE = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtu)"
 FLAT = {"quad": 4, "triangle": 3}  # cells of a surface, and how many corners they have
 BELOW = ("vertex", "line", "line3")  # what a file may hold beside them
 
@@ -38,7 +39,7 @@ class SurfaceFile(Meshed):
 def _read(state: FileState) -> Mesh:
     """The file's elements, read once for each of its states."""
     path = state[0]
-    mesh = read_mesh(path, "a surface")
+    mesh = read_mesh(path, "a surface", READABLE)
     strange = sorted({block.type for block in mesh.cells} - set(FLAT) - set(BELOW))
     if strange:
         raise ValueError(f"{path} holds cells of type {', '.join(strange)}; a membrane needs triangles or quadrilaterals alone")

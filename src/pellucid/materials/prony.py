@@ -101,11 +101,12 @@ def _update(law, state, density, L, dt, length):
     r = determinant(f) ** (-1.0 / 3.0)
     carry = (r * f[0], r * f[1], r * f[2], r * f[3], r * f[4], r * f[5], r * f[6], r * f[7], r * f[8])
     old = rotate(carry, isochoric_stress(law.elastic, F0))
-    change = add(isochoric_stress(law.elastic, F), scale(-1.0, old))
+    new = isochoric_stress(law.elastic, F)
+    change = add(new, scale(-1.0, old))
     # F is linear in time: its velocity gradient at the end is L (I + dt L)⁻¹
     D = symmetric_part(L)
     end = add(D, scale(-dt, symmetric_part(multiply(L, L))))
-    return relaxed(state, law, F, (carry, change, D, end, dt))
+    return relaxed(state, law, F, new, (carry, change, D, end, dt))
 
 
 @point_function(signal_speed, Prony)

@@ -7,7 +7,6 @@ from math import exp, expm1
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.materials.decoupled import isochoric_stress
 from pellucid.materials.law import Law, volumetric_stress
 from pellucid.materials.point_state import PointState, point_state
 from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, double_dot, rotate, scale
@@ -20,8 +19,8 @@ its duration [s]."""
 
 
 @generic
-def relaxed(state: PointState, law: Law, F: Tensor, step: Step) -> PointState:
-    """The state after a step to the deformation gradient F."""
+def relaxed(state: PointState, law: Law, F: Tensor, isochoric: Symmetric, step: Step) -> PointState:
+    """The state after a step to the deformation gradient F, at which the isochoric Kirchhoff stress at rest [Pa] is this."""
 
 
 @generic
@@ -46,10 +45,9 @@ def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, 
 
 
 @pointwise
-def total_stress(law: Any, F: Tensor, q: Symmetric) -> Symmetric:
-    """σ [Pa] at F with overstresses Σ q."""
-    J = determinant(F)
-    s = scale(1.0 / J, add(isochoric_stress(law.elastic, F), deviator(q)))
+def total_stress(law: Any, J: float, isochoric: Symmetric, q: Symmetric) -> Symmetric:
+    """σ [Pa] at a volume ratio J, with the isochoric Kirchhoff stress at rest and overstresses Σ q."""
+    s = scale(1.0 / J, add(isochoric, deviator(q)))
     mean = volumetric_stress(law.elastic, J)
     return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
 
@@ -63,9 +61,9 @@ class {name}(NamedTuple):
     {stresses}
 
 
-def relaxed(state, law, F, step):
+def relaxed(state, law, F, isochoric, step):
     {steps}
-    return {name}(total_stress(law, F, {sum_q}), F, state.dissipated_energy + {lost}, {all_u}, {all_q})
+    return {name}(total_stress(law, determinant(F), isochoric, {sum_q}), F, state.dissipated_energy + {lost}, {all_u}, {all_q})
 
 
 def overstress(state):
@@ -100,7 +98,7 @@ def _state(n: int) -> Any:
         overstress=_nested([f"state.overstress_{k}" for k in numbers]),
         energy=" + ".join(f"state.overstress_energy_{k}" for k in numbers),
     )
-    names: dict[str, Any] = {given.__name__: given for given in (NamedTuple, add, branch, total_stress)} | {
+    names: dict[str, Any] = {given.__name__: given for given in (NamedTuple, add, branch, determinant, total_stress)} | {
         "Symmetric": Symmetric,
         "Tensor": Tensor,
         "__name__": __name__,

@@ -1,9 +1,4 @@
-"""The interface of a body to the clock, the balance, contact, conditions and results, and the two families of bodies.
-
-Bodies whose unknowns live **on the grid** keep points, sorted by cell, and share a velocity field with others: the scheme calls
-their verbs one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation
-of motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
-"""
+"""The interface of a body to the clock, the balance, contact, conditions and results; `families` has its two families."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -11,8 +6,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from pellucid.contact.faces import Faces
 from pellucid.contact.surface import ContactBody
-from pellucid.energy import StepWork, Totals
+from pellucid.energy import Totals
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
@@ -21,6 +17,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.relaxable import SLOWER_LOADS
 from pellucid.parts.surface_load import Traction
 
 
@@ -31,6 +28,7 @@ class NodalSupport(NamedTuple):
     axes: tuple[bool, bool, bool]  # constrained directions
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
+    label: str = "a support"  # for messages
 
 
 class Placement(NamedTuple):
@@ -64,31 +62,9 @@ class PointConstraint(Protocol):
         """After the points moved: their positions."""
 
 
-class Springs(NamedTuple):
-    """What nodes resist with."""
-
-    position: np.ndarray  # (n, 3) [m]
-    force: np.ndarray  # (n, 3) internal forces there [N]
-    inertia: np.ndarray  # (n,) [kg]
-    free: np.ndarray  # (n, 3) which directions are not prescribed
-
-
-class Relaxable(Protocol):
-    """A body that can be brought to rest in equilibrium."""
-
-    arrays: dict[str, np.ndarray]
-
-    def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
-        """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
-
-        load_rate: how fast the loads change, in simulated time over that of the step; gravity_share: what acts of gravity.
-        """
-
-    def springs(self) -> Springs:
-        """Its internal forces of the last step, and the places where they were found."""
-
-    def unbalanced(self) -> tuple[float, float]:
-        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
+def in_metres(place: np.ndarray) -> str:
+    """A place [m] as errors tell it."""
+    return f"({', '.join(f'{value:.6g}' for value in place.tolist())}) m"
 
 
 class Body(ABC):
@@ -108,6 +84,8 @@ class Body(ABC):
     element_arrays: Mapping[str, np.ndarray] = {}
     """State of its elements, in the order of the mesh; most bodies have none."""
     constraint: PointConstraint | None = None
+    relaxes = False
+    """Whether it is being brought to rest in equilibrium."""
 
     @property
     def n_points(self) -> int:
@@ -226,6 +204,10 @@ class Body(ABC):
         """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
         return np.zeros((0, 3))
 
+    def faces(self) -> Faces | None:
+        """Points on the surface of a volume, where it has such; None of a membrane, all of whose points lie on it."""
+        return None
+
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
         return None
@@ -267,76 +249,20 @@ class Body(ABC):
         velocity = self.arrays["velocity"]
         return np.asarray(0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity))
 
+    def whereabouts(self, p: int) -> str:
+        """Where point p is, for an error."""
+        return f"at {in_metres(self.arrays['position'][p])}"
+
     def stop(self, code: int, p: int, n_steps: int, time: float) -> None:
         """Raise `RunStopped` for a fault (of `pellucid.grid.points`) at point p."""
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
-        place = ", ".join(f"{value:.6g}" for value in state["position"])
         fault = FAULTS[int(code)]
         raise RunStopped(
-            f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` at ({place}) m: "
-            f"{fault.meaning}; {fault.remedy}",
+            f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` {self.whereabouts(p)}: "
+            f"{fault.meaning}; {SLOWER_LOADS if self.relaxes else fault.remedy}",
             step=n_steps,
             time=time,
             body=self.name,
             point=state["id"],
             state=state,
         )
-
-
-class GridBody(Body):
-    """A body whose unknowns live on the grid."""
-
-    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """The nodes of the grid are constrained."""
-
-    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """The `constraint` leads the points."""
-
-    def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """The `constraint` leads the points."""
-
-    @abstractmethod
-    def sort_if_needed(self) -> None:
-        """Sort the points by cell where one left its slab."""
-
-    @abstractmethod
-    def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum (where `inertia`) and internal forces (where `force`) to the nodes."""
-
-    @abstractmethod
-    def update_velocities(self, remap: bool) -> None:
-        """Grid-to-particle: new velocities; where `remap`, their momentum back on the nodes."""
-
-    @abstractmethod
-    def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses; where `move`, new positions."""
-
-    @abstractmethod
-    def update_positions(self, dt: float) -> None:
-        """New positions alone."""
-
-
-class NodalBody(Body):
-    """A body with its own nodes and its own equation of motion."""
-
-    @abstractmethod
-    def predict(self, dt: float) -> None:
-        """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact
-        needs: mass, and the momentum that the nodes would have at the end of the step.
-
-        That may be the trial momentum itself, or the momentum as it is and the forces that change it, internal and external
-        ones and gravity.
-        """
-
-    @abstractmethod
-    def correct(self, remap: bool) -> None:
-        """Take the nodal velocity increments of contact, if any, and end the step with new velocities; where `remap`, their
-        momentum mapped to the nodes of the grid again."""
-
-    @abstractmethod
-    def update(self, dt: float) -> None:
-        """New positions, and what follows from them: stresses, energies, the bound on the step."""
-
-    @abstractmethod
-    def work(self) -> StepWork:
-        """Work and impulses of this step, in the layout of `pellucid.energy`."""

@@ -149,3 +149,8 @@ class BodyModel(Part):
         is_driven: whether the whole body follows a prescribed motion along every axis.
         """
         return None
+
+
+def is_alone(body: BodyModel, parts: Parts) -> bool:
+    """Whether a body has a velocity field to itself."""
+    return sum(other.field == body.field for other in parts.of(BodyModel)) == 1

@@ -19,9 +19,9 @@ class AtRest(NamedTuple):
 BONDED_CUBE = {
     ("coupled", 0.05): AtRest(0.34983, 12.5117, 2e-4, 2e-4),
     ("decoupled", 0.05): AtRest(0.34697, 12.3609, 2e-4, 2e-4),
-    ("coupled", -0.01): AtRest(0.01958, -4.051, 2e-3, 3e-3),
+    ("coupled", -0.01): AtRest(0.01957, -4.0473, 3e-4, 3e-4),
     ("decoupled", -0.01): AtRest(0.01962, -4.065, 3e-3, 3e-3),
-    ("coupled", -0.02): AtRest(0.08387, -8.95, 4e-3, 7e-3),
+    ("coupled", -0.02): AtRest(0.0836, -8.88, 4e-3, 7e-3),
     ("decoupled", -0.02): AtRest(0.08439, -9.05, 5e-3, 8e-3),
 }
 """At each energy and distance [m] that the plates have moved apart."""

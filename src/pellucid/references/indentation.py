@@ -3,7 +3,8 @@
 A pressure with the Hankel transform p̂(k) = ∫₀ᵃ φ(t) cos kt dt lowers the face by
 2(1-ν²)/E ∫ L(kh) p̂(k) J₀(kr) dk, where L is 1 for the half-space. On the sphere's parabola that is Fredholm's equation
 φ(t) + 2/π ∫₀ᵃ φ(s) ∫₀^∞ (L-1) cos ks cos kt dk ds = E/(π(1-ν²)) (δ - t²/R), and φ(a) = 0 at the rim of the contact
-(N. N. Lebedev & Ya. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes et al., J. Biomech. 5 (1972) 541-551).
+(N. N. Lebedev & Ya. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes, L. M. Keer, G. Herrmann & L. F. Mockros,
+J. Biomech. 5 (1972) 541-551, for the bonded layer).
 """
 
 from math import pi, sqrt

@@ -86,7 +86,8 @@ def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterat
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
     from pellucid.case.spec import required
-    from pellucid.simulation.simulation import Simulation, kernel_key
+    from pellucid.simulation.kernel_key import kernel_key
+    from pellucid.simulation.simulation import Simulation
 
     check_memory(required(case))
     progress.begin("setting up")

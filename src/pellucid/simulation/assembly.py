@@ -1,5 +1,6 @@
 """From a case to its bodies, the velocity fields that they share, and the pairs of these in contact."""
 
+import os
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from pellucid.parts.body_model import BodyModel
 if TYPE_CHECKING:
     from pellucid.case import Case
 
+POINTS_PER_THREAD = 10_000  # at least; with fewer, threads cost more than they save
 Built = dict[str, tuple[Body, VelocityField | None]]
 """Bodies by name, each with the velocity field that it is in; there is none without a grid."""
 
@@ -62,3 +64,9 @@ def _pair(
         return ContactPair(fields, sides, SLIP)
     kind = STICK if contact.kind == "stick" else SLIP
     return ContactPair(fields, sides, kind, contact.friction or 0.0, contact.name)
+
+
+def worthwhile_threads(bodies: Sequence[Body]) -> int:
+    """Threads that bodies of this size keep busy."""
+    points = sum(body.n_points for body in bodies)
+    return max(1, min(os.cpu_count() or 1, points // POINTS_PER_THREAD))

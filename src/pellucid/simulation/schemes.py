@@ -9,7 +9,7 @@ of motion; the grid gives them contact alone.
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from pellucid.parts.body import GridBody, NodalBody
+from pellucid.parts.families import GridBody, NodalBody
 
 
 class Steppable(Protocol):
@@ -23,7 +23,7 @@ class Steppable(Protocol):
     def nodal_bodies(self) -> Sequence[NodalBody]: ...
     def clear(self) -> None: ...
     def clear_momentum(self) -> None: ...
-    def detect_contact(self) -> None: ...
+    def detect_contact(self, dt: float) -> None: ...
     def advance(self, dt: float) -> None: ...
     def project(self) -> None: ...
 
@@ -35,7 +35,7 @@ def musl(simulation: Steppable, dt: float) -> None:
         body.particle_to_grid(inertia=True, force=True)  # m, p, f
     for own in simulation.nodal_bodies:
         own.predict(dt)  # their own equation of motion
-    simulation.detect_contact()
+    simulation.detect_contact(dt)
     simulation.advance(dt)  # p + dt f, supports, contact
     simulation.clear_momentum()
     for body in simulation.grid_bodies:
@@ -56,7 +56,7 @@ def usl(simulation: Steppable, dt: float) -> None:
         body.particle_to_grid(inertia=True, force=True)
     for own in simulation.nodal_bodies:
         own.predict(dt)
-    simulation.detect_contact()
+    simulation.detect_contact(dt)
     simulation.advance(dt)
     if simulation.has_contact:
         simulation.clear_momentum()
@@ -77,7 +77,7 @@ def usf(simulation: Steppable, dt: float) -> None:
         body.particle_to_grid(inertia=True, force=False)
     for own in simulation.nodal_bodies:
         own.predict(dt)
-    simulation.detect_contact()
+    simulation.detect_contact(dt)
     simulation.project()
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=False)

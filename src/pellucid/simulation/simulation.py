@@ -1,8 +1,5 @@
 """A case that runs: bodies, velocity fields, conditions, and the only time loop."""
 
-import hashlib
-import json
-import os
 import signal
 import time as wall_clock
 import warnings
@@ -20,44 +17,24 @@ from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import set_threads
-from pellucid.parts.body import GridBody, NodalBody
+from pellucid.parts.families import GridBody, NodalBody
 from pellucid.progress import Progress
-from pellucid.simulation.assembly import build_bodies, pairs_of
+from pellucid.simulation.assembly import build_bodies, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
+from pellucid.simulation.watch import Watch
+from pellucid.state import of_owner, with_owner
 
 if TYPE_CHECKING:
     from pellucid.case import Case
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
-POINTS_PER_THREAD = 10_000  # at least; with fewer, threads cost more than they save
-CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
-FIRST_JUDGED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 PROGRESS_INTERVAL = 0.2  # s of wall time
-
-
-def kernel_key(case: "Case") -> str:
-    """A key of the kernels that a case needs: they follow from its choices, not from its numbers and names."""
-    data = case.to_data()
-    bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
-    shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
-    conditions = sorted(name for name, tables in data.items() if isinstance(tables, list) and tables)
-    functions = case.grid.functions if case.grid_or_none else ""
-    several = len({body["field"] for body in data["body"]}) > 1
-    what = functions, case.thin, case.time.scheme, case.time.transfer, bodies, shared, several
-    return hashlib.sha256(json.dumps((what, conditions)).encode()).hexdigest()[:16]
-
-
-def _choices(value: Any) -> Any:
-    """The words and switches of a table, without its numbers."""
-    if isinstance(value, dict):
-        return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
-    return value if isinstance(value, (str, bool)) else type(value).__name__
 
 
 class Observer(Protocol):
@@ -96,7 +73,7 @@ class Simulation:
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
-        self.threads = set_threads(threads or self._worthwhile_threads())
+        self.threads = set_threads(threads or worthwhile_threads(self.bodies))
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
@@ -113,18 +90,13 @@ class Simulation:
         self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else clock
         self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
-        self._warned: set[str] = set()
+        self._watch = Watch(case.energy)
         self.timers: dict[str, float] = {}
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
             warnings.warn(text, stacklevel=2)
         self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if timed:
             time_verbs(self, self.timers)
-
-    def _worthwhile_threads(self) -> int:
-        """Threads that a body of this size keeps busy."""
-        points = sum(body.n_points for body in self.bodies)
-        return max(1, min(os.cpu_count() or 1, points // POINTS_PER_THREAD))
 
     # the verbs of a step that concern the nodes
 
@@ -138,9 +110,9 @@ class Simulation:
         for field in self.velocity_fields:
             field.clear_momentum()
 
-    def detect_contact(self) -> None:
-        """Find where velocity fields touch."""
-        self.contact_pairs.detect()
+    def detect_contact(self, dt: float) -> None:
+        """Find where velocity fields touch in this step."""
+        self.contact_pairs.detect(dt)
 
     def advance(self, dt: float) -> None:
         """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
@@ -181,8 +153,9 @@ class Simulation:
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
-        self._check_energy()
-        self._check_contact()
+        self._watch.energy(self.budget, self.clock)
+        if self.has_contact:
+            self._watch.contact(self.contact_pairs, self.clock)
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
@@ -211,33 +184,6 @@ class Simulation:
         points = sum(body.n_points for body in self.bodies)
         error = self.budget.energy_error()
         progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)
-
-    def _check_energy(self) -> None:
-        error = abs(self.budget.energy_error())
-        if self.n_steps < FIRST_JUDGED or error < self.case.energy.warn:
-            return
-        causes = f"transfer {self.budget.transfer:.3g} J, time integration {self.budget.time_integration:.3g} J"
-        time = self.clock.progress()
-        text = f"step {self.n_steps}, time {time:.6g} s: the energy error is {100 * error:.2g} % ({causes})"
-        if error >= self.case.energy.stop:
-            raise RunStopped(
-                f"{text}, above energy.stop = {100 * self.case.energy.stop:g} %; {self.clock.against_energy_error}"
-            )
-        self._warn("energy", f"{text}, above energy.warn = {100 * self.case.energy.warn:g} %")
-
-    def _check_contact(self) -> None:
-        if not self.has_contact or self.n_steps % CONTACT_INTERVAL or "contact" in self._warned:
-            return
-        for body, nodes in self.contact_pairs.touching():
-            text = body.contact_warning(nodes)
-            if text is not None:
-                return self._warn("contact", f"step {self.n_steps}, time {self.time:.6g} s: {text}")
-
-    def _warn(self, what: str, text: str) -> None:
-        """Warn of this once in a run."""
-        if what not in self._warned:
-            self._warned.add(what)
-            warnings.warn(text, stacklevel=3)
 
     # state and results
 
@@ -285,8 +231,8 @@ class Simulation:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
-        arrays = {f"{body.name}/{name}": array for body in self.bodies for name, array in body.state_arrays().items()}
-        return {**arrays, **{f"{CLOCK}/{name}": array for name, array in self.clock.state_arrays().items()}}
+        owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
+        return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
 
     def state_numbers(self) -> dict[str, Any]:
         """Every number that the next step depends on, for JSON."""
@@ -294,7 +240,7 @@ class Simulation:
             "clock": self.clock.state_numbers(),
             "balance": self.budget.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
-            "warned": sorted(self._warned),
+            "warned": sorted(self._watch.warned),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -304,13 +250,9 @@ class Simulation:
                 "the checkpoint was written by another version of pellucid: go on with that one, or start the run again"
             )
 
-        def of(owner: str) -> dict[str, np.ndarray]:
-            prefix = f"{owner}/"
-            return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-
         for body in self.bodies:
-            body.restore(of(body.name))
+            body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
-        self.clock.restore(numbers["clock"], of(CLOCK))
+        self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
-        self._warned = set(numbers["warned"])
+        self._watch.warned = set(numbers["warned"])

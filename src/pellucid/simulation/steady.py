@@ -8,14 +8,15 @@ Sources: Joldes, Wittek & Miller 2009, Comput. Methods Appl. Mech. Eng. 198, 264
 """
 
 from collections.abc import Mapping, Sequence
-from math import ceil, sqrt
+from math import ceil, inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pellucid.errors import RunStopped
-from pellucid.parts.body import Body, Relaxable
+from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.relaxable import SLOWER_LOADS, Relaxable
 from pellucid.simulation.clock import Clock
 from pellucid.smooth_step import smooth_step
 
@@ -52,6 +53,7 @@ class SteadyClock(Clock):
         self._equilibria = 0
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._quiet, self._scale, self.error = 0, 0.0, 1.0
+        self._change, self._decay = 0.0, 1.0  # the largest in a step, and what is left of it a step later
         self._kept: list[tuple[np.ndarray, np.ndarray]] = []
         self.steps_taken: list[int] = []
         """Steps of each load step so far."""
@@ -107,12 +109,16 @@ class SteadyClock(Clock):
         return (self._equilibria + smooth_step(step / self.loading)) * each
 
     def _estimate_error(self, dt: float) -> None:
-        """Of the displacements: with the largest change in a step, κ/(1 - κ) times that is still to come."""
+        """Of the displacements: from the largest change in a step, what is still to come where it decays by κ a step, or more
+        slowly if it was seen to do so: a mode far below that for which κ is best hides in the changes of the others."""
+        change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)
             self._scale = max(float(abs(body.arrays["position"] - start).max()) for body, start in moved)
-        fastest = max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
-        still = self._kappa / (1.0 - self._kappa) * dt * fastest
+            self._decay = min((change / self._change) ** (1.0 / ESTIMATED), 1.0) if self._change > 0.0 else 1.0
+            self._change = change
+        seen = self._decay / (1.0 - self._decay) if self._decay < 1.0 else inf
+        still = max(self._kappa / (1.0 - self._kappa), min(seen, float(self._step))) * change
         self.error = still / self._scale if self._scale > 0.0 else 0.0
         self._quiet = self._quiet + 1 if self._believed and self.error < self.steady.tolerance else 0
 
@@ -143,10 +149,11 @@ class SteadyClock(Clock):
         self.weight = (self.time - before) / self.dt
         self._step, self._quiet, self._kept = 0, 0, []
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
+        self._change, self._decay = 0.0, 1.0
 
     # results and checkpoint
 
-    against_energy_error = "raise steady.load_steps or steady.loading, or lower steady.courant: the loads grow too fast"
+    against_energy_error = f"{SLOWER_LOADS}: the loads grow too fast"
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells: steps of each load step, the estimated error, and the forces that are left, of all forces."""
@@ -183,4 +190,4 @@ def _crossing(model: BodyModel) -> float:
     return float((upper - lower).max()) / (shear or 0.2 * pressure)
 
 
-OWN = ("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "error")
+OWN = ("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "_change", "_decay", "error")

@@ -7,7 +7,7 @@ from small_cases import GAS, advance, box, simulation
 
 from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
-from pellucid.parts.body import GridBody, NodalBody
+from pellucid.parts.families import GridBody, NodalBody
 
 SKIN = {"kind": "linear-membrane", "density": 10.0, "young_modulus": 1e3, "poisson_ratio": 0.3}
 

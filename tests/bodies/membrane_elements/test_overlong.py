@@ -8,7 +8,7 @@ from elements import body_of, bring, element_sheet, places
 from membranes import sheet
 from small_cases import advance, box, simulation
 
-from pellucid.bodies.membrane_elements.overlong import LONGEST
+from pellucid.contact.overlong import LONGEST
 
 
 def stretched(times, **more):
@@ -35,7 +35,7 @@ def test_longer_ones_are_named_with_place_and_length():
     body = stretched(2.4)  # to 1.6 cells
     text = body.contact_warning(everywhere(body))
     assert "body sheet" in text
-    assert "has grown to 0.4 m, 1.6 cells of 0.25 m" in text
+    assert "is 0.4 m long, 1.6 cells of 0.25 m" in text
     assert "finer" in text
 
 

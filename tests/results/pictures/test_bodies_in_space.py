@@ -5,7 +5,7 @@ import synthetic_oocyte
 from pellucid import run
 from pellucid.case import Case
 from pellucid.results.pictures.bodies_in_space import opening, panels_in_space
-from pellucid.results.pictures.figures import bodies
+from pellucid.results.pictures.figures import bodies, energies, probes, write_figures
 from pellucid.results.pictures.rendering.axes import round_length
 from pellucid.results.pictures.style import house_style
 
@@ -70,6 +70,46 @@ def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
     }
     assert min(covered.values()) > 0.1
     assert not np.allclose(covered["bodies_speed"], covered["bodies_speed_inside"])
+
+
+@pytest.fixture(scope="module")
+def hanging(tmp_path_factory):
+    """Two steady states of a block that hangs by its top."""
+    body = {
+        "name": "block",
+        "kind": "meshless-solid",
+        "mesh": {"box": {"lower": (0, 0, 0), "upper": (2e-2, 3e-2, 1e-2), "cells": (2, 3, 1)}},
+        "approximant": {"kind": "linear-simplex"},
+        "material": {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3},
+    }
+    table = {"schema": 1, "title": "A block", "time": {"end": 1.0}, "gravity": (0, 0, -9.81), "body": [body]}
+    steady = {"steady": {"load_steps": 2, "tolerance": 1e-4}, "support": [{"name": "top", "where": {"normal": (0, 0, 1)}}]}
+    probe = {"name": "pull", "quantity": "reaction", "condition": "top", "component": "z"}
+    return run(Case.model_validate(table | steady | {"probe": [probe]}), out=tmp_path_factory.mktemp("steady") / "run")
+
+
+def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the_loads(hanging, monkeypatch):
+    monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
+    drawn = {path.stem for path in write_figures(hanging)}
+    assert drawn == {
+        *(f"bodies_{what}{cut}" for what in ("displacement", "load") for cut in ("", "_inside")),
+        "energies",
+        "probes",
+    }
+    with house_style():
+        picture, curves, reaction = panels_in_space(hanging, "displacement"), energies(hanging), probes(hanging)
+    first, *_, last = (axes.images[0].get_array() for axes in picture.axes if axes.images)
+    assert not np.allclose(first, last)
+    assert picture.axes[-1].get_ylabel() == "displacement [m]"
+    end = np.linalg.norm(hanging.fields("block")["position"] - hanging.fields("block", 0.0)["position"], axis=1).max()
+    assert picture.axes[-1].get_ylim()[1] == pytest.approx(end, rel=0.05)
+    left = curves.axes[0]
+    assert left.get_xlabel() == "time of the loads [s]"
+    assert {line.get_label() for line in left.lines} == {"strain", "gravity work", "damping heat"}
+    (line,) = reaction.axes[0].lines
+    assert line.get_xdata() == pytest.approx([0.0, 0.5, 1.0])
+    assert line.get_marker() == "o"
+    assert line.get_ydata()[-1] == pytest.approx(9.81 * 6e-3, rel=1e-2)
 
 
 def test_fields_of_solids_open_in_pyvista(solid):

@@ -35,7 +35,16 @@ def test_a_body_with_an_equation_of_state_shows_its_pressure_any_other_its_equiv
     fields = {"internal_energy": np.ones(2), "pressure": np.full(2, 7.0), "stress": np.array([[3.0, 0, 0, 0, 0, 0]] * 2)}
     fluid = StoredBody("water", "material-points", "fluid", "tait", 1000.0)
     solid = StoredBody("block", "material-points", "kelvin-voigt", "", 1000.0)
-    assert values_of(fluid, fields, "load").tolist() == [7.0, 7.0]
-    assert values_of(solid, fields, "load").tolist() == [3.0, 3.0]
+    start = np.zeros((2, 3))
+    assert values_of(fluid, fields, "load", start).tolist() == [7.0, 7.0]
+    assert values_of(solid, fields, "load", start).tolist() == [3.0, 3.0]
     assert meaning([solid], "load")[0] == "von Mises stress"
     assert meaning([fluid, solid], "load")[0] == "pressure or von Mises stress"
+
+
+def test_displacements_count_from_the_first_positions():
+    fields = {"position": np.array([[1.0, 2.0, 3.0], [4.0, 4.0, 0.0]])}
+    start = np.array([[1.0, 2.0, 2.5], [1.0, 0.0, 0.0]])
+    solid = StoredBody("block", "meshless-solid", "neo-hookean", "", 1000.0)
+    assert values_of(solid, fields, "displacement", start).tolist() == [0.5, 5.0]
+    assert meaning([solid], "displacement") == ("displacement", "m")

@@ -4,7 +4,7 @@ import sys
 import types
 
 import pytest
-from free_flight import FakeSimulation, free_flight, kernel_key
+from free_flight import FakeSimulation, free_flight
 
 from pellucid.case import load
 from pellucid.errors import RunStopped, UsageError
@@ -47,7 +47,7 @@ def gallery():
         patch.setattr(pellucid.catalogue, "module", lambda name: module if name == case.id else None)
         patch.setattr(pellucid.catalogue, "ids", lambda: (case.id,))
         patch.setattr(pellucid.case, "load", lambda name: case if name == case.id else load(name))
-        fake = types.SimpleNamespace(Simulation=FakeSimulation, kernel_key=kernel_key)
+        fake = types.SimpleNamespace(Simulation=FakeSimulation)
         patch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
         yield case
 

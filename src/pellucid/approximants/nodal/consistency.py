@@ -31,7 +31,7 @@ def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
 def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: Rows, weights: np.ndarray) -> None:
     """Correct the gradients of rows at quadrature points with weights [m³], shape (m,), in place.
 
-    The points of a cell stand together, as many in each. Raises ValueError where the system does not converge.
+    The points of a cell stand together, as many in each. Raises Refusal where the system does not converge.
     """
     fits = make_fits(mesh.nodes, evaluator.active, rows, weights)
     sums, sizes = quadrature_sums(fits)

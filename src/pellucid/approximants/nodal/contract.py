@@ -14,7 +14,6 @@ from pellucid.jit import generic
 from pellucid.model import Model
 from pellucid.registry import Family, OneOf
 
-NO_FACES = np.zeros(0, np.int64)
 FACE_BLOCK, FACE_COLUMNS = 32, 5  # faces whose distances are found side by side, and what is kept of each
 
 OK, NOT_CONVERGED, NO_PRIOR, SINGULAR_MOMENTS = range(4)
@@ -23,6 +22,10 @@ FAILURES = {
     NO_PRIOR: "no node has a weight there",
     SINGULAR_MOMENTS: "the moment matrix has no inverse: too few neighbours, or all of them on one plane",
 }
+
+
+class NoFunctions(ValueError):
+    """An approximant has no functions at a place."""
 
 
 class Scratch(NamedTuple):
@@ -50,12 +53,19 @@ class NodalApproximant(Model):
     """A nodal approximant as the user describes it. A new one is a subclass with a `kind` of its own."""
 
     kind: str
+    reach: ClassVar[str | None] = None
+    """Its key for how far functions reach, where they need neighbours enough."""
     remedy: ClassVar[str] = "make the tetrahedra there less flat, or use another approximant"
     """What to do where it has no functions."""
 
     @abstractmethod
-    def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
-        """Its functions for a mesh; constrained: numbers of the boundary faces on which conditions prescribe the field."""
+    def evaluator(self, mesh: SimplexMesh) -> Evaluator:
+        """Its functions for a mesh."""
+
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, faces: np.ndarray) -> Evaluator:
+        """Functions that vanish on boundary faces of these numbers but for those of their corners: there the field is linear
+        between the values of the nodes. Those of the evaluator where the approximant has no such."""
+        return evaluator
 
     @property
     @abstractmethod

@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, OK, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import OK, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 
@@ -26,8 +26,8 @@ class LinearSimplexModel(NodalApproximant):
         """Its corners."""
         return 4.0
 
-    def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
-        """Functions of the corners; constrained faces change nothing."""
+    def evaluator(self, mesh: SimplexMesh) -> Evaluator:
+        """Functions of the corners."""
         from pellucid.approximants.nodal.rings import nodes_of_cells  # scipy is heavy
 
         active, d = nodes_of_cells(mesh, 1), mesh.dimension

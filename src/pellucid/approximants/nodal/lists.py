@@ -10,3 +10,11 @@ class Lists(NamedTuple):
 
     first: np.ndarray
     items: np.ndarray
+
+    def of(self, things: np.ndarray) -> "Lists":
+        """Those of some things, shape (m,), in their order."""
+        count = np.diff(self.first)[things]
+        first = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+        return Lists(
+            first, np.asarray(self.items[np.repeat(self.first[things] - first[:-1], count) + np.arange(int(first[-1]))])
+        )

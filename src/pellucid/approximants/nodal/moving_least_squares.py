@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, OK, SINGULAR_MOMENTS, Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import OK, SINGULAR_MOMENTS, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
@@ -30,7 +30,8 @@ class LeastSquaresModel(NodalApproximant):
 
     terms: ClassVar[int]
     """Of the basis in space."""
-    remedy: ClassVar[str] = "raise `approximant.dilatation`, so that supports have more neighbours, or use another approximant"
+    reach: ClassVar[str | None] = "dilatation"
+    remedy: ClassVar[str] = "raise it, so that supports have more neighbours, or use another approximant"
 
     dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
 
@@ -44,8 +45,8 @@ class LeastSquaresModel(NodalApproximant):
         """Counted at a dilatation of 1.6."""
         return 88.0 * (self.dilatation / 1.6) ** 3
 
-    def evaluator(self, mesh: SimplexMesh, constrained: np.ndarray = NO_FACES) -> Evaluator:
-        """Functions with quartic weights; constrained faces change nothing."""
+    def evaluator(self, mesh: SimplexMesh) -> Evaluator:
+        """Functions with quartic weights."""
         from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
 
         radius = self.dilatation * mesh.spacing

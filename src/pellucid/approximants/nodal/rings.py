@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.simplex_mesh import SimplexMesh
 
@@ -42,15 +43,11 @@ def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
     return Lists(nodes.indptr.astype(np.int64), nodes.indices.astype(np.int64))
 
 
-def ring_boundaries(mesh: SimplexMesh, k: int, extra: np.ndarray) -> tuple[Lists, np.ndarray]:
-    """For each node the faces that bound its k-th ring, but for those on the boundary of the mesh, and the size of the ring.
-
-    extra: numbers of boundary faces of the mesh that bound the rings too where they do not have the node.
-    """
+def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
+    """For each node the faces that bound its k-th ring, but for those on the boundary of the mesh, and the size of the ring."""
     faces, owners = mesh.faces
     inner = np.flatnonzero(owners[:, 1] >= 0)
     sides = _incidence(owners[inner].T.ravel(), np.tile(inner, 2), (len(mesh.cells), len(faces)))
-    closed = _incidence(owners[extra, 0], extra, sides.shape)
     first, items, sizes = [np.zeros(1, np.int64)], [], []
     for start in range(0, len(mesh.nodes), BLOCK):
         nodes = slice(start, start + BLOCK)
@@ -58,7 +55,6 @@ def ring_boundaries(mesh: SimplexMesh, k: int, extra: np.ndarray) -> tuple[Lists
         sizes.append(ring_size(mesh, cells, nodes))
         counts = sparse.csr_array(cells @ sides)
         counts.data = (counts.data == 1).astype(np.int32)  # a face with both cells in the ring lies within it
-        counts = counts + _without_own(sparse.csr_array(cells @ closed), faces, start)
         counts.eliminate_zeros()
         counts.sort_indices()
         first.append(first[-1][-1] + counts.indptr[1:].astype(np.int64))
@@ -66,11 +62,19 @@ def ring_boundaries(mesh: SimplexMesh, k: int, extra: np.ndarray) -> tuple[Lists
     return Lists(np.concatenate(first), np.concatenate(items)), np.concatenate(sizes)
 
 
-def _without_own(closed: sparse.csr_array, faces: np.ndarray, start: int) -> sparse.csr_array:
-    """The same matrix, with zeros where a face has the node of the row."""
-    row = start + np.repeat(np.arange(closed.shape[0]), np.diff(closed.indptr))
-    closed.data = np.where((faces[closed.indices] == row[:, None]).any(axis=1), 0, 1).astype(np.int32)
-    return closed
+def with_faces(evaluator: Evaluator, mesh: SimplexMesh, more: np.ndarray) -> Evaluator:
+    """Functions with `distances` whose nodes get these faces too: those in whose cell a node is active, and which do not have
+    it as a corner."""
+    faces, owners = mesh.faces
+    distances = evaluator.functions.distances
+    first, node = evaluator.active.of(owners[more, 0])
+    face = np.repeat(more, np.diff(first))
+    off = (faces[face] != node[:, None]).all(axis=1)
+    n, f = len(mesh.nodes), len(faces)
+    known = np.repeat(np.arange(n), np.diff(distances.first)) * f + distances.faces
+    keys = np.unique(np.concatenate([known, node[off] * f + face[off]]))
+    distances = distances._replace(first=np.searchsorted(keys, np.arange(n + 1) * f), faces=keys % f)
+    return evaluator._replace(functions=evaluator.functions._replace(distances=distances))
 
 
 def _incidence(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:

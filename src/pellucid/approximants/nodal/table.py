@@ -4,7 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import FACE_BLOCK, FACE_COLUMNS, FAILURES, Evaluator, Scratch, shape_functions
+from pellucid.approximants.nodal.contract import (
+    FACE_BLOCK,
+    FACE_COLUMNS,
+    FAILURES,
+    Evaluator,
+    NoFunctions,
+    Scratch,
+    shape_functions,
+)
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
@@ -74,26 +82,19 @@ def evaluate(
     """Shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients are not to be asked for on faces.
 
     normals: unit normals, shape (m, 3), of the faces of the boundary on which the points lie, where they do.
-    Raises ValueError where an approximant has no value, naming the point.
+    Raises NoFunctions where an approximant has no value, naming the place.
     """
-    first, active = evaluator.active
-    count = np.diff(first)[cells]
-    row = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    row, nodes = evaluator.active.of(cells)
     size = int(row[-1])
-    rows = Rows(row, _nodes_of(first, active, cells, row), np.empty(size), np.empty(3 * size if gradients else 0))
+    rows = Rows(row, nodes, np.empty(size), np.empty(3 * size if gradients else 0))
     failure = np.zeros(len(cells), np.int64)
     position, cells = np.ascontiguousarray(points, float), np.ascontiguousarray(cells, np.int64)
     arrays = position, cells, row, rows.values, rows.gradients, failure, np.ascontiguousarray(normals, float)
-    bundle = Bundle(Points(evaluator.functions, first, active, *arrays, int(count.max(initial=0))))
+    longest = int(np.diff(row).max(initial=0))
+    bundle = Bundle(Points(evaluator.functions, *evaluator.active, *arrays, longest))
     _evaluate((len(cells) + CHUNK - 1) // CHUNK, bundle)
     if failure.any():
         k = int(np.flatnonzero(failure)[0])
         place = ", ".join(f"{value:.6g}" for value in position[k])
-        raise ValueError(f"no shape functions at ({place}) m in cell {cells[k]}: {FAILURES[int(failure[k])]}")
+        raise NoFunctions(f"no shape functions at ({place}) m: {FAILURES[int(failure[k])]}")
     return rows
-
-
-def _nodes_of(first: np.ndarray, active: np.ndarray, cells: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """The active nodes of each point, one after the other."""
-    shift = np.repeat(first[cells] - row[:-1], np.diff(row))
-    return np.asarray(active[shift + np.arange(int(row[-1]))])

@@ -12,6 +12,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pellucid.findings import Refusal
+
 COARSE = 4.0  # spacing of the lattice in those of the nodes
 MOST_FUNCTIONS = 4000  # of the lattice
 LEAST_WEIGHT = 0.02  # of a function at any node: below, it is left out
@@ -25,7 +27,7 @@ PASSES, MOST_ITERATIONS = 6, 2000
 def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """x with matrix @ x = wanted but for affine parts of it, shape (n, k), for nodes [m], shape (n, 3).
 
-    Raises ValueError where the residual stays above 1e-10 of the right-hand side.
+    Raises Refusal where the residual stays above 1e-10 of the right-hand side.
     """
     affine = _affine_functions(nodes)
 
@@ -43,7 +45,8 @@ def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np
             break
     if (reached > FAR * size).any():
         text = "the gradients cannot be corrected for consistent quadrature: the residual stays at"
-        raise ValueError(f"{text} {float((reached / size).max()):.1e} of the error")
+        text = f"{text} {float((reached / size).max()):.1e} of the error"
+        raise Refusal(text, "make the flattest tetrahedra less flat, or set `consistent = false`")
     return found
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.membrane_elements.overlong import overlong
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
@@ -73,7 +72,7 @@ class ElementsOnGrid(PointsOnGrid):
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
         back = np.argsort(self.arrays["id"])
-        return overlong(self.name, self.surface.mesh.corners, self.arrays["position"][back], self.grid, nodes)
+        return self.surface.overlong(self.name, self.arrays["position"][back], self.grid, nodes)
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""

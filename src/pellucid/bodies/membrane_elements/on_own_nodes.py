@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.overlong import overlong
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.kernels import CHUNK
@@ -71,9 +70,7 @@ class MembraneElements(ExplicitNodes):
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
-        if self.grid is None:
-            return None
-        return overlong(self.name, self.surface.mesh.corners, self.arrays["position"], self.grid, nodes)
+        return self.surface.overlong(self.name, self.arrays["position"], self.grid, nodes) if self.grid else None
 
     # results
 

@@ -21,9 +21,11 @@ from pellucid.bodies.membrane_elements.strain import (
     strain,
 )
 from pellucid.bodies.membrane_slice import slice_factor
+from pellucid.contact.overlong import overlong
 from pellucid.energy import Totals
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.mesh import Mesh
+from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
@@ -32,6 +34,7 @@ from pellucid.reductions import ordered_sum
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
 """The fields that results show."""
+OVERLONG = "between nodes more than two cells apart others pass through; make the elements finer, or grid.cell larger"
 
 
 class MembraneOfElements(Protocol):
@@ -117,6 +120,11 @@ class ElementSurface:
         areas = np.zeros((len(position), 3))
         self.add_pressure_forces(position, 1.0, areas)
         return areas
+
+    def overlong(self, name: str, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
+        """Where elements of body `name` with nodes at these places [m], shape (n, 3), have outgrown the cells."""
+        what = f"body {name} touches another, its element"
+        return overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
 
     def strain(self, position: np.ndarray, velocity: np.ndarray, dt: float, totals: Totals) -> float:
         """Strain the elements whose nodes came to their positions with this velocity [m/s] over a step [s].

@@ -5,47 +5,33 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import NO_FACES, Evaluator, NodalApproximant
-from pellucid.approximants.nodal.faces import face_shares
-from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
-from pellucid.bodies.meshless_solid.forces import LEAST_J, deformation_gradients
+from pellucid.bodies.meshless_solid.functions import Approximation, SolidFunctions
+from pellucid.bodies.meshless_solid.inversion import inversion
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
-from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
+from pellucid.bodies.meshless_solid.prescribed import PrescribedField
 from pellucid.bodies.meshless_solid.skin import Skin
-from pellucid.bodies.meshless_solid.skin_points import skin_points
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
-from pellucid.bodies.meshless_solid.tables import make_tables
+from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
-from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.geometry.cells import Cells, cells_of_faces
+from pellucid.errors import RunStopped
+from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement, Springs
+from pellucid.parts.body import Placement, in_metres
+from pellucid.parts.relaxable import SLOWER_LOADS, Springs
+from pellucid.state import with_owner
 
-RENEWED = 200  # steps between estimates of the largest frequency, which strain changes
-OVERESTIMATE = 1.05  # of that frequency: power iteration approaches it from below
+OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
 
 
-class SolidOfNodes(Protocol):
+class SolidOfNodes(Approximation, Protocol):
     """What the body asks of its model."""
 
-    @property
-    def name(self) -> str: ...
-    @property
-    def place(self) -> str: ...
-    @property
-    def approximant(self) -> NodalApproximant: ...
-    @property
-    def essential_conditions(self) -> str: ...
-    @property
-    def points_per_cell(self) -> int: ...
-    @property
-    def consistent(self) -> bool: ...
-    @property
-    def averages_volume(self) -> bool: ...
     @property
     def density(self) -> float: ...
     @property
@@ -67,7 +53,6 @@ class MeshlessSolid(ExplicitNodes):
         n = len(self.mesh.nodes)
         self._volume = np.zeros(n)
         self.skin: Skin | None = None
-        self._frequency = 0.0  # the largest [rad/s], renewed now and then
         velocity = case.initial_velocity(self.mesh.nodes)
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
 
@@ -76,39 +61,22 @@ class MeshlessSolid(ExplicitNodes):
 
         Raises `CaseError` where the approximant has no functions, or the field cannot be made to follow.
         """
-        motion = self.motion
-        self.prescribed = PrescribedField(self.mesh, self.arrays["prescribed"], motion.groups(), len(motion.rows))
-        try:
-            self._make_functions(self._case)
-        except ValueError as error:
-            key = f"body.{self.name}.{self._case.place}"
-            raise CaseError(Problem(str(error), key, remedy=self._case.approximant.remedy)) from None
-        if self._correction is not None:
-            motion.impose_on_field(self._correction)
-        self.renew_totals()
-
-    def _make_functions(self, case: SolidOfNodes) -> None:
-        mesh, prescribed, direct = self.mesh, self.prescribed, case.essential_conditions == "direct"
-        evaluator = case.approximant.evaluator(mesh)
-        disturbed = prescribed.disturbed_faces(evaluator) if direct else NO_FACES
-        if len(disturbed):
-            evaluator = case.approximant.evaluator(mesh, disturbed)
-        tables = make_tables(mesh, evaluator, self._law, case.points_per_cell, case.consistent, case.averages_volume)
-        self.solid, viscous = tables.solid, case.viscous()
+        motion, case, arrays = self.motion, self._case, self.arrays
+        self.prescribed = PrescribedField(self.mesh, arrays["prescribed"], motion.groups(), len(motion.rows))
+        self._functions = SolidFunctions(case, self.mesh, self._law, self.prescribed)
+        tables, viscous = self._functions.tables, case.viscous()
+        self.solid = tables.solid
         self._forces = ElasticForces(self.solid)
         if viscous is not None:
             wave_number = float(np.sqrt((tables.row_sums / tables.node_volume).max()))
             self._forces = ViscousForces(viscous, self.solid, case.density, wave_number)
-        self._evaluator: Evaluator = evaluator
-        self._volume[:], self._row_sums = tables.node_volume, tables.row_sums
-        self.arrays["mass"][:] = case.density * tables.node_volume
-        self._at_nodes = values_at_nodes(mesh, evaluator)
-        self.skin = self._make_skin(evaluator) if self.coupling else None
-        self._residuals = prescribed.residuals(self._at_nodes, evaluator)
-        self._correction: ForceCorrection | None = None
-        if not direct and len(prescribed.nodes):
-            how = self.motion.inertia, self.motion.motion_rows, case.essential_conditions == "ebciem"
-            self._correction = ForceCorrection(prescribed, self._at_nodes, evaluator, self.arrays["position"], *how)
+        self._volume[:] = tables.node_volume
+        arrays["mass"][:] = case.density * tables.node_volume
+        if self.coupling is not None:
+            self.skin = self._make_skin(self.coupling)
+        if correction := self._functions.correction(arrays["position"], motion.inertia, motion.motion_rows):
+            motion.impose_on_field(correction)
+        self.renew_totals()
 
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""
@@ -122,61 +90,56 @@ class MeshlessSolid(ExplicitNodes):
         if self.skin:
             self.skin.update()
         self.prescribed.displacement += dt * self.motion.rows
-        self._find_forces(dt)
-        self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+        self._find_forces(dt, dt > 0.0 and self._fastest.is_due())
+        self._bound_step()
 
     def scale_inertia(self) -> None:
         """Let the inertia of the nodes follow the bounds on their rows of the stiffness; in all it stays the mass."""
-        self.motion.scale_inertia(self._row_sums * (self.mass / self._row_sums.sum()))
+        row_sums = self._functions.tables.row_sums
+        self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
         self.renew_totals()
 
     def springs(self) -> Springs:
         """Its internal forces, where the step ended."""
         return super().springs()._replace(position=self.arrays["position"])
 
-    def _find_forces(self, dt: float = 0.0) -> None:
+    def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
         """Internal forces and energy at the positions of the nodes, which these reached in a step dt [s]."""
-        self._forces.find(self.arrays["position"] - self.mesh.nodes, self.motion.internal, dt)
+        displacement, force = self.arrays["position"] - self.mesh.nodes, self.motion.internal
+        if iterate:
+            self._forces.find_and_iterate(displacement, force, dt, self._fastest)
+        else:
+            self._forces.find(displacement, force, dt)
         self.totals.stored, lost = self._forces.stored(), self._forces.lost
         if lost is not None:
             self.totals.parts["dissipated"] = lost
             self.totals.stored += lost
 
-    def _renew_frequency(self) -> None:
-        """The largest frequency about the present strain, which bounds the step."""
-        position, extent = self.arrays["position"], float(np.ptp(self.mesh.nodes, axis=0).max())
-        displacement, inertia = position - self.mesh.nodes, self.motion.inertia
-        self._frequency = OVERESTIMATE * self._forces.largest_frequency(displacement, inertia, self.motion.free, extent)
-        self._find_forces()
-        self.totals.rate = max(0.5 * self._frequency, self.motion.crossing)
+    def _bound_step(self) -> None:
+        self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing)
 
     def renew_totals(self) -> None:
-        """Find the totals of the state as it is."""
+        """Find the totals of the state as it is, and its largest frequency from the start."""
+        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
+        self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
         super().renew_totals()
-        self._renew_frequency()
+        self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
+        self._find_forces()
+        self._bound_step()
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node or the place, where a fault was found in this step."""
-        least = self._least_volume_ratio()
-        if not least > 0.0:
-            ratios = np.linalg.det(deformation_gradients(self.solid, len(self.mesh.cells)))
-            cell = int(np.argmin(ratios)) // self.solid.n_points
-            place = ", ".join(f"{x:.6g}" for x in self.mesh.nodes[self.mesh.cells[cell]].mean(axis=0))
-            raise RunStopped(
-                f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted where ({place}) m was at rest: the volume "
-                f"ratio is {least:.3g}; load it more slowly, or use a smaller step",
-                step=n_steps,
-                time=time,
-                body=self.name,
-            )
+        """Raise `RunStopped`, naming the node or the cell, where a fault was found in this step."""
+        found = inversion(self.mesh, self.solid)
+        if found is not None:
+            slower = SLOWER_LOADS if self.relaxes else "load it more slowly, or use a smaller time.courant or time.step"
+            text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted {found}; {slower}, and if this does not "
+            text += "help, the load itself crushes it there"
+            raise RunStopped(text, step=n_steps, time=time, body=self.name)
         super().check(n_steps, time)
-        if n_steps % RENEWED == 0:
-            self._renew_frequency()
 
-    def _least_volume_ratio(self) -> float:
-        """Of the points, and of the averages where the volume ratio is averaged: laws need both to be positive."""
-        least = float(self.solid.sums[:, LEAST_J].min())
-        return min(least, float(self.solid.node_sums[:, LEAST_J].min())) if len(self.solid.block_volume) else least
+    def whereabouts(self, p: int) -> str:
+        """Where a node was at rest: it may be nowhere now."""
+        return f"from {in_metres(self.mesh.nodes[p])} at rest"
 
     # conditions
 
@@ -187,15 +150,14 @@ class MeshlessSolid(ExplicitNodes):
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
         """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
-        return face_shares(self._evaluator, self.mesh.nodes, faces, cells_of_faces(self.mesh.cells, faces))
+        return self._functions.face_shares(faces)
 
     # contact
 
-    def _make_skin(self, evaluator: Evaluator) -> Skin:
-        coupling, mass = self._coupled(), self.arrays["mass"]
-        field = coupling.velocity_field
-        points = skin_points(self.mesh, evaluator, mass, 1.5 * field.grid.lattice.cell)
-        return Skin(self.name, coupling, self.arrays, self._volume, self._at_nodes, points)
+    def _make_skin(self, coupling: GridCoupling) -> Skin:
+        longest = LONGEST * coupling.velocity_field.grid.lattice.cell
+        points = self._functions.skin_points(self.arrays["mass"], longest, self.motion.on_walls())
+        return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
 
     @property
     def met(self) -> ContactBody | None:
@@ -231,14 +193,14 @@ class MeshlessSolid(ExplicitNodes):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Those of the nodes and of the history of the points, what was prescribed so far, and the bound on the step."""
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
-        history = {f"history/{name}": array for name, array in self._forces.arrays.items()}
+        history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
-        return {**super().state_arrays(), **history, **skin, **prescribed, "frequency": np.array([self._frequency])}
+        return {**super().state_arrays(), **history, **skin, **prescribed, **self._fastest.state_arrays()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
-        self._frequency = float(arrays["frequency"][0])
+        self._fastest.restore(arrays)
         self.prescribed.displacement[:] = arrays["prescribed_displacement"]
         for name, array in self._forces.arrays.items():
             array[...] = arrays[f"history/{name}"]
@@ -252,11 +214,11 @@ class MeshlessSolid(ExplicitNodes):
 
     def places(self) -> np.ndarray:
         """Where the material is that started at the nodes [m], shape (n, 3)."""
-        return np.asarray(self.mesh.nodes + self._at_nodes @ (self.arrays["position"] - self.mesh.nodes))
+        return np.asarray(self.mesh.nodes + self._functions.at_nodes @ (self.arrays["position"] - self.mesh.nodes))
 
     def facts(self) -> dict[str, float]:
         """How far the field is from what supports and motions prescribe [m], at nodes of the boundary and between them."""
-        found = self._residuals.largest(self.arrays["position"] - self.mesh.nodes)
+        found = self._functions.residuals.largest(self.arrays["position"] - self.mesh.nodes)
         return {f"ebc_residual_{name}": value for name, value in found.items()}
 
     @property
@@ -272,7 +234,7 @@ class MeshlessSolid(ExplicitNodes):
         if name == "position":
             return self.places()
         if name == "velocity":
-            return np.asarray(self._at_nodes @ self.arrays["velocity"])
+            return np.asarray(self._functions.at_nodes @ self.arrays["velocity"])
         if name in MOTION:
             return self.arrays[name]
         return nodal_field(name, self.mesh, self.solid, self._forces.at_points, self._law, self._density)

@@ -20,6 +20,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.faces import unit_normals
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at
+from pellucid.findings import Refusal
 from pellucid.geometry.cells import vector_areas
 from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 
@@ -32,8 +33,8 @@ class ForceCorrection:
     """The impulses that make the field take the prescribed displacement.
 
     values: functions at all nodes, shape (n, n); position [m], shape (n, 3), as the body keeps it; inertia [kg], shape (n,);
-    motions: the first row of motions and that behind the last; spread: whether over faces. Raises ValueError where conditions
-    on two nodes are nearly the same.
+    motions: the first row of motions and that behind the last; spread: whether over faces. Raises Refusal where conditions on
+    two nodes are nearly the same.
     """
 
     def __init__(
@@ -113,16 +114,17 @@ def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
     try:
         factors = splu(V, options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:  # an exact zero on the diagonal
-        raise ValueError(_dependent(np.inf)) from None
+        raise _dependent(np.inf) from None
     condition = _condition(V, factors)
     if not condition < LARGEST_CONDITION:
-        raise ValueError(_dependent(condition))
+        raise _dependent(condition)
     return lambda lacking: np.asarray(factors.solve(lacking))
 
 
-def _dependent(condition: float) -> str:
+def _dependent(condition: float) -> Refusal:
     text = "forces on the prescribed nodes cannot be found: what they change is nearly dependent, with a condition number of"
-    return f"{text} {condition:.2g}, above {LARGEST_CONDITION:.0g}"
+    remedy = 'prescribe nodes of the surface alone, or use maximum entropy or linear functions with "direct"'
+    return Refusal(f"{text} {condition:.2g}, above {LARGEST_CONDITION:.0g}", remedy)
 
 
 def _condition(V: sparse.csc_array, factors: SuperLU) -> float:

@@ -56,12 +56,8 @@ class PrescribedField:
 
     def at(self, number: np.ndarray) -> np.ndarray:
         """The prescribed displacements [m] for numbers of shape (m, 3), 0 where free."""
-        return self.of_rows(self.displacement, number)
-
-    @staticmethod
-    def of_rows(rows: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """The components of rows, shape (rows, 3), for numbers of shape (m, 3), 0 where free."""
-        return np.asarray(np.take_along_axis(np.concatenate([np.zeros((1, 3)), rows]), number, axis=0))
+        rows = np.concatenate([np.zeros((1, 3)), self.displacement])
+        return np.asarray(np.take_along_axis(rows, number, axis=0))
 
     def _on_faces(self, evaluator: Evaluator) -> sparse.csr_array:
         """Functions at places on the faces, in their order."""

@@ -17,11 +17,15 @@ from scipy import sparse
 
 from pellucid.bodies.meshless_solid.skin_points import SkinPoints
 from pellucid.contact.coupling import GridCoupling
+from pellucid.contact.faces import Faces
+from pellucid.contact.overlong import overlong
+from pellucid.geometry.cells import vector_areas
 from pellucid.grid.momentum import NOTHING
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
+from pellucid.state import of_owner, with_owner
 
 CHUNK = 4096
 
@@ -76,6 +80,9 @@ class Skin:
         volumes = np.concatenate([volume, points.mass[added] / density])
         self._everywhere = np.zeros((len(volumes), 3))
         self._follow()
+        self._faces, self._triangles, t = points.faces, points.triangles, len(points.triangles)
+        thirds = np.full(3 * t, 1.0 / 3.0), (self._triangles.ravel(), np.repeat(np.arange(t), 3))
+        self._thirds = sparse.csr_array(thirds, shape=(m, t))
         self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass)
         still = np.zeros_like(self._everywhere)
         self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes)
@@ -146,9 +153,15 @@ class Skin:
         """None: points lie on the surface."""
         return 0.0, 0.0, 0.0
 
+    def faces(self) -> Faces:
+        """The points on the surface."""
+        areas = self._thirds @ vector_areas(self._x, self._triangles)
+        return Faces(self.surface.mapped, self.surface.n_slabs, np.asarray(areas))
+
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """None yet."""
-        return None
+        """Where its faces are longer than the cells."""
+        what, effect = f"body {self.name} touches another, its outer face", "others sink into it; make its mesh finer there"
+        return overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
 
     # step and checkpoint
 
@@ -161,11 +174,12 @@ class Skin:
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
         parts = {"surface": self.surface, "whole": self.whole}
-        return {f"skin/{part}/{name}": array for part, c in parts.items() for name, array in c.state_arrays().items()}
+        return {
+            name: array for part, c in parts.items() for name, array in with_owner(f"skin/{part}", c.state_arrays()).items()
+        }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint, after the numbers of the nodes."""
         self._follow()
-        for part, coupling in {"surface": self.surface, "whole": self.whole}.items():
-            begin = f"skin/{part}/"
-            coupling.restore({name[len(begin) :]: array for name, array in arrays.items() if name.startswith(begin)})
+        self.surface.restore(of_owner("skin/surface", arrays))
+        self.whole.restore(of_owner("skin/whole", arrays))

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import ENERGY, Solid, internal_forces
+from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points
-from pellucid.bodies.meshless_solid.stable_step import largest_frequency
+from pellucid.bodies.meshless_solid.solid import ENERGY, Solid
+from pellucid.bodies.meshless_solid.stable_step import PowerIteration, converge
 from pellucid.jit.bundle import Bundle
 
 
@@ -20,8 +21,12 @@ class ElasticForces:
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
         """Fill force (n, 3) [N] at displacements [m], shape (n, 3), that were reached in a step dt [s]."""
-        self.solid.displacement[:] = displacement
-        internal_forces(len(self.solid.sums), len(self.solid.node_sums), self.bundle, force)
+        self._find(displacement, force, dt, False)
+
+    def _find(self, displacement: np.ndarray, force: np.ndarray, dt: float, keep: bool) -> None:
+        solid = self.solid
+        solid.displacement[:] = displacement
+        internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
         """Forces at displacements that may be reached so fast; of what is hyperelastic they do not depend on it."""
@@ -37,9 +42,16 @@ class ElasticForces:
         """Energy that the material dissipated so far [J], of those that tell it apart."""
         return None
 
-    def largest_frequency(self, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray, extent: float) -> float:
-        """As the function, about displacements [m]; forces and energy must be found again."""
-        return largest_frequency(self._try, displacement, mass, free, extent)
+    def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
+        """As the function, about displacements [m], shape (n, 3); forces and energy must be found again."""
+        converge(iteration, self._try, displacement)
+
+    def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
+        """As `find`, with one more iteration towards the largest frequency: first the trial, then what remains."""
+        there = np.empty_like(force)
+        self._try(displacement + iteration.trial(), there, iteration.frequency)
+        self.find(displacement, force, dt)
+        iteration.learn(force - there)
 
     def at_points(self, n: int) -> AtPoints:
         """Stresses and energies at the n points."""

@@ -9,8 +9,10 @@ from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import evaluate
-from pellucid.bodies.meshless_solid.forces import CHUNK, PACKS, Blocks, Functions, Solid, internal_forces
+from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
+from pellucid.bodies.meshless_solid.solid import CHUNK, PACKS, Blocks, Elastic, Functions, Solid
+from pellucid.findings import Refusal
 from pellucid.geometry.quadrature import TETRAHEDRON
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
@@ -41,8 +43,8 @@ def make_tables(
     """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
 
     consistent: whether the gradients are corrected for consistent quadrature; averaged: whether the volume ratio is averaged
-    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises ValueError where
-    the approximant has no functions, or gives a node no volume.
+    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises NoFunctions
+    where the approximant has none, Refusal where it gives a node no volume or the correction cannot be found.
     """
     shares = TETRAHEDRON[n_points]
     places = np.einsum("qk,cki->cqi", shares, mesh.nodes[mesh.cells]).reshape(-1, 3)
@@ -58,7 +60,8 @@ def make_tables(
     lost = np.flatnonzero(node_volume <= 0.0)
     if len(lost):
         place = ", ".join(f"{value:.6g}" for value in mesh.nodes[lost[0]])
-        raise ValueError(f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3")
+        text = f"node {lost[0]} at ({place}) m has the volume {node_volume[lost[0]]:.3g} m^3"
+        raise Refusal(text, "make the tetrahedra there less flat, or use another approximant")
     row_sums = np.zeros(n)
     _add_row_sums(rows.row, rows.nodes, rows.gradients, weights, row_sums)
     packs = pack_lists(evaluator.active, n_points)
@@ -70,6 +73,7 @@ def make_tables(
     lanes[: len(weights)] = weights
     solid = Solid(
         law=law,
+        points=Elastic(law),
         n_points=n_points,
         gradients=Functions(packs.first, places, gradients),
         turns=turns,
@@ -83,7 +87,7 @@ def make_tables(
         volume=np.ones(n),
         volume_ratio=np.ones(n),
         mean_stress=np.zeros(n),
-        sums=np.zeros((len(blocks.first) - 1, 2)),
+        sums=np.zeros((len(blocks.first) - 1, 3)),
         node_sums=np.zeros(((n + CHUNK - 1) // CHUNK, 2)),
     )
     if averaged:
@@ -109,7 +113,7 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 
 def _measure_volumes(solid: Solid) -> None:
     """The volume about each corner, added up as in a step: then the volume ratio at rest is 1 to the last bit."""
-    internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), np.zeros_like(solid.displacement))
+    internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 

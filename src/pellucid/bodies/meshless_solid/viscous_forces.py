@@ -9,34 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import (
-    BATCH,
-    COLUMN,
-    COLUMNS,
-    NODAL,
-    PACKS,
-    RATIO,
-    STORED,
-    STRESS,
-    WEIGHT,
-    Solid,
-    add_blocks,
-    average_chunk,
-    deform_block,
-    displacements,
-    end_block,
-    fill_batch,
-    mean_stresses,
-    pull,
-)
+from pellucid.bodies.meshless_solid.forces import find_stresses
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints
+from pellucid.bodies.meshless_solid.solid import COLUMN, LOST, NODAL, PACKS, RATIO, STORED, STRESS, WEIGHT, Solid
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
-from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, largest_frequency
-from pellucid.jit import kernel
+from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, PowerIteration, converge
+from pellucid.jit import kernel, point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
-from pellucid.jit.vector import LANES, splat
-from pellucid.jit.vector import load as load_lanes
+from pellucid.jit.vector import LANES
 from pellucid.materials.law import (
     AT_REST,
     Law,
@@ -63,12 +44,11 @@ class Viscous(NamedTuple):
 
 
 class History(NamedTuple):
-    """What kernels take beside the solid, whose own law is the hyperelastic one."""
+    """The states of the points of a solid, whose own law is the hyperelastic one."""
 
     law: Any
     states: Any  # of the points, in arrays; those of the lanes without a point stand at their end
     density: float  # at the start [kg/m³]
-    lost: np.ndarray  # (blocks,) dissipated so far [J]
 
 
 @kernel(inner=True)
@@ -89,9 +69,8 @@ def _velocity_gradient(F, F0, dt):
     )
 
 
-@kernel(inner=True)
-def _find_stresses(first, n, solid, history, dt, keep, averaged, s):
-    """As in `forces`, of n packs; the energy [J] that their points lost so far. Where `keep`, the states go on."""
+@point_function(find_stresses, History)
+def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
     lost = 0.0
     for i in range(n * LANES):
         p = LANES * first + i
@@ -107,17 +86,17 @@ def _find_stresses(first, n, solid, history, dt, keep, averaged, s):
             s[8 * COLUMN + i],
         )
         w, J = s[WEIGHT * COLUMN + i], determinant(F)
-        density, state = history.density / J, load(history.states, p)
+        density, state = points.density / J, load(points.states, p)
         if dt > 0.0:
-            state = update(history.law, state, density, _velocity_gradient(F, state.deformation_gradient, dt), dt, 0.0)
+            state = update(points.law, state, density, _velocity_gradient(F, state.deformation_gradient, dt), dt, 0.0)
             if keep:
-                store(history.states, p, state)
+                store(points.states, p, state)
                 for k in range(9):  # not as the law rounds it
-                    history.states.deformation_gradient[p, k] = F[k]
-                state = load(history.states, p)
+                    points.states.deformation_gradient[p, k] = F[k]
+                state = load(points.states, p)
         P, extra = piola_transform(state.stress, F), 0.0
-        stored = history.density * stored_energy(history.law, state, density)
-        lost += w * history.density * dissipated_energy(history.law, state, density)
+        stored = points.density * stored_energy(points.law, state, density)
+        lost += w * points.density * dissipated_energy(points.law, state, density)
         if averaged:
             stored -= volumetric_energy(solid.law, J)
             extra = s[NODAL * COLUMN + i] - w * volumetric_stress(solid.law, J)
@@ -127,36 +106,6 @@ def _find_stresses(first, n, solid, history, dt, keep, averaged, s):
         s[STORED * COLUMN + i] = w * stored
         s[RATIO * COLUMN + i] = J
     return lost
-
-
-@kernel(inner=True)
-def _force_block(block, solid, history, dt, keep):
-    blocks, averaged = solid.blocks, len(solid.block_volume) > 0
-    start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
-    u = displacements(start, m, solid)
-    f, mean, s = np.zeros(LANES * m), mean_stresses(start, m, solid), np.zeros(COLUMNS * COLUMN)
-    stored, least, lost = splat(0.0), np.inf, 0.0
-    end = min(PACKS * (block + 1), len(solid.corners.first) - 1)
-    for first in range(PACKS * block, end, BATCH):
-        n = min(BATCH, end - first)
-        fill_batch(first, n, solid, averaged, mean, u, s)
-        lost += _find_stresses(first, n, solid, history, dt, keep, averaged, s)
-        for k in range(n):
-            pull(first + k, solid, s, STRESS * COLUMN + k * LANES, f)
-            stored += load_lanes(s, STORED * COLUMN + k * LANES)
-            for lane in range(LANES):
-                least = min(least, s[RATIO * COLUMN + k * LANES + lane])
-    end_block(block, solid, f, stored, least)
-    history.lost[block] = lost
-
-
-@kernel()
-def _viscous_forces(n_blocks, chunks, solid, history, dt, keep, force):
-    if len(solid.block_volume) > 0:
-        parallel_for(deform_block, n_blocks, solid)
-        parallel_for(average_chunk, chunks, solid)
-    parallel_for(_force_block, n_blocks, solid, history, dt, keep)
-    parallel_for(add_blocks, chunks, solid, force)
 
 
 @kernel(inner=True)
@@ -178,12 +127,11 @@ class ViscousForces(ElasticForces):
 
     def __init__(self, viscous: Viscous, solid: Solid, density: float, wave_number: float) -> None:
         """wave_number: the largest [1/m] that waves in the solid can have, or a bound above it."""
-        super().__init__(solid)
         law, state = viscous
-        self.arrays = initial_arrays(state, len(solid.weights))
-        states = in_arrays(state, self.arrays)
-        self._history = History(law, states, density, np.zeros(len(solid.sums)))
-        self._points = Bundle(self._history)
+        arrays = initial_arrays(state, len(solid.weights))
+        history = History(law, in_arrays(state, arrays), density)
+        super().__init__(solid._replace(points=history))
+        self.arrays, self._history = arrays, Bundle(history)
         self._bound = wave_number * signal_speed(law, state, density, AT_REST, 0.0)
         self._diffuses = diffusivity(law, density) > 0.0  # faster strain is stiffer without end
 
@@ -191,26 +139,30 @@ class ViscousForces(ElasticForces):
         """As of what is hyperelastic; the states go on. A step without time leaves them and the forces as they are."""
         self._find(displacement, force, dt, True)
 
-    def _find(self, displacement: np.ndarray, force: np.ndarray, dt: float, keep: bool) -> None:
-        solid = self.solid
-        solid.displacement[:] = displacement
-        _viscous_forces(len(solid.sums), len(solid.node_sums), self.bundle, self._points, dt, keep, force)
-
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
         self._find(displacement, force, (1.0 if self._diffuses else SUDDEN) / frequency, False)
 
     @property
     def lost(self) -> float:
         """Dissipated so far [J]."""
-        return float(self._history.lost.sum())
+        return float(self.solid.sums[:, LOST].sum())
 
-    def largest_frequency(self, displacement: np.ndarray, mass: np.ndarray, free: np.ndarray, extent: float) -> float:
+    def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
         """As the function, of viscous forces, and of those that fade as long as they have not."""
-        renewed = RETOLD if self._diffuses else ITERATIONS
-        return largest_frequency(self._try, displacement, mass, free, extent, self._bound, renewed)
+        converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
+
+    def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
+        """As of what is hyperelastic, with both trials from the states at the end of the step."""
+        self.find(displacement, force, dt)
+        here, there = np.empty_like(force), np.empty_like(force)
+        told = iteration.frequency or self._bound
+        self._try(displacement, here, told)
+        self._try(displacement + iteration.trial(), there, told)
+        iteration.learn(here - there)
+        self.find(displacement, force, 0.0)  # its sums are those of the last call
 
     def at_points(self, n: int) -> AtPoints:
         """Stresses and energies at the n points."""
         stored, lost = np.zeros(n), np.zeros(n)
-        _energies(len(self.solid.sums), self._points, stored, lost)
+        _energies(len(self.solid.sums), self._history, stored, lost)
         return AtPoints(self.arrays["stress"][:n], stored, lost)

@@ -1,5 +1,6 @@
 """What bodies with their own nodes share that advance these explicitly: conditions, contact on the grid, checkpoint."""
 
+import warnings
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 
@@ -8,12 +9,16 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
+from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.points import NO_VOLUME
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import NodalBody, NodalSupport, Placement, Springs
+from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.families import NodalBody
+from pellucid.parts.relaxable import Springs
+from pellucid.state import of_owner, with_owner
 
 FREE = (False, False, False)
 
@@ -59,6 +64,7 @@ class ExplicitNodes(NodalBody):
         self.motion = NodalMotion(self.arrays, self.grid, thin, placement.gravity, placement.n_loads, increment)
         self._left_grid: tuple[int, int] | None = None
         self._dt = 0.0
+        self._overruled: list[Overruled] = []
         self.totals = Totals()
 
     # conditions
@@ -68,12 +74,21 @@ class ExplicitNodes(NodalBody):
         self.motion.add_supports(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let nodes follow prescribed motions."""
+        """Let nodes follow prescribed motions; these overrule supports."""
         self.motion.add_motions(names, numbers, axes)
+        self._overruled = overruled(self.motion.supports, numbers, axes)
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3). Warns once of each support that
+        prescribes others where these count."""
         self.motion.set_motion_velocities(velocity)
+        agree = []
+        for pair in self._overruled:
+            if (text := warning(pair, self.motion.motions[pair.motion], self.name, velocity)) is not None:
+                warnings.warn(text, stacklevel=2)
+            else:
+                agree.append(pair)
+        self._overruled = agree
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the nodes [N], shape (n, 3), over this step."""
@@ -132,6 +147,7 @@ class ExplicitNodes(NodalBody):
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Damp the coming step."""
+        self.relaxes = True
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
         self.motion.share_gravity(gravity_share)
 
@@ -184,10 +200,8 @@ class ExplicitNodes(NodalBody):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the nodes and elements, and the index of the nodes by cell."""
-        elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
-        by_cell = self.coupling.state_arrays() if self.coupling else {}
-        index = {f"index/{name}": array for name, array in by_cell.items()}
-        return {**self.arrays, **elements, **index}
+        index = self.coupling.state_arrays() if self.coupling else {}
+        return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index)}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
@@ -196,4 +210,4 @@ class ExplicitNodes(NodalBody):
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
         if self.coupling:
-            self.coupling.restore({name[6:]: array for name, array in arrays.items() if name.startswith("index/")})
+            self.coupling.restore(of_owner("index", arrays))

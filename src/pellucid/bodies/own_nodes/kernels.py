@@ -19,7 +19,6 @@ from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
 SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node through it
-OTHER_IMPULSE, CONTACT_IMPULSE, EXTRA_ROWS = range(3)  # rows of impulses behind those of the constraints
 FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, behind those of the motion of points
 
 
@@ -50,7 +49,9 @@ class NodeForces(NamedTuple):
     motions: tuple[int, int]  # the first row of prescribed motions, and that behind the last; supports come before
     faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
     walls: np.ndarray  # (3, 2) faces that let no node through: 0 or 1 + the row of their support
-    work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of the constraints first
+    work: (
+        np.ndarray
+    )  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of the constraints, then of all else
 
 
 @kernel(inner=True)
@@ -118,8 +119,7 @@ def _advance_velocities_chunk(chunk, forces, drag, dt):
             work[chunk, DAMPING] -= slowing * mean
             for k in range(len(loads)):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, p, d] * mean
-            work[chunk, behind + 3 * OTHER_IMPULSE + d] += dt * external + slowing
-            work[chunk, behind + 3 * CONTACT_IMPULSE + d] += m * touch
+            work[chunk, behind + d] += dt * external + slowing
     work[chunk, columns] = total
 
 

@@ -8,11 +8,8 @@ from pellucid.bodies.own_nodes import kernels
 from pellucid.bodies.own_nodes.field_condition import FieldCondition
 from pellucid.bodies.own_nodes.kernels import (
     CHUNK,
-    CONTACT_IMPULSE,
-    EXTRA_ROWS,
     FASTEST,
     NODE_SUMS,
-    OTHER_IMPULSE,
     UNDAMPED,
     Drag,
     NodeForces,
@@ -51,8 +48,8 @@ class NodalMotion:
         self.internal, self.loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
         self.chunks = (n + CHUNK - 1) // CHUNK
         self._sums, self._fault = np.zeros((self.chunks, NODE_SUMS)), np.zeros((self.chunks, 2), np.int64)
-        self._supports: Sequence[NodalSupport] = ()
-        self._motions: list[str] = []
+        self.supports: Sequence[NodalSupport] = ()
+        self.motions: list[str] = []
         self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
         self._condition: FieldCondition | None = None
         self._lead = np.zeros((0, 0, 0))
@@ -71,17 +68,22 @@ class NodalMotion:
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """A support constrains its nodes; none passes a face of the grid that is a wall."""
-        self._supports = supports
+        self.supports = supports
         self._constrain()
+
+    def on_walls(self) -> list[np.ndarray]:
+        """The nodes that supports hold on walls of the grid that stand still, each set of shape (n,)."""
+        walls = [(support, support.wall[0]) for support in self.supports if support.wall is not None]
+        return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Let nodes follow prescribed motions; see `Body.add_motions`."""
-        self._motions, self._motion_of_node, self._axes = list(names), numbers, axes
+        self.motions, self._motion_of_node, self._axes = list(names), numbers, axes
         self._constrain()
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
-        first = len(self._supports)
+        first = len(self.supports)
         self._prescribed[first : first + len(velocity)] = velocity
 
     def impose_on_field(self, condition: FieldCondition) -> None:
@@ -97,7 +99,7 @@ class NodalMotion:
     @property
     def motion_rows(self) -> tuple[int, int]:
         """The first row of the motions, and that behind the last."""
-        return len(self._supports), len(self._supports) + len(self._motions)
+        return len(self.supports), len(self.supports) + len(self.motions)
 
     @property
     def free(self) -> np.ndarray:
@@ -119,10 +121,10 @@ class NodalMotion:
         """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
         a = self._arrays
         position, prescribed = a["position"], a["prescribed"]
-        n_supports, n_rows = len(self._supports), len(self._supports) + len(self._motions) + 1
+        n_supports, n_rows = len(self.supports), len(self.supports) + len(self.motions) + 1
         prescribed.fill(0)
         walls = np.zeros((3, 2), np.int64)
-        for row, support in enumerate(self._supports, start=1):
+        for row, support in enumerate(self.supports, start=1):
             prescribed[np.ix_(support.nodes, np.flatnonzero(support.axes))] = row
             if support.wall is not None:
                 walls[support.wall] = row
@@ -130,8 +132,8 @@ class NodalMotion:
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
         self._prescribed, self._rows = np.zeros((n_rows, 3)), np.zeros((n_rows, 3))
-        self._prescribed[:n_supports] = [support.velocity for support in self._supports] or np.zeros((0, 3))
-        self._work = np.zeros((self.chunks, row_length(self._columns, n_rows + EXTRA_ROWS)))
+        self._prescribed[:n_supports] = [support.velocity for support in self.supports] or np.zeros((0, 3))
+        self._work = np.zeros((self.chunks, row_length(self._columns, n_rows + 1)))
         faces = np.tile((-np.inf, np.inf), (3, 1))
         if self._grid:
             lattice = self._grid.lattice
@@ -243,15 +245,9 @@ class NodalMotion:
         """Work and impulses of this step; reactions to prescribed motions count as work of the motions, not of the supports."""
         sums = ordered_sum(self._work)
         impulses = sums[self._columns + 1 :].reshape(-1, 3)
-        n_supports, rows = len(self._supports), len(self._rows)
+        n_supports, rows = len(self.supports), len(self._rows)
         motions = slice(n_supports, rows - 1)
-        reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 : rows], impulses[rows + OTHER_IMPULSE :][:1]])
+        reactions = np.concatenate([impulses[:n_supports], impulses[rows - 1 :]])  # thin axes, others
         whole = step_work(np.concatenate([sums[: self._columns + 1], reactions.ravel()]), self._columns)
-        named = dict(zip(self._motions, impulses[motions], strict=True))
+        named = dict(zip(self.motions, impulses[motions], strict=True))
         return whole._replace(gravity_mass=self.gravity_share * whole.gravity_mass, motions=named)
-
-    @property
-    def contact_impulse(self) -> np.ndarray:
-        """Of contact over this step on the nodes [N s], shape (3,)."""
-        impulses = ordered_sum(self._work)[self._columns + 1 :].reshape(-1, 3)
-        return np.asarray(impulses[len(self._rows) + CONTACT_IMPULSE])

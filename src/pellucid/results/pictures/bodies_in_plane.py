@@ -47,15 +47,18 @@ def profiles(run: "Run", axis: int) -> "Figure":
 
 
 def panels_in_plane(run: "Run", quantity: str) -> "Figure":
-    """All bodies at some instants, coloured by "speed" or "load"."""
+    """All bodies at some instants, coloured by "speed", "displacement" or "load"."""
     described = run.stored.bodies
     names = [body.name for body in described]
     times = run.times(names[0])
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
     states = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
     title, unit = meaning(described, quantity)
+    start = [fields["position"] for fields in states[0]]
     values = [
-        np.concatenate([values_of(body, fields, quantity) for body, fields in zip(described, bodies, strict=True)])
+        np.concatenate(
+            [values_of(body, fields, quantity, at) for body, fields, at in zip(described, bodies, start, strict=True)]
+        )
         for bodies in states
     ]
     colours = limits(values)

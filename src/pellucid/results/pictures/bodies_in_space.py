@@ -37,7 +37,7 @@ MOST_BALLS = 60_000
 
 
 def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure":
-    """All bodies at some instants, coloured by "speed" or "load".
+    """All bodies at some instants, coloured by "speed", "displacement" or "load".
 
     What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
     """
@@ -48,12 +48,14 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     bodies = {body.name: body for body in run.stored.bodies}
     chosen = evenly(run.times(run.stored.bodies[0].name), INSTANTS)
     states = [{name: run.fields(name, float(time)) for name in bodies} for time in chosen]
-    low, high, extend = limits(
-        [values_of(bodies[name], fields, quantity) for state in states for name, fields in state.items()]
-    )
+    start = {name: fields["position"] for name, fields in states[0].items()}
+    shown = [
+        {name: values_of(bodies[name], fields, quantity, start[name]) for name, fields in state.items()} for state in states
+    ]
+    low, high, extend = limits([values for state in shown for values in state.values()])
     cells = {name: run.cells(name) for name in bodies}
-    solids = [fields["position"] for name, fields in states[0].items() if len(cells[name].tetrahedra)]
-    cut = opening([fields["position"] for fields in states[0].values()])
+    solids = [position for name, position in start.items() if len(cells[name].tetrahedra)]
+    cut = opening(list(start.values()))
     if halved and solids:
         cut = through_the_middle([_box(position) for position in solids])
     places = np.concatenate([fields["position"] for state in states for fields in state.values()])
@@ -64,11 +66,11 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
     figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
     panels = figure.subplots(down, across, squeeze=False).ravel()
-    surfaces = {name: _surface(of_body, states[0][name]["position"]) for name, of_body in cells.items()}
-    for axes, time, state in zip(panels, chosen, states, strict=False):
+    surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
+    for axes, time, state, values in zip(panels, chosen, states, shown, strict=False):
         drawn: list[Drawable] = []
         for name, fields in state.items():
-            colours = np.nan_to_num(coloured(values_of(bodies[name], fields, quantity), (low, high), SEQUENTIAL))
+            colours = np.nan_to_num(coloured(values[name], (low, high), SEQUENTIAL))
             drawn.append(_drawable(fields, surfaces[name], colours))
             if cut and len(cells[name].tetrahedra):
                 drawn.append(cut_face(fields["position"], cells[name].tetrahedra, colours, cut))

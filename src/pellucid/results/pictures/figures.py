@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
-QUANTITIES = ("speed", "load")
+RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
 def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
@@ -32,7 +32,9 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
         figures = drawn_by_module(run, "figures")
         figures |= bodies(run)
         if not all(is_still(body) for body in run.stored.bodies):
-            figures |= {"energies": energies(run), "momentum": momentum(run)}
+            figures["energies"] = energies(run)
+            if run.stored.steady is None:
+                figures["momentum"] = momentum(run)
         if run.stored.probes:
             figures["probes"] = probes(run, beside)
         with explained(run.out):
@@ -47,23 +49,23 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 
 def bodies(run: "Run") -> "dict[str, Figure]":
-    """Bodies at some instants by speed and by pressure or stress; in space solids once whole and once cut open; along a tube
-    the profiles at the end; films that are curves by their density. Of what does not move there is no speed, and of a line no
-    picture."""
+    """Bodies at some instants by speed, in steady states by displacement, and by pressure or stress; in space solids once
+    whole and once cut open; along a tube the profiles at the end; films that are curves by their density. Of what does not move
+    there is no speed, and of a line no picture."""
     if are_curves(run):
         return {"bodies": curves_in_plane(run)}
     if all(len(run.cells(body.name).lines) for body in run.stored.bodies):
         return {}
     if all(is_still(body) for body in run.stored.bodies):
         return {"bodies_load": panels_in_space(run, "load")}
-    thin = run.stored.thin
+    thin, quantities = run.stored.thin, ("displacement" if run.stored.steady else "speed", "load")
     if sum(thin) == 2:
         return {"profiles_of_points": profiles(run, thin.index(False))}
     if any(thin):
-        return {f"bodies_{name}": panels_in_plane(run, name) for name in QUANTITIES}
-    figures = {f"bodies_{name}": panels_in_space(run, name) for name in QUANTITIES}
+        return {f"bodies_{name}": panels_in_plane(run, name) for name in quantities}
+    figures = {f"bodies_{name}": panels_in_space(run, name) for name in quantities}
     if any(len(run.cells(body.name).tetrahedra) for body in run.stored.bodies):
-        figures |= {f"bodies_{name}_inside": panels_in_space(run, name, halved=True) for name in QUANTITIES}
+        figures |= {f"bodies_{name}_inside": panels_in_space(run, name, halved=True) for name in quantities}
     return figures
 
 
@@ -73,7 +75,8 @@ def energy_columns(run: "Run") -> list[str]:
 
 
 def energies(run: "Run") -> "Figure":
-    """The energy balance: every energy against time, and its relative error beside the limits of the case."""
+    """The energy balance: every energy against time, and its relative error beside the limits of the case. Of steady states the
+    time is that of the loads; works, which are often the strain energy over again, are hollow."""
     figure = new_figure(height=4.0)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     times = run.history["time"]
@@ -81,14 +84,16 @@ def energies(run: "Run") -> "Figure":
         values, words = run.history[name], name.removesuffix("_energy").replace("_", " ")
         if name == "internal_energy":  # that of a stiff liquid is a million times what moves
             values, words = values - values[0], "change of internal"
-        if np.any(values != 0.0):
-            left.plot(times, values, LINES[number // 7 % 4], label=words)
-    label(left, "time", "energy", "s", "J")
+        if np.any(values != 0.0) and not (run.stored.steady and name in RESIDUE):
+            hollow = run.stored.steady is not None and name.endswith("_work")
+            marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
+            left.plot(times, values, _line(run, number // 7 % 4), label=words, **marker)
+    label(left, _time(run), "energy", "s", "J")
     if left.lines:
         figure.legend(loc="outside lower center", ncols=5)
-    right.plot(times, 100.0 * run.history["energy_error"], color="black")
+    right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black")
     right.axhline(0.0, color="#889", linewidth=0.8)
-    label(right, "time", "error of the balance", "s", "%")
+    label(right, _time(run), "error of the balance", "s", "%")
     largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
     warn = 100.0 * run.stored.energy.warn
     if largest > 0.3 * warn:
@@ -117,16 +122,26 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     figure = new_figure(height=2.8 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, probe in zip(panels, run.stored.probes, strict=False):
-        axes.plot(run.history["time"], run.history[probe])
+        axes.plot(run.history["time"], run.history[probe], _line(run))
         if beside and beside.units.get(probe) == run.units[probe]:
-            axes.plot(beside.history["time"], beside.history[probe], LINES[1])
-        label(axes, "time", probe, "s", run.units[probe])
+            axes.plot(beside.history["time"], beside.history[probe], _line(beside, 1))
+        label(axes, _time(run), probe, "s", run.units[probe])
     for axes in panels[number:]:
         axes.remove()
     lines = max((list(axes.lines) for axes in panels[:number]), key=len)
     if beside and len(lines) > 1:
         figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
+
+
+def _time(run: "Run") -> str:
+    """What the time of a history is."""
+    return "time of the loads" if run.stored.steady else "time"
+
+
+def _line(run: "Run", number: int = 0) -> str:
+    """How a curve of the history is drawn: equilibria are marked, since nothing is known between them."""
+    return f"{LINES[number]}o" if run.stored.steady else LINES[number]
 
 
 def _told_apart(run: "Run", other: "Run") -> str:

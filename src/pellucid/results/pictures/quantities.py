@@ -1,4 +1,4 @@
-"""What pictures of bodies show: speed, or the load that each kind of body bears."""
+"""What pictures of bodies show: speed, of steady states the displacement, or the load that each kind of body bears."""
 
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
@@ -26,23 +26,35 @@ def is_still(body: StoredBody) -> bool:
     return body.kind == "diffusing-field"
 
 
+def is_film(body: StoredBody) -> bool:
+    """Whether it is a fluid film, which has no thickness and no stress but in its surface."""
+    return body.kind == "fluid-film"
+
+
 def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
-    """Name and unit of a quantity, "speed" or "load", of several bodies."""
-    if quantity == "speed":
-        return "speed", FIELDS["velocity"].unit
+    """Name and unit of a quantity, "speed", "displacement" or "load", of several bodies."""
+    if quantity != "load":
+        return quantity, FIELDS["velocity" if quantity == "speed" else "position"].unit
     if all(map(is_still, bodies)):
         return "concentration", FIELDS["concentration"].unit
+    if all(map(is_film, bodies)):
+        return "density in the surface", FIELDS["areal_density"].unit
     kinds = dict.fromkeys("pressure" if body.equation_of_state else "von Mises stress" for body in bodies)
     return " or ".join(kinds), FIELDS["stress"].unit
 
 
-def values_of(body: StoredBody, fields: Fields, quantity: str) -> np.ndarray:
+def values_of(body: StoredBody, fields: Fields, quantity: str, start: np.ndarray) -> np.ndarray:
     """The quantity of every point, shape (n,). The load is the pressure of a body with an equation of state, of others von
-    Mises' equivalent stress; a field that diffuses bears none, and shows its concentration."""
+    Mises' equivalent stress; of a field that diffuses it is its concentration, of a film the density in its surface. start: first
+    positions [m], shape (n, 3), from which displacements count."""
     if quantity == "speed":
         return scalar(fields["velocity"])
+    if quantity == "displacement":
+        return scalar(fields["position"] - start)
     if is_still(body):
         return fields["concentration"]
+    if is_film(body):
+        return fields["areal_density"]
     return fields["pressure"] if body.equation_of_state else scalar(fields["stress"])
 
 

@@ -35,6 +35,8 @@ CAPTIONS = {
     "energies": "The energy balance and its error, relative to the energy that went through it.",
     "momentum": "Total momentum.",
     "probes": "The probes of the case.",
+    "bodies_displacement": "The bodies, coloured by how far they are from where they began.",
+    "bodies_displacement_inside": "Solids cut open through the middle of the largest, coloured by how far they have moved.",
     "bodies_speed": "The bodies, coloured by speed.",
     "bodies_load": "The bodies, coloured by pressure (fluids) or by von Mises' equivalent stress (solids).",
     "bodies_speed_inside": "Solids cut open through the middle of the largest, coloured by speed.",

@@ -1,17 +1,21 @@
-"""Elements that have grown too long for the cells on which they touch other bodies."""
+"""Elements and faces that are too long for the cells on which they touch other bodies."""
 
 import numpy as np
 
 from pellucid.grid.lattice import Grid
 
 LONGEST = 1.5
-"""Cells: elements start with one at most, and from two on, nodes of the grid between theirs have no contact."""
+"""Cells: elements start with one at most, and from two on, nodes of the grid between theirs have no contact.
+
+Longer faces of solids have more points, but none but their corners bears a load.
+"""
 
 
-def overlong(name: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
+def overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
     """A warning about the longest element beside any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
 
-    corners: nodes of the elements of body `name`, shape (m, 4); place: of its nodes in the order of the mesh [m], shape (k, 3).
+    what: the elements, as "body sheet touches another, its element"; corners: of these, shape (m, 3 or 4); place: of the
+    corners [m], shape (k, 3); effect: what comes of it and what to do.
     Lengths along an axis that is one cell thick do not count: nothing varies there.
     """
     lattice, thin = grid.lattice, grid.thin
@@ -31,7 +35,6 @@ def overlong(name: str, corners: np.ndarray, place: np.ndarray, grid: Grid, node
         return None
     centre = ", ".join(f"{value:.4g}" for value in place[corners[worst]].mean(axis=0))
     return (
-        f"where body {name} touches another, its element {worst} at ({centre}) m has grown to {length[worst]:.3g} m, "
-        f"{length[worst] / lattice.cell:.2g} cells of {lattice.cell:g} m: between nodes more than two cells apart others pass "
-        f"through; make the elements finer, or grid.cell larger"
+        f"where {what} {worst} at ({centre}) m is {length[worst]:.3g} m long, {length[worst] / lattice.cell:.2g} cells of "
+        f"{lattice.cell:g} m: {effect}"
     )

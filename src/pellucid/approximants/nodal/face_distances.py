@@ -1,0 +1,129 @@
+"""Smooth distances of points from the faces that bound the supports of nodes, put together from those of each face.
+
+D = (Σ ρ_i⁻²)^(-1/2) of the distances ρ_i from the faces (`distance`), in sizes of the support.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import FACE_BLOCK
+from pellucid.approximants.nodal.distance import triangle_trim, trimmed_distance
+from pellucid.approximants.nodal.lists import Lists
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import pointwise
+
+VANISHING = 1e-13  # distance in sizes of the support below which a point lies on its boundary
+
+
+class FaceDistances(NamedTuple):
+    """The faces that bound the support of each node, and their planes."""
+
+    flat: bool  # triangles in the plane z = 0
+    shape: float  # α
+    size: np.ndarray  # (n,) of the supports [m]
+    first: np.ndarray  # (n + 1,)
+    faces: np.ndarray  # those of node a from first[a] to first[a + 1]
+    planes: np.ndarray  # (f, 4, 4) normals and offsets: of the face, and through its edges (of a segment: middle and length)
+
+
+def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
+    """Of the nodes of a mesh with these faces each; shape: α, by which edges are rounded; size: of their supports [m]."""
+    flat = mesh.dimension == 2
+    planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
+    return FaceDistances(flat, shape, size, *faces, planes)
+
+
+def _segments(corners: np.ndarray) -> np.ndarray:
+    """Of segments with corners, shape (f, 2, 3): unit normal and offset; middle and length."""
+    along = corners[:, 1] - corners[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    planes = np.zeros((len(corners), 4, 4))
+    planes[:, 0, 0], planes[:, 0, 1] = along[:, 1] / length, -along[:, 0] / length
+    planes[:, 0, 3] = -np.einsum("fi,fi->f", planes[:, 0, :3], corners[:, 0])
+    planes[:, 1, :3], planes[:, 1, 3] = corners.mean(axis=1), length
+    return planes
+
+
+def _triangles(corners: np.ndarray) -> np.ndarray:
+    """Of triangles with corners, shape (f, 3, 3): the plane of each, and the planes through its edges, positive inside.
+
+    The corners are in the order of the nodes' numbers: the functions depend on the order of the edges.
+    """
+    planes = np.zeros((len(corners), 4, 4))
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    planes[:, 0, :3], planes[:, 0, 3] = normal, -np.einsum("fi,fi->f", normal, corners[:, 0])
+    for edge in range(3):
+        start, end = corners[:, edge], corners[:, (edge + 1) % 3]
+        inward = np.cross(normal, end - start)
+        inward /= np.linalg.norm(inward, axis=1)[:, None]
+        planes[:, 1 + edge, :3], planes[:, 1 + edge, 3] = inward, -np.einsum("fi,fi->f", inward, start)
+    return planes
+
+
+@pointwise
+def _along(plane, x):
+    return plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2] + plane[3]
+
+
+@pointwise
+def _weigh_block(alpha, s):
+    """Replace the distances f, p1, p2, p3 of a block of faces by ρ⁻³ times the derivatives of ρ by them, and ρ⁻²."""
+    for i in range(FACE_BLOCK):  # columns a constant apart, no branch, no sum: the compiler takes several faces at a time
+        f = s[i]
+        t, by_f, by_1, by_2, by_3 = triangle_trim(f, s[FACE_BLOCK + i], s[2 * FACE_BLOCK + i], s[3 * FACE_BLOCK + i], alpha)
+        rho, of_f, of_t = trimmed_distance(f, t)
+        over = 1.0 / max(rho, VANISHING)
+        cube = over * over * over
+        s[i] = cube * (of_f + of_t * by_f)
+        s[FACE_BLOCK + i] = cube * of_t * by_1
+        s[2 * FACE_BLOCK + i] = cube * of_t * by_2
+        s[3 * FACE_BLOCK + i] = cube * of_t * by_3
+        s[4 * FACE_BLOCK + i] = over * over
+
+
+@pointwise
+def _triangle_sum(fn, x, a, s):
+    """Σ ρ⁻² over the faces of node a, and Σ ρ⁻³ ∇ρ, in sizes of the support."""
+    over = 1.0 / fn.size[a]
+    total = gx = gy = gz = 0.0
+    for start in range(fn.first[a], fn.first[a + 1], FACE_BLOCK):
+        n = min(FACE_BLOCK, fn.first[a + 1] - start)
+        for i in range(n):
+            planes = fn.planes[fn.faces[start + i]]
+            for k in range(4):
+                s[k * FACE_BLOCK + i] = over * _along(planes[k], x)
+        _weigh_block(fn.shape, s)
+        for i in range(n):
+            planes = fn.planes[fn.faces[start + i]]
+            total += s[4 * FACE_BLOCK + i]
+            for k in range(4):
+                weight = s[k * FACE_BLOCK + i]
+                gx, gy, gz = gx + weight * planes[k, 0], gy + weight * planes[k, 1], gz + weight * planes[k, 2]
+    return total, gx, gy, gz
+
+
+@pointwise
+def _segment_sum(fn, x, a):
+    """The same over segments in the plane."""
+    total = gx = gy = 0.0
+    size = fn.size[a]
+    for i in range(fn.first[a], fn.first[a + 1]):
+        planes = fn.planes[fn.faces[i]]
+        length = planes[1, 3] / size
+        dx, dy = (x[0] - planes[1, 0]) / size, (x[1] - planes[1, 1]) / size
+        t = (0.25 * length * length - dx * dx - dy * dy) / length
+        rho, of_f, of_t = trimmed_distance(_along(planes[0], x) / size, t)
+        over = 1.0 / max(rho, VANISHING)
+        cube = over * over * over
+        total += over * over
+        gx += cube * (of_f * planes[0, 0] - 2.0 * of_t / length * dx)
+        gy += cube * (of_f * planes[0, 1] - 2.0 * of_t / length * dy)
+    return total, gx, gy, 0.0
+
+
+@pointwise
+def inverse_square(fn, x, a, scratch):
+    """D⁻² = Σ ρ⁻² at x for node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in sizes of its support; scratch: memory for faces."""
+    return _segment_sum(fn, x, a) if fn.flat else _triangle_sum(fn, x, a, scratch)

@@ -1,0 +1,95 @@
+"""The functions of a meshless solid, which are made when it is known where conditions prescribe the field."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, NoFunctions
+from pellucid.approximants.nodal.faces import face_shares
+from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
+from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
+from pellucid.bodies.meshless_solid.skin_points import SkinPoints, skin_points
+from pellucid.bodies.meshless_solid.tables import Tables, make_tables
+from pellucid.errors import CaseError, Problem
+from pellucid.findings import Refusal
+from pellucid.geometry.cells import cells_of_faces
+from pellucid.geometry.face_shares import FaceShares
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.materials.law import Law
+
+
+class Approximation(Protocol):
+    """What the model of a solid says of its functions."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def place(self) -> str: ...
+    @property
+    def approximant(self) -> NodalApproximant: ...
+    @property
+    def essential_conditions(self) -> str: ...
+    @property
+    def points_per_cell(self) -> int: ...
+    @property
+    def consistent(self) -> bool: ...
+    @property
+    def averages_volume(self) -> bool: ...
+
+
+class SolidFunctions:
+    """Shape functions over a mesh, which on prescribed faces take the prescribed values where they can.
+
+    tables: their gradients and weights at the quadrature points; at_nodes: their values at the nodes, shape (n, n); residuals:
+    how far the field is from what is prescribed. Raises CaseError where the approximant has no functions.
+    """
+
+    def __init__(self, case: Approximation, mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
+        self._case, self._mesh, self._prescribed, approximant = case, mesh, prescribed, case.approximant
+        with self._refused():
+            self.evaluator: Evaluator = approximant.evaluator(mesh)
+            if self.prescribes_nodes and len(disturbed := prescribed.disturbed_faces(self.evaluator)):
+                self.evaluator = approximant.vanishing(self.evaluator, mesh, disturbed)
+            how = case.points_per_cell, case.consistent, case.averages_volume
+            self.tables: Tables = make_tables(mesh, self.evaluator, law, *how)
+            self.at_nodes = values_at_nodes(mesh, self.evaluator)
+            self.residuals = prescribed.residuals(self.at_nodes, self.evaluator)
+
+    @property
+    def prescribes_nodes(self) -> bool:
+        """Whether the numbers of the nodes are prescribed, not the field by forces."""
+        return self._case.essential_conditions == "direct"
+
+    def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
+        """The forces that make the field follow, where they do; see `ForceCorrection`."""
+        if self.prescribes_nodes or not len(self._prescribed.nodes):
+            return None
+        how = position, inertia, motions, self._case.essential_conditions == "ebciem"
+        with self._refused("essential"):
+            return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
+
+    def face_shares(self, faces: np.ndarray) -> FaceShares:
+        """Means of the functions over outer faces, shape (f, 3)."""
+        with self._refused():
+            return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
+
+    def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
+        """See the function."""
+        return skin_points(self._mesh, self.evaluator, mass, longest, closed)
+
+    @contextmanager
+    def _refused(self, key: str | None = None) -> Iterator[None]:
+        """Raise CaseError where there are no functions, or something else of this key, without one the mesh, cannot be."""
+        approximant, body = self._case.approximant, f"body.{self._case.name}"
+        try:
+            yield
+        except NoFunctions as error:
+            reach = approximant.reach
+            where = f"{body}.approximant.{reach}" if reach else f"{body}.{self._case.place}"
+            value = getattr(approximant, reach) if reach else None
+            raise CaseError(Problem(str(error), where, value, approximant.remedy)) from None
+        except Refusal as error:
+            text, remedy = error.reason
+            raise CaseError(Problem(text, f"{body}.{key or self._case.place}", remedy=remedy)) from None

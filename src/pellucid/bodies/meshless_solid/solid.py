@@ -1,0 +1,74 @@
+"""A meshless solid as kernels take it: functions and points in packs, packs in blocks.
+
+Four points stand side by side in the lanes of a vector: a pack. Gradients are kept as ∇p_a = Kᵀ g_a, with g_a in single
+precision that add up to nothing to the last bit, and K, one to a point, that puts linear reproduction right to the precision
+of doubles: forces and torques of the whole solid vanish to round-off of doubles, whatever the precision of the g_a.
+
+Packs are shared out in blocks that do not depend on the threads. A block sums what it gives to its own nodes; each node then
+adds up what its blocks have, in their order.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.jit.vector import LANES
+
+PACKS = 512  # of a block
+BATCH = 8  # packs whose stresses are found side by side
+COLUMN = BATCH * LANES
+CHUNK = 2048  # nodes
+ENERGY, LEAST_J, LOST = range(3)  # columns of the sums of a block
+NODAL, WEIGHT, STRESS, STORED, RATIO, COLUMNS = 9, 10, 11, 20, 21, 22  # of a batch, behind deformation gradients
+
+
+class Blocks(NamedTuple):
+    """The nodes of each block of packs, and the places of each node in the blocks."""
+
+    first: np.ndarray  # (blocks + 1,)
+    nodes: np.ndarray  # those of block b from first[b] to first[b + 1]
+    node_first: np.ndarray  # (n + 1,)
+    places: np.ndarray  # of node a in `nodes`, from node_first[a] to node_first[a + 1], ascending
+
+
+class Functions(NamedTuple):
+    """Lists of nodes of the packs, and what belongs to each entry: its node's place in the block, times the lanes, and numbers
+    of the points of the pack, component by component."""
+
+    first: np.ndarray  # (packs + 1,)
+    place: np.ndarray
+    numbers: np.ndarray
+
+
+class Elastic(NamedTuple):
+    """Stresses of points that follow from the deformation alone."""
+
+    law: Any
+
+
+class Solid(NamedTuple):
+    """What kernels take of a solid."""
+
+    law: Any  # hyperelastic
+    points: Any  # what finds the stresses of its points: `Elastic`, or what has a history of them
+    n_points: int  # of a cell
+    gradients: Functions  # g_a [1/m], 3 × LANES numbers to an entry
+    turns: np.ndarray  # K - I of the points, 9 × LANES to a pack
+    corners: Functions  # w N_a [m³] of the corners, LANES to an entry
+    weights: np.ndarray  # w [m³], LANES to a pack; no volume where there is no point
+    blocks: Blocks
+    displacement: np.ndarray  # (n, 3) [m]
+    deformation: np.ndarray  # deformation gradients, 9 × LANES to a pack
+    block_force: np.ndarray  # (places, 3) [N]
+    block_volume: np.ndarray  # (places,) Σ w N_a J of each block, no rows where J is not averaged
+    volume: np.ndarray  # (n,) V_a [m³]
+    volume_ratio: np.ndarray  # (n,) J̄_a
+    mean_stress: np.ndarray  # (n,) U'(J̄_a) [Pa]
+    sums: np.ndarray  # (blocks, 3)
+    node_sums: np.ndarray  # (chunks, 2)
+
+
+def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
+    """Of the points of each cell, shape (n_cells, points, 3, 3)."""
+    points = solid.deformation.reshape(-1, 9, LANES).swapaxes(1, 2)
+    return points.reshape(-1, 3, 3)[: n_cells * solid.n_points].reshape(n_cells, solid.n_points, 3, 3)

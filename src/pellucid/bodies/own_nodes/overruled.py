@@ -1,0 +1,50 @@
+"""Supports that prescribed motions overrule: where both prescribe a node along an axis, the motion counts."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.findings import listed
+from pellucid.parts.body import NodalSupport
+
+ALIKE = 1e-6  # relative difference of velocities below which the two agree, but for rounding
+
+
+class Overruled(NamedTuple):
+    """A support and a motion that prescribe the same nodes along some axes."""
+
+    support: NodalSupport
+    motion: int
+    nodes: int
+    axes: tuple[int, ...]
+
+    def differ(self, velocity: np.ndarray) -> list[str]:
+        """The axes along which velocities of the motions [m/s], shape (motions, 3), are not those of the support."""
+        pairs = ((axis, self.support.velocity[axis], float(velocity[self.motion, axis])) for axis in self.axes)
+        return ["xyz"[axis] for axis, one, other in pairs if abs(one - other) > ALIKE * max(abs(one), abs(other))]
+
+
+def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.ndarray) -> list[Overruled]:
+    """All such pairs; numbers and axes as in `Body.add_motions`."""
+    found = []
+    for motion, along in enumerate(axes):
+        driven = numbers == motion + 1
+        for support in supports:
+            both = tuple(axis for axis in range(3) if along[axis] and support.axes[axis])
+            nodes = int((support.nodes & driven).sum())
+            if nodes and both:
+                found.append(Overruled(support, motion, nodes, both))
+    return found
+
+
+def warning(pair: Overruled, motion: str, body: str, velocity: np.ndarray) -> str | None:
+    """What to tell of a pair, if the two do not agree."""
+    axes = pair.differ(velocity)
+    if not axes:
+        return None
+    nodes = "1 node" if pair.nodes == 1 else f"{pair.nodes} nodes"
+    return (
+        f"{pair.support.label} and motion `{motion}` prescribe different velocities along {listed(axes)} at {nodes} of body "
+        f"{body}: the motion counts there; let their regions not overlap, or let the support fix other directions"
+    )

@@ -1,0 +1,91 @@
+"""Where the surfaces of bodies lie about a node: means over points on them, which are as exact on curved faces as on flat ones.
+
+A foremost point may lie a cell beside the node: on a sphere of radius R it tells at a place r of a depth r h/R that is not
+there yet, an error of first order in the cell h. The mean over the points about the node, with the weights N_I of the
+velocities that contact stops, has one of second order.
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from pellucid.contact.normals import CENTRE, NORMAL, VOLUME, beyond
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_by_colour
+
+
+class Faces(NamedTuple):
+    """Points on a surface."""
+
+    mapped: Bundle  # as the kernels of `pellucid.grid.transfer` take them
+    n_slabs: int  # number of slabs into which they are divided
+    vector_areas: np.ndarray  # (m, 3) the share of the vector area of each, outwards [m²]
+    half_width: float = 0.0  # how far the body reaches beyond them [m]
+    two_sided: bool = False  # whether others may meet them from either side
+
+
+class Membrane(Protocol):
+    """What is asked of a body all of whose points lie on it."""
+
+    @property
+    def mapped(self) -> Bundle: ...
+    @property
+    def n_slabs(self) -> int: ...
+    def vector_areas(self) -> np.ndarray: ...
+    def half_width(self) -> tuple[float, float, float]: ...
+
+
+def of_membrane(body: Membrane) -> Faces:
+    """The points of a membrane, with half of its thickness."""
+    return Faces(body.mapped, body.n_slabs, body.vector_areas(), body.half_width()[0], two_sided=True)
+
+
+@kernel(inner=True)
+def _sum_places_slab(s, mapped, where, normal, areas, sign, two_sided, half, sums):
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    x, slabs = mapped.points.position, mapped.slabs
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        if beyond(where.box, x, p):
+            continue
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
+        if where.near[about.start] == 0:
+            continue
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = where.slot[node_at(about, lattice, a, b, c)]
+                    if e >= 0:
+                        n0, n1, n2 = normal[e, 0], normal[e, 1], normal[e, 2]
+                        facing = sign * (areas[p, 0] * n0 + areas[p, 1] * n1 + areas[p, 2] * n2)
+                        w = wx[a] * wy[b] * wz[c] * (abs(facing) if two_sided else max(0.0, facing))
+                        sums[e, 0] += w
+                        sums[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * half)
+
+
+@kernel()
+def sum_places(n, mapped, where, normal, areas, sign, two_sided, half, sums):
+    """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2)."""
+    parallel_by_colour(_sum_places_slab, n, mapped, where, normal, areas, sign, two_sided, half, sums)
+
+
+def mean_places(sums: np.ndarray) -> np.ndarray:
+    """How far the first side reaches along the normals, and the second against them [m], shape (2, n), from such sums.
+
+    Infinite where a side has no face: there the direction tells nothing.
+    """
+    area, place = sums[:, :, 0], sums[:, :, 1]
+    means = np.where(area > 0.0, place / np.where(area > 0.0, area, 1.0), np.inf)
+    means[1] = np.where(area[1] > 0.0, -means[1], np.inf)
+    return np.asarray(means)
+
+
+def move_inwards(moments: np.ndarray, distance: float) -> None:
+    """Put the centres of moments, shape (n, COLUMNS), this [m] behind the faces, where the body is."""
+    outwards = moments[:, NORMAL:CENTRE]
+    size = np.linalg.norm(outwards, axis=1, keepdims=True)
+    moments[:, CENTRE:VOLUME] -= distance * moments[:, VOLUME:] * outwards / np.where(size > 0.0, size, 1.0)

@@ -1,0 +1,113 @@
+"""Works of a step: one table of columns from the kernels to `history.csv`, and the channels that name them.
+
+Every kernel that does work on behalf of a cause adds it to the column of that cause in a row of works [J]. A row begins with
+the columns of the nodes' own kernels; those behind them belong to the conditions of the run, see `WorkLayout`.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, FIRST_LOAD = range(10)
+"""Columns of a row of works that kernels of nodes and bodies fill; INTERNAL is the work of internal forces, which exchanges
+kinetic and stored energy. From FIRST_LOAD on come those of the channels of external forces."""
+
+
+class Channel(NamedTuple):
+    """External work or loss: its name in `history.csv`, which ends in `_work`, `_heat` or `_energy`, and its sign."""
+
+    name: str
+    sign: float = 1.0
+    """-1 where it counts energy that leaves."""
+
+
+GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
+    Channel, ("gravity_work", "support_work", "motion_work", "contact_work")
+)
+ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT = (
+    Channel(name, -1.0) for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat")
+)
+FIXED_COLUMNS: Mapping[Channel, int] = {
+    GRAVITY_WORK: GRAVITY,
+    SUPPORT_WORK: SUPPORT,
+    MOTION_WORK: MOTION,
+    CONTACT_WORK: CONTACT,
+    ABSORBED_ENERGY: ABSORBED,
+    IMPACT_HEAT: IMPACT,
+    DAMPING_HEAT: DAMPING,
+    VISCOUS_HEAT: VISCOUS,
+}
+"""Of the channels that kernels of nodes and bodies fill."""
+ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}
+"""The channels that every history shows."""
+
+
+class WorkLayout:
+    """Which column of a row of works each channel of a run has, and how many supports have impulses.
+
+    loads: the channels of external forces, each with an array at the nodes and the columns from FIRST_LOAD on; others: those of
+    work that conditions or kernels count. channels: those of both that the history shows, in its order, with their columns.
+    Raises ValueError where two channels have one name.
+    """
+
+    def __init__(self, loads: Iterable[Channel] = (), others: Iterable[Channel] = (), n_supports: int = 0) -> None:
+        loads, others = dict.fromkeys(loads), dict.fromkeys(others)
+        own = [*loads, *(channel for channel in others if channel not in FIXED_COLUMNS and channel not in loads)]
+        names = [channel.name for channel in (*FIXED_COLUMNS, *own)]
+        if repeated := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"two channels of the energy balance have the name {repeated[0]}")
+        self.n_loads, self.n_columns, self.n_supports = len(loads), FIRST_LOAD + len(own), n_supports
+        columns = {channel: FIRST_LOAD + number for number, channel in enumerate(own)}
+        fixed = {channel: column for channel, column in FIXED_COLUMNS.items() if channel in others}
+        self.channels: Mapping[Channel, int] = {**ALWAYS, **columns, **fixed}
+
+    def column(self, channel: Channel) -> int:
+        """The column of a channel of this run."""
+        return self.channels[channel]
+
+    def no_work(self) -> "StepWork":
+        """No work, in a row with all columns."""
+        return no_work(self.n_columns, self.n_supports)
+
+
+class StepWork(NamedTuple):
+    """Work and impulses of a step."""
+
+    works: np.ndarray  # (columns,) [J]; a row may leave out its last columns, in which nothing was done
+    gravity_mass: float  # of the nodes on which gravity acts [kg]
+    reactions: np.ndarray  # (supports + 1, 3) impulses of the supports, in the last row those across thin axes [N s]
+    impulse: np.ndarray  # (3,) of all other external actions [N s]
+    motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
+
+
+def no_work(columns: int, n_supports: int) -> StepWork:
+    """No work, in a row with so many columns."""
+    return StepWork(np.zeros(columns), 0.0, np.zeros((n_supports + 1, 3)), np.zeros(3), {})
+
+
+def row_length(columns: int, n_impulses: int) -> int:
+    """Length of what a kernel sums: the columns of works, the mass on which gravity acts, impulses of three components."""
+    return columns + 1 + 3 * n_impulses
+
+
+def step_work(sums: np.ndarray, columns: int) -> StepWork:
+    """Sums of such rows, with the impulses of the supports and thin axes first and that of loads and absorbing faces last."""
+    impulses = sums[columns + 1 :].reshape(-1, 3)
+    return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})
+
+
+def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
+    """The sum over several parts, added in their order, in a row with so many columns."""
+    gravity_mass, reactions, impulse = parts[0].gravity_mass, parts[0].reactions, parts[0].impulse
+    works = np.zeros(columns)
+    works[: len(parts[0].works)] = parts[0].works
+    motions: dict[str, np.ndarray] = {}
+    for part in parts[1:]:
+        works[: len(part.works)] += part.works
+        gravity_mass = gravity_mass + part.gravity_mass
+        reactions, impulse = reactions + part.reactions, impulse + part.impulse
+    for part in parts:
+        for name, given in part.motions.items():
+            motions[name] = motions[name] + given if name in motions else given
+    return StepWork(works, gravity_mass, reactions, impulse, motions)

@@ -1,0 +1,73 @@
+"""The two families of bodies: those whose unknowns live on the grid, and those with their own nodes.
+
+Bodies **on the grid** keep points, sorted by cell, and share a velocity field with others: the scheme calls their verbs one by
+one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation of motion,
+explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
+"""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.energy import StepWork
+from pellucid.parts.body import Body, NodalSupport
+
+
+class GridBody(Body):
+    """A body whose unknowns live on the grid."""
+
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """The nodes of the grid are constrained."""
+
+    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
+        """The `constraint` leads the points."""
+
+    def set_motion_velocities(self, velocity: np.ndarray) -> None:
+        """The `constraint` leads the points."""
+
+    @abstractmethod
+    def sort_if_needed(self) -> None:
+        """Sort the points by cell where one left its slab."""
+
+    @abstractmethod
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum (where `inertia`) and internal forces (where `force`) to the nodes."""
+
+    @abstractmethod
+    def update_velocities(self, remap: bool) -> None:
+        """Grid-to-particle: new velocities; where `remap`, their momentum back on the nodes."""
+
+    @abstractmethod
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients, volumes, stresses; where `move`, new positions."""
+
+    @abstractmethod
+    def update_positions(self, dt: float) -> None:
+        """New positions alone."""
+
+
+class NodalBody(Body):
+    """A body with its own nodes and its own equation of motion."""
+
+    @abstractmethod
+    def predict(self, dt: float) -> None:
+        """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact
+        needs: mass, and the momentum that the nodes would have at the end of the step.
+
+        That may be the trial momentum itself, or the momentum as it is and the forces that change it, internal and external
+        ones and gravity.
+        """
+
+    @abstractmethod
+    def correct(self, remap: bool) -> None:
+        """Take the nodal velocity increments of contact, if any, and end the step with new velocities; where `remap`, their
+        momentum mapped to the nodes of the grid again."""
+
+    @abstractmethod
+    def update(self, dt: float) -> None:
+        """New positions, and what follows from them: stresses, energies, the bound on the step."""
+
+    @abstractmethod
+    def work(self) -> StepWork:
+        """Work and impulses of this step, in the layout of `pellucid.energy`."""

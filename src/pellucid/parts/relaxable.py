@@ -1,0 +1,35 @@
+"""The interface of a body to the relaxation towards steady states."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+SLOWER_LOADS = "raise steady.load_steps or steady.loading, or lower steady.courant"
+"""What a user can do where loads grow too fast for a relaxation."""
+
+
+class Springs(NamedTuple):
+    """What nodes resist with."""
+
+    position: np.ndarray  # (n, 3) [m]
+    force: np.ndarray  # (n, 3) internal forces there [N]
+    inertia: np.ndarray  # (n,) [kg]
+    free: np.ndarray  # (n, 3) which directions are not prescribed
+
+
+class Relaxable(Protocol):
+    """A body that can be brought to rest in equilibrium."""
+
+    arrays: dict[str, np.ndarray]
+
+    def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
+        """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
+
+        load_rate: how fast the loads change, in simulated time over that of the step; gravity_share: what acts of gravity.
+        """
+
+    def springs(self) -> Springs:
+        """Its internal forces of the last step, and the places where they were found."""
+
+    def unbalanced(self) -> tuple[float, float]:
+        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""

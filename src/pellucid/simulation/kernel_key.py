@@ -1,0 +1,27 @@
+"""Which kernels a case needs: two cases of one key need the same."""
+
+import hashlib
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+def kernel_key(case: "Case") -> str:
+    """A key of the kernels that a case needs: they follow from its choices, not from its numbers and names."""
+    data = case.to_data()
+    bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
+    shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
+    conditions = sorted(name for name, tables in data.items() if isinstance(tables, list) and tables)
+    functions = case.grid.functions if case.grid_or_none else ""
+    several = len({body["field"] for body in data["body"]}) > 1
+    what = functions, case.thin, case.time.scheme, case.time.transfer, bodies, shared, several
+    return hashlib.sha256(json.dumps((what, conditions)).encode()).hexdigest()[:16]
+
+
+def _choices(value: Any) -> Any:
+    """The words and switches of a table, without its numbers."""
+    if isinstance(value, dict):
+        return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
+    return value if isinstance(value, (str, bool)) else type(value).__name__

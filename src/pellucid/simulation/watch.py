@@ -1,0 +1,49 @@
+"""What is watched in a run: the energy balance, and elements that others touch. Each is warned of once."""
+
+import warnings
+from typing import TYPE_CHECKING
+
+from pellucid.contact.pairs import ContactPairs
+from pellucid.energy import EnergyBudget
+from pellucid.errors import RunStopped
+from pellucid.simulation.clock import Clock
+
+if TYPE_CHECKING:
+    from pellucid.case import EnergyCase
+
+CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
+FIRST_JUDGED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
+
+
+class Watch:
+    """Warns of what may be wrong, and stops a run whose energy balance is broken."""
+
+    def __init__(self, limits: "EnergyCase") -> None:
+        self._limits = limits
+        self.warned: set[str] = set()
+        """What was warned of so far."""
+
+    def energy(self, budget: EnergyBudget, clock: Clock) -> None:
+        """Judge the error of the balance at the end of a step. Raises RunStopped above the limit."""
+        error = abs(budget.energy_error())
+        if clock.n_steps < FIRST_JUDGED or error < self._limits.warn:
+            return
+        causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
+        text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"
+        if error >= self._limits.stop:
+            raise RunStopped(f"{text}, above energy.stop = {100 * self._limits.stop:g} %; {clock.against_energy_error}")
+        self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
+
+    def contact(self, pairs: ContactPairs, clock: Clock) -> None:
+        """Look now and then at what touches."""
+        if clock.n_steps % CONTACT_INTERVAL or "contact" in self.warned:
+            return
+        for body, nodes in pairs.touching():
+            text = body.contact_warning(nodes)
+            if text is not None:
+                return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def _warn(self, what: str, text: str) -> None:
+        if what not in self.warned:
+            self.warned.add(what)
+            warnings.warn(text, stacklevel=4)
