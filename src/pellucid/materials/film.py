@@ -16,8 +16,8 @@ class FilmMaterial(BodyMaterial):
     """A compressible, viscous fluid in a surface, which may resist bending. A new one is a subclass with its own `kind`."""
 
     density: float = parameter("kg/m^2", "density in the surface at which it has no pressure, ρ₀", gt=0)
-    viscosity: float = parameter("N s/m", "shear viscosity μ of the surface", gt=0)
-    dilatational_viscosity: float = parameter("N s/m", "second viscosity λ of the surface", 0.0, ge=0)
+    viscosity: float = parameter("N*s/m", "shear viscosity μ of the surface", gt=0)
+    dilatational_viscosity: float = parameter("N*s/m", "second viscosity λ of the surface", 0.0, ge=0)
     bending_rigidity: float = parameter("J", "κ_c of the bending energy (κ_c/2)(2H - c₀)² of unit area", 0.0, ge=0)
     spontaneous_curvature: float = parameter(
         "1/m", "c₀, the sum of the principal curvatures at rest; positive as of a sphere", 0.0

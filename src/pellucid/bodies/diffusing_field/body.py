@@ -18,7 +18,8 @@ from pellucid.errors import CaseError, Problem
 from pellucid.geometry.cells import Cells
 from pellucid.grid.points import NOT_FINITE
 from pellucid.materials.diffusive import DiffusiveMaterial
-from pellucid.parts.body import NodalBody, NodalSupport, Placement
+from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.families import NodalBody
 
 OWN_FIELDS = ("id", "position", "velocity", "mass", "volume", "concentration")
 

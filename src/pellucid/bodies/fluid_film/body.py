@@ -6,24 +6,24 @@ step is small beside the distance of its nodes.
 
 from collections.abc import Mapping, Sequence
 from math import ceil, inf
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
-from pellucid.bodies.fluid_film.forms import bending_energies
-from pellucid.bodies.fluid_film.solver import IncompatibleLoad
+from pellucid.bodies.fluid_film.forms import FilmPhysics, bending_energies
+from pellucid.bodies.fluid_film.geometry import FilmGeometry
+from pellucid.bodies.fluid_film.goals import Goals
+from pellucid.bodies.fluid_film.operators import Operators
+from pellucid.bodies.fluid_film.solver import FilmSolver, IncompatibleLoad
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
-from pellucid.parts.body import NodalBody, NodalSupport, Placement
+from pellucid.materials.film import FilmMaterial
+from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.families import NodalBody
 from pellucid.parts.surface_load import Traction
-
-if TYPE_CHECKING:
-    from pellucid.bodies.fluid_film.geometry import FilmGeometry
-    from pellucid.bodies.fluid_film.model import FluidFilmCase
-    from pellucid.bodies.fluid_film.solver import FilmSolver
 
 THINNEST = 0.05  # of the density of rest
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
@@ -32,6 +32,29 @@ FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
 
 _libraries = ThreadpoolController()
+
+
+class FilmCase(Protocol):
+    """What a film is built from, as its model describes it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def material(self) -> FilmMaterial: ...
+    @property
+    def initial_density(self) -> float: ...
+    @property
+    def nodes(self) -> str: ...
+    @property
+    def accuracy(self) -> float: ...
+    @property
+    def time_weight(self) -> float: ...
+    @property
+    def is_around(self) -> bool: ...
+    def physics(self) -> FilmPhysics: ...
+    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
+    def solver(self, geometry: FilmGeometry, x: np.ndarray) -> FilmSolver: ...
+    def goals(self, o: Operators) -> Goals: ...
 
 
 class FluidFilm(NodalBody):
@@ -43,11 +66,11 @@ class FluidFilm(NodalBody):
     energy_kind = "strain"
     is_surface = True
 
-    def __init__(self, case: "FluidFilmCase", placement: Placement) -> None:
+    def __init__(self, case: FilmCase, placement: Placement) -> None:
         self.name, self._case = case.name, case
         self.geometry, x = case.geometry()
         self._physics = case.physics()
-        solver = case.solver(self.geometry)
+        solver = case.solver(self.geometry, x)
         self.balance = FilmBalance(self.geometry, case.material, self._physics, case.initial_density, solver)
         o = self.geometry.operators(x)
         part_mass = case.initial_density * self.balance.part_areas(o)
@@ -301,7 +324,7 @@ class FluidFilm(NodalBody):
         """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
         places = self.geometry.places(self.arrays["x"])
         centre = self.arrays["mass"] @ places / self.mass
-        if self._case.shape.span == "around":
+        if self._case.is_around:
             centre[0] = 0.0
         return np.asarray(np.linalg.norm(places - centre, axis=1))
 

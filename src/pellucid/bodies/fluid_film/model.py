@@ -9,10 +9,12 @@ from pellucid.approximants.radial import AnyRadial
 from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
 from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
+from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.film_shapes import FilmShape
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
+from pellucid.geometry.spatial_order import side_by_side
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyFilmMaterial
 from pellucid.model import Model, Vector, parameter
@@ -30,8 +32,8 @@ if TYPE_CHECKING:
 class DragCase(Model):
     """What the fluid about a film resists its motion with."""
 
-    normal: float = parameter("N s/m^3", "ζ_n, against its velocity along the normal", ge=0)
-    tangential: float = parameter("N s/m^3", "ζ_t, against its velocity in the surface", ge=0)
+    normal: float = parameter("N*s/m^3", "ζ_n, against its velocity along the normal", ge=0)
+    tangential: float = parameter("N*s/m^3", "ζ_t, against its velocity in the surface", ge=0)
 
 
 class FluidFilmCase(BodyModel):
@@ -49,7 +51,13 @@ class FluidFilmCase(BodyModel):
     drag: DragCase = parameter("", "drag of the fluid about it", DragCase(normal=0.0, tangential=0.0))
     volume: VolumeCase | None = parameter("", "the volume inside; without it free", None)
     area: Literal["free", "kept"] = parameter("", "whether its area in all is kept, whatever its density", "free")
-    interpolation: AnyRadial = parameter("", "radial functions between its nodes", PolyharmonicModel())
+    interpolation: Literal["radial", "loop"] | None = parameter(
+        "",
+        "how nodes span the film: by radial functions, which curves have, or on a surface in space by Loop subdivision, which "
+        "surfaces have where nothing is said and must have where they bend",
+        None,
+    )
+    radial: AnyRadial = parameter("", "radial functions between its nodes, where it has such", PolyharmonicModel())
     nodes: Literal["even", "material"] = parameter(
         "", "whether nodes are kept at equal distances, and the film flows through between them, or go with the film", "even"
     )
@@ -74,17 +82,37 @@ class FluidFilmCase(BodyModel):
         return FilmPhysics(m.viscosity, m.dilatational_viscosity, m.bending_rigidity, m.spontaneous_curvature, drag)
 
     def geometry(self) -> "tuple[FilmGeometry, np.ndarray]":
-        """How its nodes span it, and where they are at the start [m], shape (n, d)."""
+        """How its nodes span it, and where they are at the start [m], shape (n, d). Raises CaseError where they cannot."""
+        if self.shape.surface is not None:
+            from pellucid.bodies.fluid_film.surfaces import film_surface
+
+            try:
+                return film_surface(self.shape.surface.triangulate(), "loop" if self._is_loop else self.radial)
+            except ValueError as error:
+                raise CaseError(Problem(str(error), f"body.{self.name}.shape.surface")) from error
         from pellucid.bodies.fluid_film.curve import Curve
 
         places = self.shape.chosen().places()
-        return Curve(len(places), self.interpolation, self.shape.span == "around"), places
+        return Curve(len(places), self.radial, self.is_around), places
 
-    def solver(self, geometry: "FilmGeometry") -> "FilmSolver":
-        """What finds its velocities."""
+    def solver(self, geometry: "FilmGeometry", x: np.ndarray) -> "FilmSolver":
+        """What finds the velocities of its nodes, which are at x [m] at the start, shape (n, d)."""
+        if self.shape.surface is not None:
+            from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
+
+            return SparseSolver(geometry.nodes, geometry.held, geometry.places(x))
         from pellucid.bodies.fluid_film.curve_solver import CurveSolver
 
         return CurveSolver(geometry.nodes, geometry.held)
+
+    @property
+    def is_around(self) -> bool:
+        """Whether it is a surface of revolution."""
+        return self.shape.span == "around"
+
+    @property
+    def _is_loop(self) -> bool:
+        return self.shape.surface is not None and self.interpolation != "radial"
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""
@@ -126,6 +154,8 @@ class FluidFilmCase(BodyModel):
 
     def positions(self) -> np.ndarray:
         """Of its nodes at the start [m], shape (n, 3)."""
+        if self.shape.surface is not None:
+            return side_by_side(self.shape.surface.triangulate()).vertices
         places = self.shape.chosen().places()
         result = np.zeros((len(places), 3))
         result[:, [0, 1] if self.shape.span == "plane" else [0, 2]] = places
@@ -168,7 +198,16 @@ class FluidFilmCase(BodyModel):
             yield Finding((*path, "kind"), text, "use a membrane, or give the film a case of its own")
         if self.volume is not None:
             yield from self.volume.problems((*path, "volume"))
+        bends = self.material.bending_rigidity > 0.0
+        if self.shape.surface is None and self.interpolation == "loop":
+            text = "is for surfaces in space, and this film is described by a curve"
+            yield Finding((*path, "interpolation"), text, "leave it out")
+        if self.shape.surface is not None and not self.shape.closed:
+            yield Finding((*path, "shape", "surface"), "is open", "a film is closed: use a surface that encloses a volume")
+        if self.shape.surface is not None and self.interpolation == "radial" and bends:
+            text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
+            yield Finding((*path, "interpolation"), text, 'use "loop", or leave `bending_rigidity` out')
         some = min(self.drag.normal, self.drag.tangential) > 0.0
-        if self.shape.span == "plane" and self.material.bending_rigidity > 0.0 and not some:
+        if self.shape.span == "plane" and bends and not some:
             text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"
             yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")

@@ -34,7 +34,7 @@ class TriangleSurface(ABC):
     The parts that have masses are the cells of the nodes, the shares of a quadrature point in its corners.
     """
 
-    axes = (0, 1, 2)
+    axes: tuple[int, ...] = (0, 1, 2)
     nodes: np.ndarray
     tables: SurfaceTables
 

@@ -45,8 +45,8 @@ def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
 
 def values_of(body: StoredBody, fields: Fields, quantity: str, start: np.ndarray) -> np.ndarray:
     """The quantity of every point, shape (n,). The load is the pressure of a body with an equation of state, of others von
-    Mises' equivalent stress; of a field that diffuses it is its concentration, of a film the density in its surface. start: first
-    positions [m], shape (n, 3), from which displacements count."""
+    Mises' equivalent stress; of a field that diffuses it is its concentration, of a film the density in its surface. start:
+    first positions [m], shape (n, 3), from which displacements count."""
     if quantity == "speed":
         return scalar(fields["velocity"])
     if quantity == "displacement":
