@@ -8,6 +8,7 @@ from pellucid.geometry.choice import Choice
 from pellucid.geometry.cushion_surface import CushionSurface
 from pellucid.geometry.cylinder_surface import CylinderSurface
 from pellucid.geometry.disc import Disc
+from pellucid.geometry.ellipsoid_surface import EllipsoidSurface
 from pellucid.geometry.icosphere import Icosphere
 from pellucid.geometry.lid import Lid
 from pellucid.geometry.mesh import Mesh
@@ -23,6 +24,7 @@ __all__ = [
     "CylinderSurface",
     "Disc",
     "Elements",
+    "EllipsoidSurface",
     "Icosphere",
     "Lid",
     "Mesh",
@@ -45,6 +47,7 @@ class Surface(Choice):
 
     rectangle: Rectangle | None = None
     icosphere: Icosphere | None = None
+    ellipsoid: EllipsoidSurface | None = None
     tube: Tube | None = None
     disc: Disc | None = None
     lid: Lid | None = None

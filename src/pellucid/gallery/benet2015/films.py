@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
 from pellucid.geometry.film_shapes import Ellipse, Spheroid
+from pellucid.geometry.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 
 if TYPE_CHECKING:
@@ -31,8 +32,8 @@ def lipid_of(film: FluidFilmCase) -> LipidFilm:
 
 def radius_of(film: FluidFilmCase) -> float:
     """Radius at the start [m] of a circle or sphere. Raises TypeError for another shape."""
-    shape = film.shape.chosen()
-    if not isinstance(shape, Ellipse | Spheroid):
+    shape = film.shape.surface.chosen() if film.shape.surface else film.shape.chosen()
+    if not isinstance(shape, Ellipse | Spheroid | Icosphere):
         raise TypeError(f"the exact motion is that of a circle or sphere, and {film.name} is none")
     return shape.radius
 

@@ -1,0 +1,43 @@
+"""The bending energy of a vesicle in space against the published one."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.benet2015 import vesicle_shapes
+from pellucid.gallery.benet2015.films import film_of
+from pellucid.references.vesicles import SHAPE_ENERGIES
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"energy": "Bending energy against time with the published one, and the profile at the end."}
+
+METRICS = ("prolate-90",)
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Energy at the end."""
+    return vesicle_shapes.metrics(run)
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Energy against time, distance from the axis against height."""
+    film = film_of(run)
+    figure = new_figure(10.0, 4.0)
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    energies = run.history[f"bending-{film.name}"] / (8.0 * np.pi * film.material.bending_rigidity)
+    left.plot(run.history["time"], energies, color=COLOURS[1], label="film")
+    left.axhline(SHAPE_ENERGIES["prolate", 0.9], color="black", linewidth=1, linestyle="--", label="published")
+    label(left, "time", "bending energy over 8πκ", "s", "")
+    left.legend()
+    place = run.fields(film.name)["position"]
+    right.plot(np.hypot(place[:, 0], place[:, 1]), place[:, 2], ".", color=COLOURS[0], markersize=2)
+    right.set_aspect("equal")
+    label(right, "distance from the axis", "z", "m", "m")
+    figure.suptitle(run.case.title)
+    return {"energy": figure}
