@@ -25,18 +25,18 @@ def _tube(run: "Run") -> tuple[Tether, Tether]:
     return tether(tension, rigidity, pressures_of(run)[0].value), tether(tension, rigidity)
 
 
-def _middle(run: "Run") -> float:
-    """Radius of the tube half-way between its end and the sphere [m], the mean over a tenth of its length."""
-    place = run.fields(film_of(run).name)["position"]
-    top = place[:, 2].max()
-    low, high = 0.5 * (1.0 + top) - 0.05 * (top - 1.0), 0.5 * (1.0 + top) + 0.05 * (top - 1.0)
-    return float(place[(place[:, 2] >= low) & (place[:, 2] <= high), 0].mean())
+def _radius(run: "Run") -> float:
+    """Radius of the tube [m]: the mean from its widest place, by its end, to the narrow one next to that."""
+    r = run.fields(film_of(run).name)["position"][::-1, 0]
+    widest = int(np.argmax(np.diff(r) < 0.0))
+    narrowest = widest + int(np.argmax(np.diff(r[widest:]) > 0.0))
+    return float(r[widest : narrowest + 1].mean())
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Force and radius against a tube of the tension that the film has then; balance of power."""
     tube, thin = _tube(run)
-    force, radius = float(run.history["force"][-1]), _middle(run)
+    force, radius = float(run.history["force"][-1]), _radius(run)
     power = float(np.abs(run.history["energy_error"]).max())
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
     text = "force on the pole against 2π√(2κσ), which leaves out the pressure in the tube"
