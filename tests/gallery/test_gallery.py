@@ -78,7 +78,8 @@ def test_figures_are_drawn(quick):
 
 
 def test_mass_is_constant(quick):
-    assert quick.run.summary["conservation"]["mass"] == 0.0
+    flows = any(body.kind == "fluid-film" for body in quick.run.case.body)  # between parts, whose masses add up to rounding
+    assert quick.run.summary["conservation"]["mass"] <= (1e-13 if flows else 0.0)
 
 
 @pytest.mark.slow
