@@ -57,13 +57,15 @@ def test_every_fault_of_a_mesh_is_told():
 
     turned = mesh.cells.copy()
     turned[5] = turned[5, [1, 0, 2, 3]]
-    assert re.match(r"1 tetrahedron is inverted, the first is number 5 at \(", *fault(mesh.nodes, turned))
+    assert re.match(r"1 tetrahedron is inverted, the first is number 5, counted from 0 at \(", *fault(mesh.nodes, turned))
     again = [*mesh.cells, mesh.cells[3][[1, 2, 0, 3]]]
     assert re.match(r"1 tetrahedron is there twice, for example numbers 3 and 96", *fault(mesh.nodes, again))
     lonely = np.vstack([mesh.nodes, [9.0, 9.0, 9.0]])
-    assert re.match(r"1 node belongs to no tetrahedron, the first is number 35 at \(9, 9, 9\) m", *fault(lonely, mesh.cells))
+    assert re.match(
+        r"1 node belongs to no tetrahedron, the first is number 35, counted from 0 at \(9, 9, 9\) m", *fault(lonely, mesh.cells)
+    )
     lonely[35, 0] = np.nan
-    assert fault(lonely, mesh.cells) == ["node 35 is at (nan, 9.0, 9.0), which is no place"]
+    assert fault(lonely, mesh.cells) == ["node 35 (counted from 0) is at (nan, 9.0, 9.0), which is no place"]
     flat = mesh.nodes.copy()
     flat[mesh.cells[0, 3]] = flat[mesh.cells[0, :3]].mean(axis=0)
     assert any(

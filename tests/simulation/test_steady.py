@@ -58,6 +58,13 @@ def test_the_estimated_error_bounds_the_error_of_the_displacements(reference, to
     assert abs(found - exact).max() / largest < 2.0 * tolerance
 
 
+def test_a_grid_about_a_lone_block_changes_nothing(reference):
+    grid = {"lower": (-0.1, -0.1, -0.1), "upper": (0.2, 0.2, 0.2), "cell": 0.1}
+    found = finished(pulled({"tolerance": 1e-9}, grid=grid))
+    assert found.energies()["strain"] == pytest.approx(reference.energies()["strain"], rel=1e-10)
+    assert abs(found.conservation()["energy"]) < 1e-2
+
+
 def test_the_equilibrium_depends_neither_on_the_way_there_nor_on_the_density(reference):
     strain = reference.energies()["strain"]
     fast = finished(pulled({"tolerance": 1e-9, "loading": 150, "courant": 0.7}))

@@ -93,6 +93,7 @@ class PrescribedPoints(ActiveCondition):
                 self._velocity[number, axis] = moved / dt if dt > 0.0 else 0.0
         self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
+            self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)
 
     def prescribe_velocities(self) -> None:

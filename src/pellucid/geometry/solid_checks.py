@@ -16,7 +16,8 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
     nowhere = np.flatnonzero(~np.isfinite(mesh.nodes).all(axis=1))
     if len(nowhere):
         number = int(nowhere[0])
-        yield f"node {number} is at {tuple(mesh.nodes[number].tolist())}, which is no place", "give it finite coordinates"
+        text = f"node {number} (counted from 0) is at {tuple(mesh.nodes[number].tolist())}, which is no place"
+        yield text, "give it finite coordinates"
         return
     yield from _empty_sets(mesh)
     yield from _lone(mesh)
@@ -46,6 +47,7 @@ def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
     lone = np.flatnonzero(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)) == 0)
     if len(lone):
         text = f"{_count(len(lone), 'node belongs', 'nodes belong')} to no tetrahedron, the first is number {lone[0]}"
+        text += ", counted from 0"
         yield f"{text}{_place(mesh.nodes[lone[0]])}; such a node has no mass", "remove them"
 
 
@@ -74,7 +76,7 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
     ):
         number = np.flatnonzero(found)
         if len(number):
-            text = f"{_count(len(number), one, many)}, the first is number {number[0]}"
+            text = f"{_count(len(number), one, many)}, the first is number {number[0]}, counted from 0"
             yield text + _place(corners[number[0]].mean(axis=0)), remedy
 
 

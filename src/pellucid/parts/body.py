@@ -93,6 +93,11 @@ class Body(ABC):
         return len(self.arrays["mass"])
 
     @property
+    def n_stress_points(self) -> int:
+        """Number of points at which it finds stresses: what its kernels work on."""
+        return self.n_points
+
+    @property
     def mass(self) -> float:
         """Mass [kg]."""
         return float(self.arrays["mass"].sum())
@@ -102,6 +107,9 @@ class Body(ABC):
         return self.arrays["volume"]
 
     # the step
+
+    load_rate = 1.0
+    """How fast the loads change over the coming step, in simulated time over that of the step: another in steady states."""
 
     def begin(self, dt: float) -> None:  # noqa: B027
         """Before the conditions of a step dt [s]: forget the external forces of the last one, if the body keeps them."""

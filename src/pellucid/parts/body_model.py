@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 import numpy as np
 
 from pellucid.energy import Channel
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path, Reason, listed
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
@@ -51,9 +51,11 @@ class BodyModel(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """That there is no grid, reported by the first body that needs one."""
-        needing = (body for body in parts.of(BodyModel) if body.needs_grid(parts))
-        if parts.lacks_grid and next(needing, None) is self:
-            text = f"is missing: body {self.name} needs one"
+        needing = [body for body in parts.of(BodyModel) if body.needs_grid(parts)]
+        if parts.lacks_grid and needing and needing[0] is self:
+            several = len(needing) > 1
+            names = listed([body.name for body in needing])
+            text = f"is missing: bodies {names} meet on it" if several else f"is missing: body {self.name} needs one"
             yield Finding(("grid",), text, "add a table [grid] with `lower`, `upper` and `cell`")
 
     @abstractmethod

@@ -68,5 +68,5 @@ def _pair(
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:
     """Threads that bodies of this size keep busy."""
-    points = sum(body.n_points for body in bodies)
+    points = sum(body.n_stress_points for body in bodies)
     return max(1, min(os.cpu_count() or 1, points // POINTS_PER_THREAD))

@@ -152,6 +152,11 @@ class MeshlessSolid(ExplicitNodes):
         """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
         return self._functions.face_shares(faces)
 
+    @property
+    def n_stress_points(self) -> int:
+        """Its quadrature points."""
+        return len(self.mesh.cells) * self._case.points_per_cell
+
     # contact
 
     def _make_skin(self, coupling: GridCoupling) -> Skin:

@@ -149,6 +149,7 @@ class ExplicitNodes(NodalBody):
         """Damp the coming step."""
         self.relaxes = True
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
+        self.load_rate = load_rate
         self.motion.share_gravity(gravity_share)
 
     def springs(self) -> Springs:
