@@ -330,7 +330,7 @@ def test_what_needs_a_grid_beside_it_says_so(more, words):
 
 def test_beside_another_it_needs_one():
     tables = [lattice(), lattice(name="other", field="other", corner=(0.0, 2.0, 2.0))]
-    with pytest.raises(ValidationError, match="body lattice needs one"):
+    with pytest.raises(ValidationError, match="bodies lattice, other need one"):
         Case.model_validate({"schema": 1, "title": "two", "time": {"end": 1.0}, "body": tables})
 
 

@@ -39,7 +39,7 @@ MISTAKES = {
         '[grid]\nlower = [0, 0, 0]\nupper = [1.0, 0.5, 0.0]\ncell = 0.05\nfunctions = "gimp"\n',
         "",
         None,
-        ["grid", "is missing: body drop needs one", "add a table [grid] with `lower`, `upper` and `cell`"],
+        ["grid", "is missing: bodies drop, block need one", "add a table [grid] with `lower`, `upper` and `cell`"],
     ),
     "missing table": ("[time]\nend = 0.1\ncourant = 0.5\n", "", None, ["time", "is missing", "the clock"]),
     "negative density": (

@@ -55,7 +55,7 @@ class BodyModel(Part):
         if parts.lacks_grid and needing and needing[0] is self:
             several = len(needing) > 1
             names = listed([body.name for body in needing])
-            text = f"is missing: bodies {names} meet on it" if several else f"is missing: body {self.name} needs one"
+            text = f"is missing: bodies {names} need one" if several else f"is missing: body {self.name} needs one"
             yield Finding(("grid",), text, "add a table [grid] with `lower`, `upper` and `cell`")
 
     @abstractmethod
