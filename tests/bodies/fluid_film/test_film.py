@@ -135,6 +135,8 @@ def test_a_vesicle_keeps_area_and_volume_and_comes_to_its_published_energy():
     assert o.area.sum() == pytest.approx(start.geometry.operators(start.arrays["x"]).area.sum(), rel=1e-5)
     assert 6.0 * np.sqrt(np.pi) * o.volume() / o.area.sum() ** 1.5 == pytest.approx(0.9, rel=1e-4)
     assert film.field("bending_energy").sum() / (8.0 * np.pi) == pytest.approx(1.18964, rel=1e-4)
+    assert simulation.energies()["support_work"] > 0.0, "it takes work to change the volume"
+    assert abs(simulation.conservation()["energy"]) < 2e-3  # of steps whose accuracy is 1e-3
     assert abs(simulation.conservation()["mass"]) < 1e-13
 
 

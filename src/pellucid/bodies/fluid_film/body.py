@@ -198,7 +198,8 @@ class FluidFilm(NodalBody):
             gained += power
         works[VISCOUS] += dt * done.viscous
         works[DAMPING] += dt * done.drag
-        works[INTERNAL] -= dt * (gained - done.viscous - done.drag)
+        works[SUPPORT] += dt * done.bordered
+        works[INTERNAL] -= dt * (gained + done.bordered - done.viscous - done.drag)
         for number, support in enumerate(self._supports):
             chosen = self._constrained(support)
             forces_at = np.where(chosen, done.prescribed, 0.0)
