@@ -231,6 +231,9 @@ def test_the_tube_of_a_tether_is_balanced():
     assert thin.force == pytest.approx(2.0 * np.pi * np.sqrt(2.0 * 0.005))
     assert thin.radius == pytest.approx(np.sqrt(0.0025))
     h = 1e-6  # F is least where the tube is balanced across
-    energy = lambda r: np.pi * 0.005 / r + 2.0 * np.pi * r - np.pi * r * r * 2.0  # noqa: E731
+
+    def energy(r):
+        return np.pi * 0.005 / r + 2.0 * np.pi * r - np.pi * r * r * 2.0
+
     assert (energy(tube.radius + h) - energy(tube.radius - h)) / (2.0 * h) == pytest.approx(0.0, abs=1e-6)
     assert tube.force == pytest.approx(energy(tube.radius))

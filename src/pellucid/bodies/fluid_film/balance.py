@@ -85,11 +85,10 @@ class FilmBalance:
         compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
         return compressed + float(bending_energies(o, self.physics).sum())
 
-    def step(self, x: np.ndarray, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
-        """Over dt [s] from nodes at x, with the weight α, above 0 and up to 1."""
+    def step(self, x: np.ndarray, start: Operators, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
+        """Over dt [s] from nodes at x, with the operators there, and the weight α, above 0 and up to 1."""
         ahead = (1.0 - sqrt(1.0 - weight)) * dt
         zero = np.zeros_like(x)
-        start = self.geometry.operators(x)
         rates = self._rates(start, driving, dt)
         first = self._velocity(start, mass, x, ahead, zero, driving, rates, FIRST_ACCURACY)[0]
         there = x + weight * dt * first
@@ -134,9 +133,9 @@ class FilmBalance:
         tractions = self._tractions(o, density, driving.tractions)
         load = sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
         force = self._sums.gathered(parts.force) + load
-        borders = [Border(self._sum(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]
+        borders = [Border(self._sums.summed(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]
         free = None if self._resists_all else turning(o)
-        area = self._sum(np.einsum("eq,eqmi->emi", o.area, o.value))[:, 0]
+        area = self._sums.summed(np.einsum("eq,eqmi->emi", o.area, o.value))[:, 0]
         known, velocity = driving.known, driving.velocity
         system = System(x, area, parts.resistance, parts.stiffness, force, load, guess, known, velocity, free, accuracy)
         solution = self.solver.solve(system, borders)
@@ -159,15 +158,8 @@ class FilmBalance:
         result = []
         for column, traction in tractions:
             on_area = o.area[..., None] * traction(points)[..., axes]
-            result.append((column, self._sum(np.einsum("eqd,eqmd->emd", on_area, o.value))))
+            result.append((column, self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))))
         return result
-
-    def _sum(self, elements: np.ndarray) -> np.ndarray:
-        """The sum over the elements at each node, shape (n, d), of (e, m, d)."""
-        n, d = self.geometry.held.shape
-        nodes = self.geometry.nodes
-        values = elements.reshape(len(nodes), nodes.shape[1], d)
-        return np.stack([np.bincount(nodes.ravel(), values[..., i].ravel(), n) for i in range(d)], axis=1)
 
 
 def in_space(vectors: np.ndarray, axes: Sequence[int]) -> np.ndarray:

@@ -96,8 +96,7 @@ class FluidFilm(NodalBody):
         self.totals = Totals()
         self._elapsed = 0.0
         self._fault: str | None = None
-        self._place()
-        self.renew_totals()
+        self._show(o)
 
     # conditions
 
@@ -141,11 +140,12 @@ class FluidFilm(NodalBody):
         works, reactions = np.zeros(self._columns), np.zeros((len(self._supports) + 1, 3))
         driving, left = self._driving(), dt
         arrays, own = self.arrays, float(self.arrays["own_step"][0]) or FIRST_SHARE * dt
+        o = self.geometry.operators(arrays["x"])
         with _libraries.limit(limits=1, user_api="blas"):
             while left > 0.0 and self._fault is None:
                 span = left / ceil(left / own * (1.0 - 1e-12))
                 volume, area = self._goals.at(self._elapsed + dt - left + span)
-                done = self._try(span, driving._replace(volume=volume, area=area))
+                done = self._try(o, span, driving._replace(volume=volume, area=area))
                 if done is None:
                     break
                 error = span * done.change / float(self.geometry.spacing(self.geometry.places(arrays["x"])).min())
@@ -159,16 +159,17 @@ class FluidFilm(NodalBody):
                 self._take(done)
                 self._count(done, span, works, reactions)
                 left -= span
-                self._fault = self._too_thin()
+                o = self.geometry.operators(arrays["x"])
+                self._fault = self._too_thin(o)
         arrays["own_step"][0] = own
         self._work = StepWork(works, 0.0, reactions, np.zeros(3), {})
         self._elapsed += dt
-        self._place()
-        self.renew_totals()
+        self._show(o)
 
-    def _try(self, dt: float, driving: Driving) -> StepDone | None:
+    def _try(self, o: Operators, dt: float, driving: Driving) -> StepDone | None:
+        arrays = self.arrays
         try:
-            return self.balance.step(self.arrays["x"], self.arrays["part_mass"], dt, self._case.time_weight, driving)
+            return self.balance.step(arrays["x"], o, arrays["part_mass"], dt, self._case.time_weight, driving)
         except IncompatibleLoad:
             self._fault = (
                 "is driven along motions that nothing resists: without drag the loads on a curve must hold each other and its "
@@ -181,15 +182,10 @@ class FluidFilm(NodalBody):
     def _take(self, done: StepDone) -> None:
         """The state after one of its own steps, with its nodes spread evenly."""
         arrays = self.arrays
-        moved = (
-            self.geometry.redistributed(done.x, arrays["part_mass"], done.x - arrays["x"])
-            if self._case.nodes == "even"
-            else None
-        )
-        arrays["x"][:] = done.x if moved is None else moved.x
-        if moved is not None:
-            arrays["part_mass"][:] = moved.mass
-        arrays["v"][:] = done.velocity
+        x = done.x
+        if self._case.nodes == "even":
+            x, arrays["part_mass"][:] = self.geometry.redistributed(x, arrays["part_mass"], x - arrays["x"])
+        arrays["x"][:], arrays["v"][:] = x, done.velocity
 
     def _count(self, done: StepDone, dt: float, works: np.ndarray, reactions: np.ndarray) -> None:
         gained = 0.0
@@ -228,8 +224,7 @@ class FluidFilm(NodalBody):
 
     def renew_totals(self) -> None:
         """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""
-        o = self.geometry.operators(self.arrays["x"])
-        self.totals.stored = self.balance.stored_energy(o, self.arrays["part_mass"])
+        self._show(self.geometry.operators(self.arrays["x"]))
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped` where it found no motion, is not finite, or too thin to be a film."""
@@ -237,10 +232,10 @@ class FluidFilm(NodalBody):
             text = f"step {n_steps}, time {time:.6g} s: film {self.name} {self._fault}"
             raise RunStopped(text, step=n_steps, time=time, body=self.name)
 
-    def _too_thin(self) -> str | None:
+    def _too_thin(self, o: Operators) -> str | None:
         """That it is stretched so far that it is no film any more, and where."""
         geometry, x, rest = self.geometry, self.arrays["x"], self._case.material.density
-        density = self.balance.densities(geometry.operators(x), self.arrays["part_mass"])
+        density = self.balance.densities(o, self.arrays["part_mass"])
         if density.min() >= THINNEST * rest:
             return None
         node = min(int(density.argmin()), self.n_points - 1)
@@ -312,14 +307,14 @@ class FluidFilm(NodalBody):
         """Its inertia is left out."""
         return np.zeros(self.n_points)
 
-    def _place(self) -> None:
-        """Positions, velocities and masses of the nodes, as others see them."""
+    def _show(self, o: Operators) -> None:
+        """Positions, velocities and masses of the nodes, as others see them, and the stored energy; o: where they are now."""
         arrays, geometry = self.arrays, self.geometry
         arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
         arrays["velocity"][:] = in_space(geometry.places(arrays["v"]), geometry.axes)
-        o = geometry.operators(arrays["x"])
         density = self.balance.at_points(self.balance.densities(o, arrays["part_mass"]))
         arrays["mass"][:] = self._shared(o.area * density)
+        self.totals.stored = self.balance.stored_energy(o, arrays["part_mass"])
 
     def _distances(self) -> np.ndarray:
         """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""

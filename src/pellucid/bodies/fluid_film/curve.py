@@ -164,4 +164,5 @@ class Curve:
         if self.around:
             area = 2.0 * np.pi * length * np.einsum("qm,em->eq", self._samples.value, corner[..., 0])
         weight = np.tile(self._weight / SAMPLES, SAMPLES)
-        return tuple((values * weight).reshape(-1, GAUSS).sum(axis=1) for values in (length, area))  # type: ignore[return-value]
+        of_lengths, of_areas = ((values * weight).reshape(-1, GAUSS).sum(axis=1) for values in (length, area))
+        return of_lengths, of_areas

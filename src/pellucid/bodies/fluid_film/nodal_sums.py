@@ -98,10 +98,15 @@ class NodalSums:
     def gathered(self, forms: Sequence[Rows]) -> np.ndarray:
         """Σ factor row of all of them, shape (n, d)."""
         e, m = self._uses.nodes.shape
-        parts, result = np.zeros((e, m * self.d)), np.zeros((self.n, self.d))
+        parts = np.zeros((e, m * self.d))
         for form in forms:
             _add_rows(-(-e // CHUNK), form, parts)
-        _gather(-(-self.n // CHUNK), self._uses, parts, result)
+        return self.summed(parts)
+
+    def summed(self, parts: np.ndarray) -> np.ndarray:
+        """What elements give to their nodes, shape (e, m, d) or (e, m d), summed at each node: shape (n, d)."""
+        result = np.zeros((self.n, self.d))
+        _gather(-(-self.n // CHUNK), self._uses, np.ascontiguousarray(parts.reshape(len(parts), -1)), result)
         return result
 
     def rates(self, form: Rows, v: np.ndarray) -> np.ndarray:
