@@ -13,7 +13,6 @@ from pellucid.geometry.inside import Inside
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
-from pellucid.materials import MembraneMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
@@ -30,7 +29,6 @@ class MembraneCase(BodyModel):
 
     surface: Surface = parameter("", "where the membrane is at the start")
     thickness: float = parameter("m", "initial thickness", gt=0)
-    material: MembraneMaterial = parameter("", "what the membrane is made of")
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 

@@ -8,11 +8,12 @@ Numba's disk cache does not see edits in other files; `cache` keeps kernels for 
 
 from pellucid.jit.folder import cache_folder
 from pellucid.jit.kernels import kernel, set_threads
-from pellucid.jit.registry import MissingFunction, generic, implementations, point_function, pointwise
+from pellucid.jit.registry import MissingFunction, default_function, generic, implementations, point_function, pointwise
 
 __all__ = [
     "MissingFunction",
     "cache_folder",
+    "default_function",
     "generic",
     "implementations",
     "kernel",

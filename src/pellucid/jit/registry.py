@@ -26,19 +26,22 @@ class Generic(NamedTuple):
 
     signature: inspect.Signature
     implementations: dict[type, Callable[..., Any]]
+    default: list[Callable[..., Any]]  # at most one, for the types that register none
+
+    def of(self, kind: type) -> Callable[..., Any] | None:
+        """The function of a type."""
+        return self.implementations.get(kind, self.default[0] if self.default else None)
 
 
 def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
     """Declare a pointwise operation; the body of `signature` is never run, its arguments and docstring count."""
     bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
-    operation = Generic(inspect.Signature(bare), {})  # implementations are not annotated, and numba compares
-    table = operation.implementations
+    operation = Generic(inspect.Signature(bare), {}, [])  # implementations are not annotated, and numba compares
 
     def dispatch(first: Any, *rest: Any) -> Any:
-        try:
-            implementation = table[type(first)]
-        except KeyError:
-            raise MissingFunction(dispatch, type(first)) from None
+        implementation = operation.of(type(first))
+        if implementation is None:
+            raise MissingFunction(dispatch, type(first))
         return implementation(first, *rest)
 
     dispatch.__name__ = signature.__name__
@@ -65,6 +68,16 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
             name = implementation.__name__
             raise TypeError(f"{name}{found} must have the arguments of `{operation.__name__}`, {name}{wanted}")
         _generics[operation].implementations[kind] = implementation
+        return implementation
+
+    return register
+
+
+def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register the decorated function as `operation` for the parameter types that register none."""
+
+    def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
+        _generics[operation].default[:] = [implementation]
         return implementation
 
     return register
@@ -120,7 +133,7 @@ def _compile_generic(dispatch: Callable[..., Any]) -> None:
     def choose(*arguments: Any) -> Callable[..., Any] | None:
         first = arguments[0]
         if isinstance(first, types.BaseNamedTuple):  # type: ignore[attr-defined]
-            return operation.implementations.get(first.instance_class)
+            return operation.of(first.instance_class)
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]

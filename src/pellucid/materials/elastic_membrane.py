@@ -6,17 +6,16 @@ from typing import Self
 
 from pydantic import model_validator
 
-from pellucid.materials.contract import BodyMaterial
 from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.law import Law
-from pellucid.materials.membrane import initial_shape, plane_wave_speed
+from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.materials.trial import MEMBRANE, Operation, try_membrane
 from pellucid.materials.wrinkling import TensionField, unwrinkled
 from pellucid.model import parameter
 
 
-class ElasticMembraneMaterial(ElasticMaterial, BodyMaterial):
+class ElasticMembraneMaterial(ElasticMaterial, MembraneMaterial):
     """What isotropic elastic membranes share."""
 
     damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
@@ -51,7 +50,7 @@ class ElasticMembraneMaterial(ElasticMaterial, BodyMaterial):
         """The law of damage as kernels take it."""
         return self.damage.law() if self.damage else Undamaged()
 
-    def signals(self, length: float) -> tuple[float, float]:
-        """Speed of waves in the plane [m/s] at the start, and no viscosity [m²/s]."""
-        law = self.law()
-        return plane_wave_speed(law, initial_shape(law), self.density), 0.0
+    @property
+    def damage_radius(self) -> float | None:
+        """Of the mean of the strain that drives damage [m]."""
+        return self.damage.radius if self.damage else None

@@ -6,7 +6,7 @@ Cauchy stress in the frame and the ratio of thickness to its initial value. Sour
 
 from math import sqrt
 
-from pellucid.jit import generic, pointwise
+from pellucid.jit import default_function, generic, pointwise
 from pellucid.materials.law import Law
 
 InPlane = tuple[float, float, float]
@@ -56,6 +56,16 @@ def largest_strain(law: Law, shape: Shape) -> float:
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
     """Fastest wave in the plane [m/s]."""
+
+
+@generic
+def plane_diffusivity(law: Law, density: float) -> float:
+    """Kinematic viscosity (2μ + λ)/ρ of waves in the plane [m²/s]; zero where a law states none."""
+
+
+@default_function(plane_diffusivity)
+def _no_diffusivity(law, density):
+    return 0.0
 
 
 @generic

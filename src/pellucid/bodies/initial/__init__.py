@@ -9,6 +9,7 @@ from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.initial.polynomial import Polynomial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
+from pellucid.bodies.initial.velocity_gradient import VelocityGradient
 from pellucid.registry import Family, OneOf
 
 INITIAL_FIELDS = Family("initial field", InitialField)
@@ -18,3 +19,4 @@ INITIAL_MEANING = "fields that are added to the state at the start"
 INITIAL_FIELDS.add(SineWave)
 INITIAL_FIELDS.add(Polynomial)
 INITIAL_FIELDS.add(SphericalHarmonic)
+INITIAL_FIELDS.add(VelocityGradient)

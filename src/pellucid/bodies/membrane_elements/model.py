@@ -15,6 +15,7 @@ from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
 from pellucid.grid.model import GridCase
+from pellucid.materials import AnyElasticMembraneMaterial
 from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
@@ -30,6 +31,7 @@ class MembraneElementsCase(MembraneCase):
     """A membrane of finite elements, which moves on its own nodes and touches other bodies on the grid."""
 
     kind: Literal["membrane-elements"] = "membrane-elements"
+    material: AnyElasticMembraneMaterial = parameter("", "what the membrane is made of")
     elements: Elements = parameter(
         "", "quadrilaterals where the surface has them, or triangles alone: each quadrilateral cut in two", "quads"
     )

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.membrane_model import MembraneCase
+from pellucid.bodies.membrane_points.model import MembranePointsCase
 from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
@@ -32,7 +32,7 @@ class MembranePoints(PointsOnGrid):
 
     def __init__(
         self,
-        case: MembraneCase,
+        case: MembranePointsCase,
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,
@@ -61,7 +61,7 @@ class MembranePoints(PointsOnGrid):
         self.damage: Any = case.material.damage_law()
         if isinstance(self.damage, Elastodamage):
             arrays |= {name: np.zeros(n) for name in DamageRecord._fields}
-        radius = case.material.damage.radius if case.material.damage else None
+        radius = case.material.damage_radius
         self._mean = NonlocalMean(vertices, area, radius) if radius else None
         if radius:
             arrays["torn"] = np.zeros((n, 3))
@@ -127,6 +127,9 @@ class MembranePoints(PointsOnGrid):
         self._collect_strain_sums()
         if isinstance(self.damage, Elastodamage):
             self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
+        elif (recoverable := self.material.recoverable_energy(self._state.in_plane)) is not None:
+            lost = self._state.strain_energy - recoverable
+            self.totals.parts["dissipated"] = float((self.points.mass * lost).sum())
 
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]

@@ -12,7 +12,9 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.grid.model import GridCase
-from pellucid.materials.damage import DamageRecord
+from pellucid.materials import AnyMembraneMaterial
+from pellucid.materials.damage import DamageRecord, Elastodamage
+from pellucid.model import parameter
 from pellucid.parts.body_model import StepLimit
 from pellucid.parts.part import Parts
 
@@ -28,6 +30,7 @@ class MembranePointsCase(MembraneCase):
     """A membrane whose material points are the vertices of a triangulated surface."""
 
     kind: Literal["membrane-points"] = "membrane-points"
+    material: AnyMembraneMaterial = parameter("", "what the membrane is made of")
 
     def build(self, placement: "Placement") -> "Body":
         """Its points on the grid."""
@@ -38,7 +41,7 @@ class MembranePointsCase(MembraneCase):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        return (*COMMON_FIELDS, "strain_energy", *(DamageRecord._fields if self.material.damage else ()))
+        return (*COMMON_FIELDS, "strain_energy", *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else ()))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
@@ -70,7 +73,7 @@ class MembranePointsCase(MembraneCase):
         yield from place_problems(place, self.bounds(), grid, self.is_surface)
 
     def _damage_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
-        radius = self.material.damage.radius if self.material.damage else None
+        radius = self.material.damage_radius
         if radius is not None and radius < grid.cell:
             text = f"damage.radius = {radius:g} m is less than grid.cell = {grid.cell:g} m: the mean tells no more than a point"
             remedy = "make it three cells or more, use a finer grid, or leave it out for local damage"

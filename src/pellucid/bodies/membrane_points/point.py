@@ -9,7 +9,7 @@ from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, PointArrays, Slabs
 from pellucid.jit import kernel
 from pellucid.materials.damage import DamageRecord, dissipate, upright, weaken
-from pellucid.materials.membrane import plane_response, plane_wave_speed
+from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed
 
 
 class MembraneArrays(NamedTuple):
@@ -148,7 +148,9 @@ def responded(surface, p, F, frame, c, share, D, dt, strain):
         fault = INVERTED
     elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
         fault = NOT_FINITE
-    return points.mass[p] * state.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
+    h = lattice.inverse_cell
+    rate = max(h * (wave + speed), 2.0 * h * h * plane_diffusivity(law, density))
+    return points.mass[p] * state.strain_energy[p], rate, fault
 
 
 @kernel(inline=True)

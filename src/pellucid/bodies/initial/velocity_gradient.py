@@ -1,0 +1,24 @@
+"""A velocity that varies linearly in space, such as that of a shear."""
+
+from typing import Literal
+
+import numpy as np
+
+from pellucid.bodies.initial.contract import InitialField
+from pellucid.model import Vector, parameter
+
+NONE = (0.0, 0.0, 0.0)
+
+
+class VelocityGradient(InitialField):
+    """An initial velocity L (x - x₀)."""
+
+    kind: Literal["velocity-gradient"] = "velocity-gradient"
+    x: Vector = parameter("1/s", "gradient of the x component of the velocity, the first row of L", NONE)
+    y: Vector = parameter("1/s", "that of the y component", NONE)
+    z: Vector = parameter("1/s", "that of the z component", NONE)
+    origin: Vector = parameter("m", "where it vanishes, x₀", NONE)
+
+    def at(self, position: np.ndarray) -> np.ndarray:
+        """Velocity [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+        return np.asarray((position - np.array(self.origin)) @ np.array((self.x, self.y, self.z)).T)

@@ -1,0 +1,100 @@
+"""Membranes of fluid: what they bear in their surface follows from their area and from how fast it is sheared, not from a shape.
+
+The stress times the initial thickness is the force in the surface: σ = γ + K (1 - 1/A) + λ tr D + 2μ D with the area A of what
+was one at the start (Scriven 1960, Chem. Eng. Sci. 12, 98, with a linear law of the density 1/A as of Benet 2015, eq. 3.45).
+The material in it keeps its volume, so that its thickness is 1/A of that at the start.
+"""
+
+from math import sqrt
+from typing import Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.jit import point_function
+from pellucid.materials.membrane import (
+    initial_shape,
+    plane_diffusivity,
+    plane_response,
+    plane_wave_speed,
+    stretched,
+)
+from pellucid.materials.membrane_material import MembraneMaterial
+from pellucid.model import parameter
+
+
+class FluidMembrane(NamedTuple):
+    """Tension γ, area stiffness K [Pa], viscosities μ, λ [Pa s], all times the thickness those of the surface."""
+
+    gamma: float
+    K: float
+    mu: float
+    lam: float
+
+
+class FluidMembraneMaterial(MembraneMaterial):
+    """A membrane that is fluid within its surface: surface tension, stiffness against a change of area, viscosity."""
+
+    kind: Literal["fluid-membrane"] = "fluid-membrane"
+    tension: float = parameter("Pa", "surface tension over the membrane's thickness, γ; the same at any area", 0.0, ge=0)
+    stiffness: float = parameter(
+        "Pa", "K: over the thickness, tension for a change of area that tends to 1 where the area is large", 0.0, ge=0
+    )
+    viscosity: float = parameter("Pa*s", "shear viscosity μ of the surface over the thickness", 0.0, ge=0)
+    dilatational_viscosity: float = parameter("Pa*s", "second viscosity λ of the surface over the thickness", 0.0, ge=0)
+
+    @model_validator(mode="after")
+    def _bears_something(self) -> Self:
+        if max(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity) == 0.0:
+            raise ValueError("a fluid membrane without tension, stiffness and viscosity bears nothing: give one of them")
+        return self
+
+    def law(self) -> FluidMembrane:
+        """The law as kernels take it."""
+        return FluidMembrane(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity)
+
+    def recoverable_energy(self, shape: np.ndarray) -> np.ndarray:
+        """γ (A - 1) + K (A - 1 - ln A) of unit initial volume, over the density [J/kg], shape (n,); shape: (n, 4)."""
+        area = shape[:, 0]
+        return np.asarray((self.tension * (area - 1.0) + self.stiffness * (area - 1.0 - np.log(area))) / self.density)
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Of dilatation in the plane, and none of shear [m/s]."""
+        return sqrt(self.stiffness / self.density), 0.0
+
+
+@point_function(initial_shape, FluidMembrane)
+def _initial_shape(law):
+    return (1.0, 0.0, 0.0, 0.0)  # area, and the rate of deformation
+
+
+@point_function(stretched, FluidMembrane)
+def _stretched(law, shape, D, dt):
+    return (shape[0] * (1.0 + dt * (D[0] + D[1])), D[0], D[1], D[2])
+
+
+@point_function(plane_response, FluidMembrane)
+def _plane_response(law, shape):
+    area = shape[0]
+    even = law.gamma + law.K * (1.0 - 1.0 / area) + law.lam * (shape[1] + shape[2])
+    two_mu = 2.0 * law.mu
+    # the force in the surface is over the initial thickness; the stress is over that now, 1/A of it
+    return (
+        area * (even + two_mu * shape[1]),
+        area * (even + two_mu * shape[2]),
+        area * two_mu * shape[3],
+        1.0 / area,
+    )
+
+
+@point_function(plane_wave_speed, FluidMembrane)
+def _plane_wave_speed(law, shape, density):
+    # along the surface by the change of tension with area, A dσ/dA = K/A; across it by the tension itself
+    area = shape[0]
+    across = law.gamma + law.K * (1.0 - 1.0 / area)
+    return sqrt(max(law.K / area, across) * area / density)
+
+
+@point_function(plane_diffusivity, FluidMembrane)
+def _plane_diffusivity(law, density):
+    return (2.0 * law.mu + law.lam) / density
