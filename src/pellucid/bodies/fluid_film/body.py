@@ -5,10 +5,11 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
 from pellucid.bodies.fluid_film.forms import FilmPhysics
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.goals import Goals
+from pellucid.bodies.fluid_film.held_nodes import HeldNodes
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.own_steps import OwnSteps, Stepping
@@ -71,7 +72,7 @@ class FluidFilm(NodalBody):
         self._columns = FIRST_LOAD + placement.n_loads
         self._steps = OwnSteps(self.balance, case.goals(o), case, self.arrays)
         self._fields = NodalFields(self.balance, self.arrays, case.is_around)
-        self._supports: Sequence[NodalSupport] = ()
+        self._held = HeldNodes(n, self.geometry.axes)
         self._tractions: list[tuple[int, Traction]] = []
         self._forces: list[tuple[int, np.ndarray]] = []
         self._work = no_work(self._columns, 0)
@@ -95,10 +96,22 @@ class FluidFilm(NodalBody):
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """A support constrains its nodes."""
-        self._supports = supports
+        self._held.supports = supports
+
+    def lead_along_normal(self, names: Sequence[str], numbers: np.ndarray) -> None:
+        """A motion along the normal leads its nodes."""
+        self._held.motions, self._held.numbers = names, numbers
+
+    def set_normal_velocities(self, rates: np.ndarray) -> None:
+        """Of these motions over this step [m/s]."""
+        self._held.rates = rates
+
+    def complete(self) -> None:
+        """Nothing is held twice."""
+        self._held.check(self.name)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Its model refuses them."""
+        """Its model refuses those along axes."""
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """There are none."""
@@ -118,46 +131,27 @@ class FluidFilm(NodalBody):
 
     def update(self, dt: float) -> None:
         """Move the film over a step, in as many of its own as its accuracy needs."""
-        works, reactions = np.zeros(self._columns), np.zeros((len(self._supports) + 1, 3))
-        o = self._steps.over(dt, self._elapsed, self._driving(), lambda done, span: self._count(done, span, works, reactions))
-        self._work = StepWork(works, 0.0, reactions, np.zeros(3), {})
+        self._work = self._held.no_work(self._columns)
+        o = self._steps.over(dt, self._elapsed, self._driving(), self._count)
         self._elapsed += dt
         self._show(o)
 
-    def _count(self, done: StepDone, dt: float, works: np.ndarray, reactions: np.ndarray) -> None:
-        gained = 0.0
+    def _count(self, done: StepDone, dt: float) -> None:
+        work, gained = self._work, 0.0
         for column, power in done.loads:
-            works[column] += dt * power
+            work.works[column] += dt * power
             gained += power
-        works[VISCOUS] += dt * done.viscous
-        works[DAMPING] += dt * done.drag
-        works[SUPPORT] += dt * done.bordered
-        works[INTERNAL] -= dt * (gained + done.bordered - done.viscous - done.drag)
-        for number, support in enumerate(self._supports):
-            chosen = self._constrained(support)
-            forces_at = np.where(chosen, done.prescribed, 0.0)
-            forces = in_space(forces_at, self.geometry.axes)
-            worked = dt * float(np.sum(forces_at * done.velocity))
-            works[SUPPORT] += worked
-            works[INTERNAL] -= worked
-            reactions[number] += dt * forces.sum(axis=0)
+        work.works[VISCOUS] += dt * done.viscous
+        work.works[DAMPING] += dt * done.drag
+        work.works[SUPPORT] += dt * done.bordered
+        work.works[INTERNAL] -= dt * (gained + done.bordered - done.viscous - done.drag)
+        self._held.count(done, dt, work)
 
     def _driving(self) -> Driving:
-        x = self.arrays["x"]
-        axes = list(self.geometry.axes)
-        known, velocity = np.zeros(x.shape, bool), np.zeros_like(x)
-        for support in self._supports:
-            chosen = self._constrained(support)
-            known |= chosen
-            velocity = np.where(chosen, np.array(support.velocity)[axes], velocity)
         forces = list(self._forces)
         if self._gravity.any():
             forces.append((GRAVITY, self.arrays["mass"][:, None] * self._gravity))
-        return Driving(list(self._tractions), forces, known, velocity, None, None)
-
-    def _constrained(self, support: NodalSupport) -> np.ndarray:
-        """Which components a support prescribes, shape (n, d)."""
-        return np.asarray(support.nodes[:, None] & np.array(support.axes)[list(self.geometry.axes)])
+        return Driving(list(self._tractions), forces, *self._held.prescribed(), self._held.led(self.arrays["v"]), None, None)
 
     def renew_totals(self) -> None:
         """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""
