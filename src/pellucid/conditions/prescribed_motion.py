@@ -21,12 +21,20 @@ if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
 
 
+WAYS = ("x", "y", "z", "normal")
+
+
 class Displacements(Model):
     """Prescribed displacements along the axes; what is left out is free."""
 
     x: Signal | None = parameter("", "along x", None)
     y: Signal | None = parameter("", "along y", None)
     z: Signal | None = parameter("", "along z", None)
+    normal: Signal | None = parameter(
+        "",
+        "of nodes of a fluid film along its normal at the moment, while they are free to go along it; instead of the others",
+        None,
+    )
 
 
 class Motion(Condition):
@@ -41,9 +49,12 @@ class Motion(Condition):
 
     @model_validator(mode="after")
     def _prescribes_each_axis_once(self) -> "Motion":
-        moved = [axis for axis in "xyz" if getattr(self.displacement, axis) is not None]
+        moved = [axis for axis in WAYS if getattr(self.displacement, axis) is not None]
         if both := sorted(set(moved) & set(self.hold)):
             raise ValueError(f"{both[0]} stands in both `hold` and `displacement`: leave it out of one")
+        if "normal" in moved and len(moved) + len(self.hold) > 1:
+            other = sorted({*moved, *self.hold} - {"normal"})[0]
+            raise ValueError(f"{other} cannot stand beside `normal`, which leaves the nodes free along the film: leave it out")
         if not moved and not self.hold:
             raise ValueError(
                 'this motion prescribes no direction: give `hold = ["x", ...]` or a `displacement`, for example '
@@ -56,14 +67,15 @@ class Motion(Condition):
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._signal_problems((*path, "displacement"))
         body = parts.named(BodyModel, self.body)
-        if body is not None and (reason := body.why_no_motion()):
-            yield Finding((*path, "body"), *reason)
+        along = self.displacement.normal is not None
+        if body is not None and (reason := body.why_no_normal_motion(self.part is None) if along else body.why_no_motion()):
+            yield Finding((*path, "displacement", "normal") if along else (*path, "body"), *reason)
         elif body is not None and self.part is not None and (nodes := body.selectable()) is not None:
             yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
     def _signal_problems(self, path: Path) -> Iterator[Finding]:
         """Signals that fail at the start."""
-        for axis in "xyz":
+        for axis in WAYS:
             signal = getattr(self.displacement, axis)
             if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
                 yield Finding((*path, axis), why)
@@ -74,11 +86,18 @@ class Motion(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence[ActiveCondition]:
-        """The motions of each body together."""
+        """The motions of each body together; those of a film are all along its normal."""
+        from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints
 
-        of = {name: [motion for motion in conditions if motion.body == name] for name in assembly.bodies}
-        return [PrescribedPoints(assembly.bodies[name], motions, assembly) for name, motions in of.items() if motions]
+        result: list[ActiveCondition] = []
+        for name, member in assembly.bodies.items():
+            motions = [motion for motion in conditions if motion.body == name]
+            if any(motion.displacement.normal is not None for motion in motions):
+                result.append(NormalMotions(member, motions))
+            elif motions:
+                result.append(PrescribedPoints(member, motions, assembly))
+        return result
 
     def reaction(self) -> str | None:
         """Its own name."""
@@ -97,6 +116,11 @@ class Motion(Condition):
                 result[number] = checked_displacement(signal, f"motion {self.name} along {axis}")
         return result
 
+    def along_normal(self) -> Callable[[float], float]:
+        """Displacement along the normal [m] as a function of time [s]; nothing where it prescribes none."""
+        signal = self.displacement.normal
+        return (lambda t: 0.0) if signal is None else checked_displacement(signal, f"motion {self.name} along the normal")
+
     def axes(self) -> set[int]:
         """The numbers of the prescribed axes."""
         return {
@@ -105,5 +129,5 @@ class Motion(Condition):
 
     def top_speed(self) -> float:
         """Largest prescribed velocity along an axis [m/s]."""
-        signals = (getattr(self.displacement, axis) for axis in "xyz")
+        signals = (getattr(self.displacement, axis) for axis in WAYS)
         return max((signal.top_speed() for signal in signals if signal is not None), default=0.0)

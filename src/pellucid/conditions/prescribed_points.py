@@ -18,15 +18,37 @@ from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.reductions import ordered_sum
 
 
-class FollowedMotion(Protocol):
-    """A prescribed motion as the points of a body follow it."""
+class MarksPoints(Protocol):
+    """A motion, by the points that follow it."""
 
     @property
     def name(self) -> str: ...
     @property
     def part(self) -> Where | None: ...
+
+
+class FollowedMotion(MarksPoints, Protocol):
+    """A motion, as the points that follow it need it."""
+
     def functions(self) -> Mapping[int, Displacement]: ...
     def top_speed(self) -> float: ...
+
+
+def marked(member: AssembledBody, motions: Sequence[MarksPoints]) -> np.ndarray:
+    """1 + the number of the motion that a point of the body follows, 0 where it follows none, shape (n,)."""
+    body, of = member.body, member.body.selectable()
+    driven = np.zeros(body.n_points, np.int64)
+    for number, motion in enumerate(motions, start=1):
+        inside = np.ones(body.n_points, bool)
+        if motion.part is not None:
+            refuse(faults(motion.part, of, ("motion", motion.name, "part"), body.name, member.active_axes))
+            inside = chosen_nodes(motion.part, of, member.active_axes)
+        if driven[inside].any():
+            other = motions[int(driven[inside].max()) - 1].name
+            text = f"some points of body {body.name} already follow the motion {other}"
+            raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy="let the parts of a body not overlap"))
+        driven[inside] = number
+    return driven
 
 
 class PrescribedPoints(ActiveCondition):
@@ -49,29 +71,13 @@ class PrescribedPoints(ActiveCondition):
         self._energy = np.zeros((MOST_SLABS, 2))
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
-        driven = self._marked(member, motions)
+        driven = marked(member, motions)
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         self._bundle: Bundle | None = None
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
         body.add_motions(self.names, driven, self._axes)
         body.constrain(self)
-
-    @staticmethod
-    def _marked(member: AssembledBody, motions: Sequence[FollowedMotion]) -> np.ndarray:
-        body, of = member.body, member.body.selectable()
-        driven = np.zeros(body.n_points, np.int64)
-        for number, motion in enumerate(motions, start=1):
-            inside = np.ones(body.n_points, bool)
-            if motion.part is not None:
-                refuse(faults(motion.part, of, ("motion", motion.name, "part"), body.name, member.active_axes))
-                inside = chosen_nodes(motion.part, of, member.active_axes)
-            if driven[inside].any():
-                other = motions[int(driven[inside].max()) - 1].name
-                text = f"some points of body {body.name} already follow the motion {other}"
-                raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy="let the parts of a body not overlap"))
-            driven[inside] = number
-        return driven
 
     def _bound(self) -> Bundle:
         """The arrays as kernels take them; a checkpoint replaces those of the body."""

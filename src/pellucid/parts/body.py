@@ -156,6 +156,17 @@ class Body(ABC):
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
+    def lead_along_normal(self, names: Sequence[str], numbers: np.ndarray) -> None:
+        """Let nodes of a fluid film follow prescribed motions along its normal; the model of other bodies refuses them.
+
+        numbers, shape (n,): 1 + that of a node's motion, else 0.
+        """
+        raise ValueError(f"the nodes of body {self.name} follow no motion along a normal")
+
+    def set_normal_velocities(self, rates: np.ndarray) -> None:
+        """The velocities of these motions over this step [m/s], shape (motions,)."""
+        raise ValueError(f"the nodes of body {self.name} follow no motion along a normal")
+
     @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
         """The sets of nodes that its mesh names, by the numbers of the nodes; most bodies have none."""

@@ -137,6 +137,10 @@ class BodyModel(Part):
         """Why it cannot follow a prescribed motion, if so."""
         return None
 
+    def why_no_normal_motion(self, whole: bool) -> Reason | None:
+        """Why its nodes, or where `whole` all of them, cannot follow a prescribed motion along their normal, if so."""
+        return Reason(f"body {self.name} is no fluid film", "give the displacement along x, y or z")
+
     def has_volume_waves(self) -> bool:
         """Whether plane waves cross it, which a face of the grid can absorb."""
         return not self.is_surface

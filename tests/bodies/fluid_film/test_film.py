@@ -2,53 +2,15 @@
 
 import numpy as np
 import pytest
+from films import PRESSURE, case, ran
 
 import pellucid
-from pellucid.case import loads
 from pellucid.errors import CaseError, RunStopped
 from pellucid.references.vesicles import Growing, tether
 from pellucid.results.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
-CASE = """
-schema = 1
-title = "A film"
-
-[time]
-end = {end}
-
-[[body]]
-name = "film"
-kind = "fluid-film"
-shape = {{ {shape} }}
-material = {{ kind = "lipid-film", density = 1, viscosity = 1, dilatational_viscosity = 1, stiffness = {stiffness}{bending} }}
-{more}
-
-[output]
-history = {every}
-"""
-
-
-def case(shape="ellipse = { radius = 1, nodes = 20 }", end=1.0, stiffness=1.0, bending="", more="", loads_of="", every=0.05):
-    text = CASE.format(shape=shape, end=end, stiffness=stiffness, bending=bending, more=more, every=every)
-    return loads(text + loads_of, "film.toml")
-
-
-def ran(of):
-    simulation = Simulation(of)
-    while not simulation.clock.finished(None):
-        simulation.step()
-    return simulation, simulation.bodies[0]
-
-
 OCTAGON = [[1, 0], [0.7, 0.7], [0, 1], [-0.7, 0.7], [-1, 0], [-0.7, -0.7], [0, -1], [0.7, -0.7]]
-PRESSURE = """
-[[load]]
-kind = "film-pressure"
-body = "film"
-value = {value}
-on = "{on}"
-"""
 
 
 @pytest.mark.parametrize(

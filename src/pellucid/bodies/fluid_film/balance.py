@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, bending_energies, dissipation, forms, turning
+from pellucid.bodies.fluid_film.frames import Frames, Led
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.solver import Border, FilmSolver, System
+from pellucid.bodies.fluid_film.solver import Border, FilmSolver, Solution, System
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import SurfacePoints, Traction
 
@@ -32,8 +33,19 @@ class Driving(NamedTuple):
     forces: Sequence[tuple[int, np.ndarray]]  # on the nodes [N], shape (n, d), each with the column of its work
     known: np.ndarray  # (n, d) components of velocity that are prescribed
     velocity: np.ndarray  # (n, d) their values [m/s]
+    led: Led
     volume: float | None  # that the film is to hold at the end of the step [m³]
     area: float | None  # that it is to have then [m²]
+
+
+class Found(NamedTuple):
+    """The motion of the film at an instant."""
+
+    velocity: np.ndarray  # (n, d) [m/s]
+    parts: Forms
+    tractions: list[tuple[int, np.ndarray]]  # forces on the nodes [N], shape (n, d), each with the column of its work
+    borders: list[tuple[Border, float]]  # constraints and their forces
+    normal: np.ndarray | None  # (n, d) of the film at its nodes, where some are led along it
 
 
 class StepDone(NamedTuple):
@@ -46,6 +58,7 @@ class StepDone(NamedTuple):
     viscous: float  # [W]
     drag: float  # [W]
     prescribed: np.ndarray  # (n, d) forces that lead what is prescribed [N]
+    leading: np.ndarray  # (n, d) forces that lead nodes along the normal [N]
     bordered: float  # power of the constraints of volume and area [W]
 
 
@@ -90,15 +103,19 @@ class FilmBalance:
         ahead = (1.0 - sqrt(1.0 - weight)) * dt
         zero = np.zeros_like(x)
         rates = self._rates(start, driving, dt)
-        first = self._velocity(start, mass, x, ahead, zero, driving, rates, FIRST_ACCURACY)[0]
+        first = self._velocity(start, mass, x, ahead, zero, driving, rates, FIRST_ACCURACY).velocity
         there = x + weight * dt * first
         o = self.geometry.operators(there)
-        velocity, parts, tractions, borders = self._velocity(o, mass, there, ahead, first, driving, rates, ACCURACY)
+        found = self._velocity(o, mass, there, ahead, first, driving, rates, ACCURACY)
+        velocity, tractions = found.velocity, found.tractions
         lost = dissipation(o, self.physics, velocity[self.geometry.nodes])
         loads = [(column, float(np.sum(force * velocity))) for column, force in (*tractions, *driving.forces)]
-        left = self._left(parts, velocity, first) if driving.known.any() else zero
-        left = left - sum((force for _, force in (*tractions, *driving.forces)), zero)
-        held = sum((force * border.row for border, force in borders), zero)
+        held = sum((force * border.row for border, force in found.borders), zero)
+        left = zero
+        if driving.known.any() or driving.led.nodes.any():
+            left = self._left(found.parts, velocity, first) - held
+            left = left - sum((force for _, force in (*tractions, *driving.forces)), zero)
+        along = zero if found.normal is None else driving.led.nodes[:, None] * found.normal
         return StepDone(
             x + dt * velocity,
             velocity,
@@ -106,7 +123,8 @@ class FilmBalance:
             loads,
             lost.viscous,
             lost.drag,
-            np.where(driving.known, left - held, 0.0),
+            np.where(driving.known, left, 0.0),
+            along * np.einsum("ni,ni->n", along, left)[:, None],
             float(np.sum(held * velocity)),
         )
 
@@ -126,7 +144,7 @@ class FilmBalance:
         driving: Driving,
         rates: Sequence[float],
         accuracy: float,
-    ) -> tuple[np.ndarray, Forms, list[tuple[int, np.ndarray]], list[tuple[Border, float]]]:
+    ) -> Found:
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         parts = forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
@@ -138,8 +156,37 @@ class FilmBalance:
         area = self._sums.summed(np.einsum("eq,eqmi->emi", o.area, o.value))[:, 0]
         known, velocity = driving.known, driving.velocity
         system = System(x, area, parts.resistance, parts.stiffness, force, load, guess, known, velocity, free, accuracy)
-        solution = self.solver.solve(system, borders)
-        return solution.velocity, parts, tractions, list(zip(borders, solution.border_forces.tolist(), strict=True))
+        if not driving.led.nodes.any():
+            solution, normal = self.solver.solve(system, borders), None
+        else:
+            normal = self.geometry.normals(x)
+            solution = self._led(system, borders, driving.led, normal)
+        forces = solution.border_forces.tolist()
+        return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
+
+    def _led(self, system: System, borders: Sequence[Border], led: Led, normal: np.ndarray) -> Solution:
+        """With nodes that are led along the normals, shape (n, d).
+
+        Where the film does not run through its nodes, it is the film that moves at that rate: what the nodes differ by follows
+        from the velocity known best.
+        """
+        frames, nodes = Frames(normal, led.nodes), self.geometry.nodes
+        near = system.guess if system.guess.any() else led.before
+        apart = np.einsum("ni,ni->n", normal, near - self.geometry.places(near))
+        known, velocity = frames.known(led, led.rate + apart, system.known, system.velocity)
+        turned = system._replace(
+            resistance=frames.rows(system.resistance, nodes),
+            stiffness=frames.rows(system.stiffness, nodes),
+            turning=None if system.turning is None else frames.rows(system.turning, nodes),
+            force=frames.of(system.force),
+            load=frames.of(system.load),
+            guess=frames.of(system.guess),
+            known=known,
+            velocity=velocity,
+            directions=frames.directions,
+        )
+        solution = self.solver.solve(turned, [border._replace(row=frames.of(border.row)) for border in borders])
+        return solution._replace(velocity=frames.of(solution.velocity))
 
     @staticmethod
     def _rates(o: Operators, driving: Driving, dt: float) -> list[float]:

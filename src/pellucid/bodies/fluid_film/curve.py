@@ -75,6 +75,7 @@ class Curve:
         self._radial, self._weight = radial, 0.5 * weight
         self._tables = blended(radial, 0.5 * (1.0 + point))
         self.shares = Shares(np.arange(segments)[:, None], np.ones((GAUSS, 1)))
+        self._ends = blended(radial, np.array([0.0, 1.0]))
         places = (np.arange(SAMPLES)[:, None] + 0.5 * (1.0 + point)).ravel() / SAMPLES
         self._samples = blended(radial, places)
 
@@ -106,6 +107,14 @@ class Curve:
     def places(self, x: np.ndarray) -> np.ndarray:
         """The film passes through its nodes."""
         return x
+
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Outward unit normals at the nodes, shape (n, 2)."""
+        along = np.einsum("qm,emi->qei", self._ends.first, self._about(x))
+        at_nodes = np.append(along[0], along[1, -1:], axis=0)[: self.n]
+        normal = np.stack([at_nodes[:, 1], -at_nodes[:, 0]], axis=1)
+        normal[self.held] = 0.0
+        return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
         """Distance of each node from its nearest neighbour [m], shape (n,)."""

@@ -29,7 +29,8 @@ class CurveSolver:
         resistance = self._whole(system.resistance)
         whole = resistance + stiffness
         v = np.where(known & ~self._held, system.velocity, 0.0).ravel()
-        right = (system.force.ravel() + stiffness @ system.guess.ravel() - whole @ v)[free]
+        forces = system.force.ravel() + stiffness @ system.guess.ravel() - whole @ v
+        right = forces[free]
         rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), self._size)
         goals = np.array([border.rate for border in borders]) - rows @ v
         matrix, sides = whole[free][:, free], rows[:, free]
@@ -38,7 +39,7 @@ class CurveSolver:
             moved = found[: len(free)]
         else:
             dense = [of[free][:, free].toarray() for of in (resistance, self._whole(system.turning))]
-            basis = _resisted(dense[0], dense[1], right)
+            basis = _resisted(dense[0], dense[1], right, float(np.linalg.norm(forces)))
             reduced = _bordered(csc_matrix(basis.T @ matrix @ basis), sides @ basis).toarray()
             found = np.linalg.solve(reduced, np.concatenate([basis.T @ right, goals]))
             moved = basis @ found[: basis.shape[1]]
@@ -65,15 +66,16 @@ def _bordered(matrix: csc_matrix, sides: np.ndarray) -> csc_matrix:
     return csc_matrix(vstack([hstack([matrix, rows.T]), hstack([rows, csc_matrix((len(sides), len(sides)))])]))
 
 
-def _resisted(resistance: np.ndarray, turning: np.ndarray, right: np.ndarray) -> np.ndarray:
+def _resisted(resistance: np.ndarray, turning: np.ndarray, right: np.ndarray, size: float) -> np.ndarray:
     """A basis of the motions that meet resistance and, of all with their strain rates, turn the film least.
 
-    Raises IncompatibleLoad where the forces drive motions that meet none.
+    size: of the forces [N], those on components that are prescribed among them. Raises IncompatibleLoad where the forces drive
+    motions that meet none.
     """
     values, modes = np.linalg.eigh(resistance)
     free = values < FREE * values[-1]
     resisted, unresisted = modes[:, ~free], modes[:, free]
-    if np.linalg.norm(unresisted.T @ right) > INCOMPATIBLE * np.linalg.norm(right):
+    if np.linalg.norm(unresisted.T @ right) > INCOMPATIBLE * size:
         raise IncompatibleLoad
     turns, ways = np.linalg.eigh(unresisted.T @ turning @ unresisted)
     turned = turns > FREE * np.abs(turning).max()  # translations turn nothing

@@ -40,6 +40,9 @@ class FilmGeometry(Protocol):
     def places(self, x: np.ndarray) -> np.ndarray:
         """Values on the film at its nodes, shape (n, k), of a field with these values x of the nodes, shape (n, k)."""
 
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Outward unit normals of the film at its nodes, with these at x [m], shape (n, d) each."""
+
     def spacing(self, x: np.ndarray) -> np.ndarray:
         """Distance of each node from its nearest neighbour [m], shape (n,)."""
 

@@ -188,7 +188,16 @@ class FluidFilmCase(BodyModel):
 
     def why_no_motion(self) -> Reason | None:
         """Its nodes do not stay at the same material points."""
-        return Reason(f"the nodes of film {self.name} do not go with its material", "use a support with a `velocity`")
+        text = f"the nodes of film {self.name} do not go with its material"
+        return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
+
+    def why_no_normal_motion(self, whole: bool) -> Reason | None:
+        """Nodes that all follow one leave its volume and area no freedom."""
+        if not whole or (self.volume is None and self.area == "free"):
+            return None
+        held = "area" if self.volume is None else "volume"
+        text = f"leads all nodes of film {self.name}, which says what its {held} is already"
+        return Reason(text, f"leave `{held}` of the film out, or lead only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Other bodies, bending of a curve without drag, an impossible volume."""

@@ -44,6 +44,8 @@ class System(NamedTuple):
     """What the film turns by, where some motions meet no resistance: of those with the same strain rates the one is taken that
     turns least; on surfaces, that has no mean velocity and rotation."""
     accuracy: float  # error of the velocity that does not matter, of the velocity
+    directions: np.ndarray | None = None
+    """Of the components of vectors and rows at each node, shape (n, d, d), where they are not those of space."""
 
 
 class FilmSolver(Protocol):

@@ -62,7 +62,7 @@ class SparseSolver:
         right = free * (system.force.ravel() + pushed.ravel() - A @ v)
         rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), len(v))
         goals = np.array([border.rate for border in borders]) - rows @ v
-        rigid = _free_motions(system.x, known) if system.turning is not None else np.zeros((0, len(v)))
+        rigid = _free_motions(system, known) if system.turning is not None else np.zeros((0, len(v)))
         if np.linalg.norm(rigid @ system.load.ravel()) > INCOMPATIBLE * np.linalg.norm(system.load):
             raise IncompatibleLoad
         factor = self._factor
@@ -148,10 +148,13 @@ class Projection:
         return residual - self._C.T @ self.forces(residual)
 
 
-def _free_motions(x: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Rigid motions of nodes at x (n, 3) that leave known components (3 n,) at rest, orthonormal, shape (k, 3 n)."""
+def _free_motions(system: System, known: np.ndarray) -> np.ndarray:
+    """Rigid motions that leave known components (3 n,) at rest, orthonormal, shape (k, 3 n)."""
+    x = system.x
     offset = x - x.mean(axis=0)
     motions = [np.tile(axis, (len(x), 1)) for axis in np.eye(3)] + [np.cross(axis, offset) for axis in np.eye(3)]
+    if system.directions is not None:
+        motions = [np.einsum("ncd,nd->nc", system.directions, motion) for motion in motions]
     basis = np.linalg.qr(np.array(motions).reshape(6, -1).T)[0]
     if not known.any():
         return np.asarray(basis.T)

@@ -15,6 +15,7 @@ from pellucid.bodies.fluid_film.walking import places_along
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.rings import rings
+from pellucid.geometry.vertex_normals import vertex_normals
 
 
 class TriangleRule(NamedTuple):
@@ -59,6 +60,10 @@ class TriangleSurface(ABC):
     def operators(self, x: np.ndarray) -> Operators:
         """Rows for nodes at x [m], shape (n, 3)."""
         return surface_operators(x, self.nodes, self.tables)
+
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Outward unit normals at the nodes, shape (n, 3)."""
+        return vertex_normals(self.places(x), self.rings.triangles)
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
         """Distance of each node from its nearest neighbour [m], shape (n,)."""

@@ -1,0 +1,110 @@
+"""The steps of its own that a film takes within one of the clock.
+
+They are as long as what changes between the two estimates of the velocity of a step is small beside the distance of its nodes.
+"""
+
+from collections.abc import Callable
+from math import ceil, inf
+from typing import Protocol
+
+import numpy as np
+from threadpoolctl import ThreadpoolController
+
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
+from pellucid.bodies.fluid_film.goals import Goals
+from pellucid.bodies.fluid_film.operators import Operators
+from pellucid.bodies.fluid_film.solver import IncompatibleLoad
+
+THINNEST = 0.05  # of the density of rest
+GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
+SHORTEST = 1e-9  # of the step of the clock
+FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
+
+_libraries = ThreadpoolController()
+
+
+class Stepping(Protocol):
+    """How a film takes its steps, as its model describes it."""
+
+    @property
+    def nodes(self) -> str: ...
+    @property
+    def accuracy(self) -> float: ...
+    @property
+    def time_weight(self) -> float: ...
+
+
+class OwnSteps:
+    """Moves a film: its `x`, `v`, `part_mass` and `own_step` among these arrays.
+
+    fault: why it cannot go on, where it cannot.
+    """
+
+    def __init__(self, balance: FilmBalance, goals: Goals, how: Stepping, arrays: dict[str, np.ndarray]) -> None:
+        self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
+        self.fault: str | None = None
+
+    def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
+        """Move it over a step dt of the clock that begins `elapsed` after the start [s]; the operators where it is then.
+
+        count: is told each own step and its length [s].
+        """
+        arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
+        own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
+        o = geometry.operators(arrays["x"])
+        with _libraries.limit(limits=1, user_api="blas"):
+            while left > 0.0 and self.fault is None:
+                span = left / ceil(left / own * (1.0 - 1e-12))
+                volume, area = self._goals.at(elapsed + dt - left + span)
+                done = self._try(o, span, driving._replace(volume=volume, area=area))
+                if done is None:
+                    break
+                error = span * done.change / float(geometry.spacing(geometry.places(arrays["x"])).min())
+                factor = SAFETY * (accuracy / error) ** 0.5 if error > 0.0 else inf
+                own = span * min(max(factor, SHRINKAGE), GROWTH)
+                if not error <= accuracy:  # nor is it a number
+                    own = own if np.isfinite(error) else SHRINKAGE * span
+                    if own < SHORTEST * dt:
+                        self.fault = "moves or stretches without bound: its own step collapsed"
+                    continue
+                self._take(done)
+                count(done, span)
+                left -= span
+                o = geometry.operators(arrays["x"])
+                self.fault = self._too_thin(o)
+        arrays["own_step"][0] = own
+        return o
+
+    def _try(self, o: Operators, dt: float, driving: Driving) -> StepDone | None:
+        arrays = self._arrays
+        try:
+            return self._balance.step(arrays["x"], o, arrays["part_mass"], dt, self._how.time_weight, driving)
+        except IncompatibleLoad:
+            self.fault = (
+                "is driven along motions that nothing resists: without drag the loads on a curve must hold each other and its "
+                "tension; give it a `drag`"
+            )
+        except (np.linalg.LinAlgError, RuntimeError):  # of dense and of sparse systems
+            self.fault = "has no balance of forces: its system of equations is singular"
+        return None
+
+    def _take(self, done: StepDone) -> None:
+        """The state after one of its own steps, with its nodes spread evenly."""
+        arrays, x = self._arrays, done.x
+        if self._how.nodes == "even":
+            x, arrays["part_mass"][:] = self._balance.geometry.redistributed(x, arrays["part_mass"], x - arrays["x"])
+        arrays["x"][:], arrays["v"][:] = x, done.velocity
+
+    def _too_thin(self, o: Operators) -> str | None:
+        """That it is stretched so far that it is no film any more, and where."""
+        geometry, rest = self._balance.geometry, self._balance.material.density
+        density = self._balance.densities(o, self._arrays["part_mass"])
+        if density.min() >= THINNEST * rest:
+            return None
+        places = geometry.places(self._arrays["x"])
+        node = min(int(density.argmin()), len(places) - 1)
+        place = ", ".join(f"{value:.6g}" for value in in_space(places, geometry.axes)[node])
+        return (
+            f"is stretched to {density.min() / rest:.2g} of its density of rest near ({place}) m: no tension holds the loads; "
+            "lower them, or raise `stiffness`"
+        )

@@ -1,0 +1,32 @@
+"""Prescribed motions of nodes of a fluid film along its normal."""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.conditions.prescribed_points import MarksPoints, marked
+from pellucid.findings import Finding, refuse
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.assembly import AssembledBody
+
+
+class FollowedAlongNormal(MarksPoints, Protocol):
+    """A motion, as the nodes that follow it need it."""
+
+    def along_normal(self) -> Callable[[float], float]: ...
+
+
+class NormalMotions(ActiveCondition):
+    """The motions of one film. It counts their work and impulses itself."""
+
+    def __init__(self, member: AssembledBody, motions: Sequence[FollowedAlongNormal]) -> None:
+        self._body, self._functions = member.body, [motion.along_normal() for motion in motions]
+        numbers = marked(member, motions)
+        if reason := member.model.why_no_normal_motion(whole=bool((numbers > 0).all())):
+            refuse([Finding(("motion", motions[0].name, "displacement"), *reason)])
+        self._body.lead_along_normal([motion.name for motion in motions], numbers)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements."""
+        self._body.set_normal_velocities(np.array([(of(time + dt) - of(time)) / dt for of in self._functions]))
