@@ -99,7 +99,7 @@ def test_mistakes_in_what_a_file_registers_are_found_like_any_other(folder: Path
     (folder / "case.toml").write_text(CASE.replace('"uniform", speed', '"unifrom", speed'))
     message = refused(folder)
     assert 'must be one of "sine-wave", ' in message
-    assert '"spherical-harmonic", "uniform"\n' in message
+    assert '"spherical-harmonic", "velocity-gradient", "uniform"\n' in message
     assert "did you mean `uniform`?" in message
 
 

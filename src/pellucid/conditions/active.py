@@ -49,7 +49,7 @@ class ActiveConditions:
         members: dict[str, AssembledBody] = {}
         for model in case.body:
             body, field = bodies[model.name]
-            members[model.name] = AssembledBody(body, model, None if field is None else of[field])
+            members[model.name] = AssembledBody(body, model.with_others(case.body), None if field is None else of[field])
         assembly = Assembly(members, self.actions, layout)
         self._active: list[ActiveCondition] = []
         for kind, conditions in case.conditions().items():

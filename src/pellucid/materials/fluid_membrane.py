@@ -1,4 +1,4 @@
-"""Membranes of fluid: what they bear in their surface follows from their area and from how fast it is sheared, not from a shape.
+"""Membranes of fluid: what they bear in their surface follows from its area and from how fast it deforms, not from a shape.
 
 The stress times the initial thickness is the force in the surface: σ = γ + K (1 - 1/A) + λ tr D + 2μ D with the area A of what
 was one at the start (Scriven 1960, Chem. Eng. Sci. 12, 98, with a linear law of the density 1/A as of Benet 2015, eq. 3.45).

@@ -158,5 +158,5 @@ class BodyModel(Part):
 
 
 def is_alone(body: BodyModel, parts: Parts) -> bool:
-    """Whether a body has a velocity field to itself."""
-    return sum(other.field == body.field for other in parts.of(BodyModel)) == 1
+    """Whether a body has a velocity field to itself; without a grid there are no fields."""
+    return parts.grid is None or sum(other.field == body.field for other in parts.of(BodyModel)) == 1

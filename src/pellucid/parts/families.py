@@ -46,6 +46,10 @@ class GridBody(Body):
     def update_positions(self, dt: float) -> None:
         """New positions alone."""
 
+    def work(self) -> StepWork | None:
+        """What it counts itself of the work of this step, if anything, such as the heat that its internal forces leave."""
+        return None
+
 
 class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""

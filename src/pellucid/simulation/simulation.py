@@ -136,7 +136,9 @@ class Simulation:
         """Add the step to the balance of energy and momentum."""
         if self.has_contact:
             self._contact = self.contact_pairs.with_work_on_points(self._contact)
-        works = [*self._works, *self.conditions.works(), *(body.work() for body in self.nodal_bodies)]
+        heats = (body.work() for body in self.grid_bodies)
+        own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.nodal_bodies)]
+        works = [*self._works, *self.conditions.works(), *own]
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
 

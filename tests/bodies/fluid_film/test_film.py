@@ -163,28 +163,12 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ({"bending": ", bending_rigidity = 1"}, "a curve that bends needs drag"),
         ({"more": "volume = { reduced = 1.2 }"}, "no surface holds more than a sphere"),
         ({"stiffness": 0.0}, "stiffness"),
+        ({"more": "velocity = [1, 0, 0]"}, "follows from their loads"),
     ],
 )
 def test_what_cannot_be_is_refused(change, message):
     with pytest.raises(CaseError, match=message):
         case(**change)
-
-
-def test_a_film_meets_no_other_kind_of_body():
-    other = """
-[grid]
-lower = [0, 0, 0]
-upper = [1, 1, 1]
-cell = 0.5
-
-[[body]]
-name = "water"
-shape = { box = { lower = [0, 0, 0], upper = [1, 1, 1] } }
-points_per_cell = [1, 1, 1]
-material = { kind = "neo-hookean", density = 1, young_modulus = 1, poisson_ratio = 0.3 }
-"""
-    with pytest.raises(CaseError, match="does not meet bodies of other kinds"):
-        case(loads_of=other)
 
 
 def test_the_tube_of_a_tether_is_balanced():

@@ -13,6 +13,7 @@ from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.initial.polynomial import Polynomial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
+from pellucid.bodies.initial.velocity_gradient import VelocityGradient
 from pellucid.registry import register
 
 WAVE = {"amplitude": (0.0, 0.1, 0.0), "wave_vector": (2.0, 0.0, 0.0), "phase": 0.5}
@@ -100,3 +101,8 @@ def test_a_polynomial_vanishes_at_its_zeros():
 def test_a_concentration_is_no_matter_of_bodies_that_move():
     with pytest.raises(ValidationError, match='kind "polynomial" sets `concentration`, which the points of this body do not'):
         block(initial=[{"kind": "polynomial"}])
+
+
+def test_a_velocity_that_varies_linearly():
+    field = VelocityGradient(x=(0.0, 2.0, 0.0), z=(1.0, 0.0, -3.0), origin=(1.0, 0.0, 0.0))
+    assert np.allclose(field.at(np.array([[1.0, 0.0, 0.0], [2.0, 4.0, 5.0]])), [[0.0, 0.0, 0.0], [8.0, 0.0, -14.0]])

@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, bending_energies, dissipation, forms, turning
+from pellucid.bodies.fluid_film.film_forces import FilmForces
+from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, dissipation, turning
 from pellucid.bodies.fluid_film.frames import Frames, Led
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
-from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.solver import Border, FilmSolver, Solution, System
 from pellucid.materials.film import FilmMaterial
-from pellucid.parts.surface_load import SurfacePoints, Traction
+from pellucid.parts.surface_load import Traction
 
 ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are iterative; the first estimate's counts once less
 
@@ -62,7 +62,7 @@ class StepDone(NamedTuple):
     bordered: float  # power of the constraints of volume and area [W]
 
 
-class FilmBalance:
+class FilmBalance(FilmForces):
     """Finds the motions of a film."""
 
     def __init__(
@@ -73,30 +73,9 @@ class FilmBalance:
         initial_density: float,
         solver: FilmSolver,
     ) -> None:
-        self._initial_density = initial_density
-        self.geometry, self.material, self.physics, self.solver = geometry, material, physics, solver
-        self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
+        super().__init__(geometry, material, physics, initial_density)
+        self.solver = solver
         self._resists_all = min(physics.drag) > 0.0
-
-    def part_areas(self, o: Operators) -> np.ndarray:
-        """Areas of the parts of the film [m²]."""
-        shares = self.geometry.shares
-        areas = np.einsum("eq,qc->ec", o.area, shares.share)
-        return np.bincount(shares.part.ravel(), areas.ravel())
-
-    def densities(self, o: Operators, mass: np.ndarray) -> np.ndarray:
-        """Of the parts [kg/m²]."""
-        return np.asarray(mass / self.part_areas(o))
-
-    def at_points(self, parts: np.ndarray) -> np.ndarray:
-        """What parts have, at the quadrature points, shape (e, q)."""
-        shares = self.geometry.shares
-        return np.asarray(parts[shares.part] @ shares.share.T)
-
-    def stored_energy(self, o: Operators, mass: np.ndarray) -> float:
-        """Of compression and bending [J]."""
-        compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
-        return compressed + float(bending_energies(o, self.physics).sum())
 
     def step(self, x: np.ndarray, start: Operators, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
         """Over dt [s] from nodes at x, with the operators there, and the weight α, above 0 and up to 1."""
@@ -130,8 +109,7 @@ class FilmBalance:
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
         """What the forces of the film leave unbalanced at the nodes [N], shape (n, d)."""
-        found = [(square, velocity) for square in parts.resistance] + [(square, velocity - first) for square in parts.stiffness]
-        felt = [Rows(square.rows, square.factor * self._sums.rates(square, v)) for square, v in found]
+        felt = self._felt(parts.resistance, velocity) + self._felt(parts.stiffness, velocity - first)
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 
     def _velocity(
@@ -145,10 +123,8 @@ class FilmBalance:
         rates: Sequence[float],
         accuracy: float,
     ) -> Found:
-        density = self.densities(o, mass)
-        pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
-        parts = forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
-        tractions = self._tractions(o, density, driving.tractions)
+        parts = self.forms(o, mass, ahead)
+        tractions = [(column, self.traction_force(o, mass, traction)) for column, traction in driving.tractions]
         load = sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
         force = self._sums.gathered(parts.force) + load
         borders = [Border(self._sums.summed(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]
@@ -194,26 +170,6 @@ class FilmBalance:
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
         return [(goal - value) / dt for goal, value in zip(goals, now, strict=True) if goal is not None]
-
-    def _tractions(
-        self, o: Operators, density: np.ndarray, tractions: Sequence[tuple[int, Traction]]
-    ) -> list[tuple[int, np.ndarray]]:
-        """Forces of tractions on the nodes [N], shape (n, d), with their columns."""
-        axes = list(self.geometry.axes)
-        ratio = self.at_points(density) / self._initial_density
-        points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
-        result = []
-        for column, traction in tractions:
-            on_area = o.area[..., None] * traction(points)[..., axes]
-            result.append((column, self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))))
-        return result
-
-
-def in_space(vectors: np.ndarray, axes: Sequence[int]) -> np.ndarray:
-    """Vectors with d components as those of space, shape (..., 3)."""
-    result = np.zeros((*vectors.shape[:-1], 3))
-    result[..., list(axes)] = vectors
-    return result
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import StepDone, in_space
+from pellucid.bodies.fluid_film.balance import StepDone
+from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.frames import Led
 from pellucid.energy import INTERNAL, MOTION, SUPPORT, StepWork
 from pellucid.errors import CaseError, Problem

@@ -1,13 +1,17 @@
 """Fluid films as the user describes them."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import numpy as np
+from pydantic import PrivateAttr
 
 from pellucid.approximants.radial import AnyRadial
 from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
+from pellucid.bodies.fluid_film.checks_in_fluid import problems_in_fluid
 from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
+from pellucid.bodies.initial import INITIAL_MEANING, Initial
+from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
@@ -18,7 +22,7 @@ from pellucid.geometry.spatial_order import side_by_side
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyFilmMaterial
 from pellucid.model import Model, Vector, parameter
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -42,13 +46,15 @@ class FluidFilmCase(BodyModel):
     place: ClassVar[str] = "shape"
     is_surface: ClassVar[bool] = True
 
-    velocity: ClassVar[Vector] = (0.0, 0.0, 0.0)  # type: ignore[misc] # none of its own: it follows from the loads
-
     kind: Literal["fluid-film"] = "fluid-film"
     shape: FilmShape = parameter("", "where the film is at the start")
     material: AnyFilmMaterial = parameter("", "what the film is made of")
     density: float | None = parameter("kg/m^2", "density in the surface at the start; without it that of rest", None, gt=0)
     drag: DragCase = parameter("", "drag of the fluid about it", DragCase(normal=0.0, tangential=0.0))
+    velocity: Vector = parameter(
+        "m/s", "initial velocity, where it shares its velocity field with other bodies", (0.0, 0.0, 0.0)
+    )
+    initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
     volume: VolumeCase | None = parameter("", "the volume inside; without it free", None)
     area: Literal["free", "kept"] = parameter("", "whether its area in all is kept, whatever its density", "free")
     interpolation: Literal["radial", "loop"] | None = parameter(
@@ -67,6 +73,8 @@ class FluidFilmCase(BodyModel):
     time_weight: float = parameter(
         "", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1
     )
+
+    _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
 
     @property
     def initial_density(self) -> float:
@@ -106,6 +114,18 @@ class FluidFilmCase(BodyModel):
         return CurveSolver(geometry.nodes, geometry.held)
 
     @property
+    def has_drag(self) -> bool:
+        """Whether anything about it drags on it."""
+        return max(self.drag.normal, self.drag.tangential) > 0.0
+
+    def sides(self) -> np.ndarray:
+        """Corners of its elements at the start, shape (m, corners)."""
+        if self.shape.surface is not None:
+            return side_by_side(self.shape.surface.triangulate()).triangles
+        first = np.arange(len(self.positions()))
+        return np.stack([first, np.roll(first, -1)], axis=1)
+
+    @property
     def is_around(self) -> bool:
         """Whether it is a surface of revolution."""
         return self.shape.span == "around"
@@ -126,7 +146,7 @@ class FluidFilmCase(BodyModel):
 
     def channels(self) -> Sequence[Channel]:
         """What its viscosity and the drag take."""
-        return (VISCOUS_HEAT, DAMPING_HEAT) if max(self.drag.normal, self.drag.tangential) > 0.0 else (VISCOUS_HEAT,)
+        return (VISCOUS_HEAT, DAMPING_HEAT) if self.has_drag else (VISCOUS_HEAT,)
 
     @property
     def has_own_step(self) -> bool:
@@ -139,18 +159,27 @@ class FluidFilmCase(BodyModel):
         return ("position", "velocity", "mass", "areal_density", "tension", "curvature", "distance", "bending_energy")
 
     def build(self, placement: "Placement") -> "Body":
-        """Its nodes."""
+        """Its nodes, which move by themselves or with those of the grid."""
         from pellucid.bodies.fluid_film.body import FluidFilm
+        from pellucid.bodies.fluid_film.on_grid import FilmOnGrid
 
+        if self._is_shared and placement.grid_case is not None:
+            return FilmOnGrid(self, *placement.on_grid(), placement.velocity_transfer)
         return FluidFilm(self, placement)
 
+    def with_others(self, bodies: Sequence[BodyModel]) -> Self:
+        """The same film, which knows whether others share its velocity field."""
+        aware = self.model_copy()
+        aware._is_shared = sum(body.field == self.field for body in bodies) > 1
+        return aware
+
     def owns_nodes(self, alone: bool) -> bool:
-        """Always."""
-        return True
+        """Where no other body shares its velocity field: the nodes of the grid move it then."""
+        return alone
 
     def needs_grid(self, parts: Parts) -> bool:
-        """It meets nothing."""
-        return False
+        """To move with the fluid in it and about it."""
+        return any(body.kind != self.kind for body in parts.of(BodyModel))
 
     def positions(self) -> np.ndarray:
         """Of its nodes at the start [m], shape (n, 3)."""
@@ -179,8 +208,8 @@ class FluidFilmCase(BodyModel):
         return len(self.positions())
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """None of its own."""
-        return np.zeros_like(position)
+        """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+        return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
         """It has no inside for others."""
@@ -192,7 +221,9 @@ class FluidFilmCase(BodyModel):
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Nodes that all follow one leave its volume and area no freedom."""
+        """Nodes that all follow one leave its volume and area no freedom; those that the grid moves follow none."""
+        if self._is_shared:
+            return Reason(f"the fluid about film {self.name} moves its nodes", "leave this motion out")
         if not whole or (self.volume is None and self.area == "free"):
             return None
         held = "area" if self.volume is None else "volume"
@@ -202,9 +233,17 @@ class FluidFilmCase(BodyModel):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Other bodies, bending of a curve without drag, an impossible volume."""
         yield from super().problems(path, parts)
-        if other := next((body for body in parts.of(BodyModel) if body.kind != self.kind), None):
-            text = f"a fluid film does not meet bodies of other kinds, and body {other.name} is of kind {other.kind}"
-            yield Finding((*path, "kind"), text, "use a membrane, or give the film a case of its own")
+        yield from initial_problems(self.initial, ("velocity",), path)
+        if is_alone(self, parts) and (self.velocity != (0.0, 0.0, 0.0) or self.initial):
+            key = "initial" if self.initial else "velocity"
+            text = "is for films that share their velocity field: the velocity of others follows from their loads"
+            yield Finding((*path, key), text, "leave it out")
+        other = next((body for body in parts.of(BodyModel) if body.kind != self.kind), None)
+        if not is_alone(self, parts):
+            yield from problems_in_fluid(self, path, parts)
+        elif other is not None:
+            text = f"has its velocity field to itself and would not feel body {other.name}: a film has no inertia for contact"
+            yield Finding((*path, "field"), text, f'use field = "{other.field}", so that it moves with that body')
         if self.volume is not None:
             yield from self.volume.problems((*path, "volume"))
         bends = self.material.bending_rigidity > 0.0
@@ -216,6 +255,8 @@ class FluidFilmCase(BodyModel):
         if self.shape.surface is not None and self.interpolation == "radial" and bends:
             text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
             yield Finding((*path, "interpolation"), text, 'use "loop", or leave `bending_rigidity` out')
+        if not is_alone(self, parts):
+            return
         some = min(self.drag.normal, self.drag.tangential) > 0.0
         if self.shape.span == "plane" and bends and not some:
             text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import FilmBalance, in_space
+from pellucid.bodies.fluid_film.film_forces import FilmForces, in_space
 from pellucid.bodies.fluid_film.forms import bending_energies
 from pellucid.bodies.fluid_film.operators import Operators
 
@@ -15,43 +15,43 @@ class NodalFields:
     is_around: whether it is a surface of revolution.
     """
 
-    def __init__(self, balance: FilmBalance, arrays: dict[str, np.ndarray], is_around: bool) -> None:
-        self._balance, self._arrays, self._is_around = balance, arrays, is_around
-        cells = balance.geometry.cells()
+    def __init__(self, forces: FilmForces, arrays: dict[str, np.ndarray], is_around: bool) -> None:
+        self._forces, self._arrays, self._is_around = forces, arrays, is_around
+        cells = forces.geometry.cells()
         self._corners = cells.lines if len(cells.lines) else cells.triangles
 
     def show(self, o: Operators) -> None:
         """Positions, velocities and masses of the nodes; o: where they are now."""
-        arrays, geometry = self._arrays, self._balance.geometry
+        arrays, geometry = self._arrays, self._forces.geometry
         arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
         arrays["velocity"][:] = in_space(geometry.places(arrays["v"]), geometry.axes)
-        density = self._balance.at_points(self._balance.densities(o, arrays["part_mass"]))
+        density = self._forces.at_points(self._forces.densities(o, arrays["part_mass"]))
         arrays["mass"][:] = self._shared(o.area * density)
 
     def field(self, name: str) -> np.ndarray:
         """A field at the nodes: what varies between them as means by area of the elements about each."""
-        arrays, balance = self._arrays, self._balance
+        arrays, forces = self._arrays, self._forces
         if name == "kinetic_energy":
             return np.zeros(len(arrays["mass"]))
         if name in arrays:
             return arrays[name]
         if name == "distance":
             return self._distances()
-        o = balance.geometry.operators(arrays["x"])
+        o = forces.geometry.operators(arrays["x"])
         if name == "curvature":
             return self._at_nodes(o.area, o.curvature)
         if name == "bending_energy":
-            return self._shared(bending_energies(o, balance.physics))
-        density = balance.densities(o, arrays["part_mass"])
+            return self._shared(bending_energies(o, forces.physics))
+        density = forces.densities(o, arrays["part_mass"])
         if name == "areal_density":
-            return self._at_nodes(o.area, balance.at_points(density))
+            return self._at_nodes(o.area, forces.at_points(density))
         if name == "tension":
-            return self._at_nodes(o.area, balance.at_points(-balance.material.pressure(density)))
+            return self._at_nodes(o.area, forces.at_points(-forces.material.pressure(density)))
         raise KeyError(name)
 
     def _distances(self) -> np.ndarray:
         """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
-        places, mass = self._balance.geometry.places(self._arrays["x"]), self._arrays["mass"]
+        places, mass = self._forces.geometry.places(self._arrays["x"]), self._arrays["mass"]
         centre = mass @ places / float(mass.sum())
         if self._is_around:
             centre[0] = 0.0

@@ -10,7 +10,8 @@ from typing import Protocol
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
+from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.solver import IncompatibleLoad

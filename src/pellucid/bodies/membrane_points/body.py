@@ -1,11 +1,10 @@
 """Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.membrane_points.model import MembranePointsCase
 from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
@@ -15,6 +14,7 @@ from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
+from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import Slabs
 from pellucid.grid.velocity_field import VelocityField
@@ -22,6 +22,21 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import initial_shape
+from pellucid.materials.membrane_material import MembraneMaterial
+
+
+class MembraneOfPoints(Protocol):
+    """What a membrane is built from, as its model describes it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def surface(self) -> Surface: ...
+    @property
+    def thickness(self) -> float: ...
+    @property
+    def material(self) -> MembraneMaterial: ...
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
 class MembranePoints(PointsOnGrid):
@@ -32,7 +47,7 @@ class MembranePoints(PointsOnGrid):
 
     def __init__(
         self,
-        case: MembranePointsCase,
+        case: MembraneOfPoints,
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,

@@ -41,7 +41,11 @@ class MembranePointsCase(MembraneCase):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        return (*COMMON_FIELDS, "strain_energy", *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else ()))
+        return (
+            *COMMON_FIELDS,
+            "strain_energy",
+            *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else ()),
+        )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""

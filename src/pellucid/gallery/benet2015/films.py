@@ -2,8 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.geometry.equivalent_ellipse import Ellipsoid, of_curve
 from pellucid.geometry.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
@@ -41,3 +44,14 @@ def radius_of(film: FluidFilmCase) -> float:
 def pressures_of(run: "Run") -> list[FilmPressure]:
     """The pressures on it."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
+
+
+def shapes_of(run: "Run", name: str) -> list[Ellipsoid]:
+    """The ellipse of a closed film in the plane in each frame."""
+    return [of_curve(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
+
+
+def enclosed_area(run: "Run", name: str, time: float) -> float:
+    """Area inside a closed film in the plane [m²], of the polygon through its nodes."""
+    x, y = run.fields(name, time)["position"][:, :2].T
+    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

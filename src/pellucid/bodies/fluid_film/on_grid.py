@@ -1,0 +1,216 @@
+"""Fluid films in a velocity field with other bodies: the nodes of the grid move them.
+
+So a film is the skin of a drop of fluid, or a vesicle in a stream, and nothing slips along it. What it feels of the fluid about
+it is the inertia and the stress that the grid shares: it needs no drag, and the fluid inside holds its volume. Its forces are
+explicit. Those of bending act at the length of its own elements, but the grid cannot move them in waves shorter than its cells:
+so the cells bound the step, not the elements.
+"""
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.approximants import grid_functions
+from pellucid.bodies.fluid_film.film_forces import FilmForces, in_space
+from pellucid.bodies.fluid_film.forms import FilmPhysics, dissipation
+from pellucid.bodies.fluid_film.geometry import FilmGeometry
+from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
+from pellucid.geometry.cells import Cells
+from pellucid.grid import transfer
+from pellucid.grid.model import GridCase
+from pellucid.grid.points import NO_STRESS, PointArrays
+from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.materials.film import FilmMaterial
+from pellucid.parts.surface_load import Traction
+
+OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
+
+
+class FilmInFluid(Protocol):
+    """What a film is built from, as its model describes it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def material(self) -> FilmMaterial: ...
+    @property
+    def initial_density(self) -> float: ...
+    @property
+    def nodes(self) -> str: ...
+    def physics(self) -> FilmPhysics: ...
+    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
+    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
+
+
+class FilmOnGrid(PointsOnGrid):
+    """A film whose nodes are points of a velocity field.
+
+    Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. In the order of the geometry
+    it keeps `v`, with which they moved last, and `part_mass`, which its parts have.
+    """
+
+    energy_kind = "strain"
+    is_surface = True
+
+    def __init__(
+        self,
+        case: FilmInFluid,
+        grid_case: GridCase,
+        velocity_field: VelocityField,
+        velocity_transfer: VelocityTransfer,
+    ) -> None:
+        self.geometry, x = case.geometry()
+        self.forces = FilmForces(self.geometry, case.material, case.physics(), case.initial_density)
+        self._o = self.geometry.operators(x)
+        self._work = no_work(VISCOUS + 1, 0)
+        self._spreads = case.nodes == "even"
+        self._slice = grid_case.slice_thickness() if any(grid_case.thin()) else 1.0  # curves are a metre deep
+        self.areal_density = case.initial_density
+        part_mass = case.initial_density * self.forces.part_areas(self._o)
+        n = len(x)
+        self._film = {
+            "x": x,
+            "v": np.zeros_like(x),
+            "part_mass": part_mass,
+            **{name: np.zeros((n, 3)) for name in ("position", "velocity")},
+            "mass": np.zeros(n),
+        }
+        self._fields = NodalFields(self.forces, self._film, is_around=False)
+        self._fields.show(self._o)
+        position = in_space(x, self.geometry.axes)
+        arrays = {
+            "id": np.arange(n),
+            "position": position,
+            "velocity": case.initial_velocity(position),
+            "mass": self._slice * self._film["mass"],
+            "volume": np.zeros(n),
+        }
+        self.element_arrays = {name: self._film[name] for name in ("x", "v", "part_mass")}
+        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())  # nodes have no extent
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
+
+    def bind(self) -> None:
+        """Take up arrays that were replaced."""
+        a = self.arrays
+        self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
+        self._affine = a.get("affine", np.zeros((0, 9)))
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What its functions depend on, too."""
+        kept = {f"geometry/{name}": array for name, array in self.geometry.state_arrays().items()}
+        return {**super().state_arrays(), **kept}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        prefix = "geometry/"
+        self.geometry.restore({name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)})
+        super().restore(arrays)
+        self._o = self.geometry.operators(self._film["x"])
+
+    # forces
+
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum, internal forces."""
+        if inertia:
+            transfer.scatter(self.n_slabs, self.mapped, 1, 0)
+        if force:
+            film = self._film
+            self._scatter(self.forces.internal_force(self._o, film["part_mass"], film["v"]), self.grid.nodes.force)
+
+    def add_pressure(self, pressure: float, column: int) -> None:
+        """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
+        self.add_traction(lambda points: pressure * points.normal, column)
+
+    def add_traction(self, traction: Traction, column: int) -> None:
+        """Add forces on the film's surface to those on the nodes of the grid."""
+        force = self.forces.traction_force(self._o, self._film["part_mass"], traction)
+        self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))
+
+    def _scatter(self, force: np.ndarray, target: np.ndarray) -> None:
+        """Forces on the nodes of the film [N for each metre of depth of a curve], shape (n, d), to those of the grid."""
+        forces = self._slice * in_space(force, self.geometry.axes)[self.arrays["id"]]
+        scatter_vectors(self.n_slabs, self.mapped, forces, target)
+
+    # motion
+
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Where `move`, new positions and what follows; with dt = 0 the totals of the present state."""
+        if move or dt == 0.0:
+            self.update_positions(dt)
+
+    def update_positions(self, dt: float) -> None:
+        """New positions; nodes spread evenly; energies and the bound on the step."""
+        film, order, axes = self._film, self.arrays["id"], list(self.geometry.axes)
+        # by the velocity that strains points: in MUSL that of the points' own momentum
+        transfer.update_positions(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, dt)
+        if dt > 0.0:
+            x = np.empty_like(film["x"])
+            x[order] = self.points.position[:, axes]
+            moved = x - film["x"]
+            film["v"][:], film["x"][:] = moved / dt, x
+            heat = dt * self._slice * dissipation(self._o, self.forces.physics, film["v"][self.geometry.nodes]).viscous
+            self._work = no_work(VISCOUS + 1, 0)
+            self._work.works[[VISCOUS, INTERNAL]] = heat  # the internal work of the grid has it too
+            if self._spreads:
+                self._spread(moved)
+        self._o = self.geometry.operators(film["x"])
+        self._fields.show(self._o)
+        self.totals.stored = self._slice * self.forces.stored_energy(self._o, film["part_mass"])
+        fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
+        self._bound_rate(self._signals() + fastest * self.grid.lattice.inverse_cell)
+
+    def _spread(self, moved: np.ndarray) -> None:
+        """Move nodes along the film; what flows between them takes its mass along, and momentum in all stays what it was."""
+        film, points, order = self._film, self.points, self.arrays["id"]
+        x, film["part_mass"][:] = self.geometry.redistributed(film["x"], film["part_mass"], moved)
+        if np.array_equal(x, film["x"]):
+            return
+        film["x"][:] = x
+        self._fields.show(self.geometry.operators(x))
+        momentum = points.mass @ points.velocity
+        points.mass[:] = self._slice * film["mass"][order]
+        points.velocity[:] += (momentum - points.mass @ points.velocity) / points.mass.sum()
+        points.position[:, list(self.geometry.axes)] = x[order]
+        self.slabs.left_slab[:] = 1
+
+    def _signals(self) -> float:
+        """How fast the film's own waves and its viscosity cross a cell [1/s], by its own inertia."""
+        physics, material, h = self.forces.physics, self.forces.material, self.grid.lattice.inverse_cell
+        density = self.forces.densities(self._o, self._film["part_mass"])
+        tension, least = -material.pressure(density), float(density.min())
+        wave = sqrt(float(np.max((density * material.pressure_slope(density) + np.maximum(tension, 0.0)) / density)))
+        spread = (2.0 * physics.viscosity + physics.dilatational_viscosity) / least
+        return max(h * wave, 2.0 * h * h * spread, 2.0 * h * h * sqrt(physics.bending_rigidity / least))
+
+    def work(self) -> StepWork:
+        """The heat of its viscosity."""
+        return self._work
+
+    # what others ask
+
+    def half_width(self) -> tuple[float, float, float]:
+        """It has no thickness."""
+        return 0.0, 0.0, 0.0
+
+    def vector_areas(self) -> np.ndarray:
+        """∫ N_I n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
+        return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["id"]]
+
+    def cells(self) -> Cells:
+        """Lines or triangles between its nodes."""
+        return self.geometry.cells()
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return list(FIELDS)
+
+    def field(self, name: str) -> np.ndarray:
+        """A field in the order in which the nodes are stored at the moment."""
+        return super().field(name) if name in OF_POINTS else self._fields.field(name)[self.arrays["id"]]

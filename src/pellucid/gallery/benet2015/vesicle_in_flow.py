@@ -1,0 +1,119 @@
+"""The drop in a shear: its deformation beside Taylor's theory; the film keeps its mass and the volume inside."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.equivalent_ellipse import of_surface
+from pellucid.references.drops import approach, deformation
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.instants import evenly
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
+VOLUME, MASS = 5e-3, 1e-12
+PANELS = 3
+
+CAPTIONS = {
+    "deformation": "Deformation of the drop against time, with that of small-deformation theory between the plates.",
+    "sections": "Points of the fluid, of the drop and of the film near the plane z = 0.",
+}
+
+METRICS = ("deformation", "volume", "film_mass")
+
+
+class Drop(NamedTuple):
+    """The numbers of the problem."""
+
+    radius: float  # [m]
+    capillary: float
+    ratio: float  # of the viscosities, inside over outside
+    confinement: float  # radius over the distance of the plates
+    shear: float  # [1/s]
+
+    def expected(self, time: float) -> float:
+        """Deformation after a time [s]."""
+        steady = deformation(self.capillary, self.ratio, self.confinement)
+        return steady * approach(self.capillary, self.ratio, self.shear * time)
+
+
+def drop_of(run: "Run") -> Drop:
+    """What the case says."""
+    fluid, drop, film = (_body(run, name) for name in ("fluid", "drop", "film"))
+    radius, shear = film.surface.sphere.radius, fluid.initial[0].x[1]
+    viscosity, tension = fluid.material.viscosity, film.material.tension * film.thickness
+    gap = run.case.grid.upper[1] - run.case.grid.lower[1]
+    return Drop(radius, viscosity * shear * radius / tension, drop.material.viscosity / viscosity, radius / gap, shear)
+
+
+def _body(run: "Run", name: str) -> Any:
+    return next(body for body in run.case.body if body.name == name)
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Deformation at the end; largest changes of the volume inside the film and of its mass."""
+    times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
+    end = float(times[-1])
+    found, expected = of_surface(run.fields("film", end)["position"], triangles).deformation, drop.expected(end)
+    volumes = np.array([enclosed_volume(run.fields("film", float(time))["position"], triangles) for time in times])
+    masses = np.array([run.fields("film", float(time))["mass"].sum() for time in times])
+    swollen, lost = (float(np.abs(values / values[0] - 1.0).max()) for values in (volumes, masses))
+    tolerance = CLOSE * (CELLS * run.case.grid.cell / drop.radius) ** 2
+    return {
+        "deformation": Metric(
+            found,
+            expected,
+            abs(found / expected - 1.0),
+            tolerance,
+            "",
+            "(L - B)/(L + B) at the end; reference: Taylor, Cox, with plates by Shapira & Haber",
+        ),
+        "volume": Metric(swollen, 0.0, swollen, VOLUME, "", "largest relative change of the volume inside the film"),
+        "film_mass": Metric(lost, 0.0, lost, MASS, "", "largest relative change of the mass of the film"),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """The deformation against time; sections."""
+    return {"deformation": _deformation(run), "sections": _sections(run)}
+
+
+def _deformation(run: "Run") -> "Figure":
+    times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
+    shapes = [of_surface(run.fields("film", float(time))["position"], triangles) for time in times]
+    figure = new_figure(height=3.4)
+    left, right = figure.subplots(1, 2)
+    left.plot(times, [shape.deformation for shape in shapes], "o-", color=COLOURS[0], markersize=3, label="drop")
+    left.plot(times, [drop.expected(float(time)) for time in times], "--", color=COLOURS[1], label="small-deformation theory")
+    free = deformation(drop.capillary, drop.ratio)
+    left.axhline(free, color="0.5", linewidth=1, linestyle=":", label="the same without plates, at rest")
+    label(left, "time", "deformation", "s", "")
+    left.legend()
+    for axis, (name, colour) in enumerate(zip(("shortest", "middle", "longest"), COLOURS, strict=False)):
+        right.plot(times, [shape.semi_axes[axis] for shape in shapes], color=colour, label=name)
+    label(right, "time", "semi-axis", "s", "m")
+    right.legend()
+    return figure
+
+
+def _sections(run: "Run") -> "Figure":
+    chosen = evenly(run.times("film"), PANELS)
+    cell = run.case.grid.cell
+    figure = new_figure(height=6.5, layout="compressed")
+    for axes, time in zip(figure.subplots(len(chosen), 1, sharex=True, sharey=True), chosen, strict=True):
+        for name, colour, size in (("fluid", "0.75", 1.0), ("drop", COLOURS[4], 1.5), ("film", COLOURS[1], 5.0)):
+            place = run.fields(name, float(time))["position"]
+            near = place[np.abs(place[:, 2]) < (0.5 if name == "film" else 0.3) * cell]
+            axes.plot(near[:, 0], near[:, 1], ".", color=colour, markersize=size, markeredgewidth=0)
+        axes.set_aspect("equal")
+        axes.grid(False)
+        axes.set_title(f"t = {time:.2g} s")
+        label(axes, "x", "y", "m", "m")
+        axes.label_outer()
+    return figure

@@ -1,0 +1,92 @@
+"""The plane vesicle in a shear beside boundary integrals; its mass and the area inside are kept."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.benet2015.films import enclosed_area, shapes_of
+from pellucid.references.finite_elements import read
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.instants import evenly
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+NAME = "vesicle"
+CLOSE, CELLS = 0.03, 4.0  # error at so many cells a radius, at first order
+TURNED = 2.0  # degrees
+AREA, MASS = 5e-3, 1e-12
+PANELS = 5
+
+CAPTIONS = {
+    "shape": "Deformation and inclination against time, with those by boundary integrals.",
+    "film": "The film and the points of the fluid inside and about it.",
+}
+
+METRICS = ("deformation", "inclination", "area", "film_mass")
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Deformation and inclination at the end; largest changes of the area inside and of the film's mass."""
+    times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
+    end, cells = float(times[-1]), 1.0 / run.case.grid.cell
+    expected, angle = (float(np.interp(end, reference["time"], reference[key])) for key in ("deformation", "angle"))
+    found, turned = shapes[-1].deformation, shapes[-1].inclination
+    areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])
+    masses = np.array([run.fields(NAME, float(time))["mass"].sum() for time in times])
+    swollen, lost = (float(np.abs(values / values[0] - 1.0).max()) for values in (areas, masses))
+    return {
+        "deformation": Metric(
+            found,
+            expected,
+            abs(found / expected - 1.0),
+            CLOSE * CELLS / cells,
+            "",
+            "(L - B)/(L + B) at the end; reference: boundary integrals",
+        ),
+        "inclination": Metric(
+            turned, angle, abs(turned - angle), TURNED * CELLS / cells, "degree", "of the longest axis at the end; the same"
+        ),
+        "area": Metric(swollen, 0.0, swollen, AREA, "", "largest relative change of the area inside the film"),
+        "film_mass": Metric(lost, 0.0, lost, MASS, "", "largest relative change of the mass of the film"),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Shape against time; the film at some instants."""
+    return {"shape": _shape(run), "film": _film(run)}
+
+
+def _shape(run: "Run") -> "Figure":
+    times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
+    figure = new_figure(height=3.4)
+    left, right = figure.subplots(1, 2)
+    found = [shape.deformation for shape in shapes], [shape.inclination for shape in shapes]
+    panels = zip((left, right), found, ("deformation", "angle"), strict=True)
+    for axes, values, key in panels:
+        axes.plot(times, values, "o-", color=COLOURS[0], markersize=3, label="film on the grid")
+        axes.plot(reference["time"], reference[key], "--", color=COLOURS[1], label="boundary integrals")
+    label(left, "time", "deformation", "s", "")
+    label(right, "time", "inclination", "s", "degree")
+    left.legend()
+    return figure
+
+
+def _film(run: "Run") -> "Figure":
+    chosen = evenly(run.times(NAME), PANELS)
+    figure = new_figure(height=2.6, layout="compressed")
+    for axes, time in zip(figure.subplots(1, len(chosen), sharex=True, sharey=True), chosen, strict=True):
+        place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
+        axes.plot(place[:, 0], place[:, 1], ".", color="0.7", markersize=1.2, markeredgewidth=0)
+        axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1])
+        axes.set_xlim(-1.9, 1.9)
+        axes.set_ylim(-1.9, 1.9)
+        axes.set_aspect("equal")
+        axes.grid(False)
+        axes.set_title(f"t = {time:.2g} s")
+        label(axes, "x", "y", "m", "m")
+        axes.label_outer()
+    return figure
