@@ -7,6 +7,8 @@ import numpy as np
 from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.curves_in_plane import film_of_curves
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
@@ -66,3 +68,8 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     label(right, "r", "z", "m", "m")
     figure.suptitle(run.case.title)
     return {"tether": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The tube as it is pulled."""
+    return {"motion": film_of_curves(run)}

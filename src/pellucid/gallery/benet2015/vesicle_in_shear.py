@@ -7,6 +7,8 @@ import numpy as np
 from pellucid.gallery.benet2015.films import enclosed_area, shapes_of
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.curves_in_plane import film_of_curves
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -90,3 +92,8 @@ def _film(run: "Run") -> "Figure":
         label(axes, "x", "y", "m", "m")
         axes.label_outer()
     return figure
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The film as it turns."""
+    return {"motion": film_of_curves(run)}

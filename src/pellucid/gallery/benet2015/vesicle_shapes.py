@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.curves_in_plane import film_of_curves
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import new_figure
 
 if TYPE_CHECKING:
@@ -52,3 +54,8 @@ def figures(run: "Run") -> dict[str, "Figure"]:
         axes.remove()
     figure.suptitle(run.case.title)
     return {"shapes": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The vesicles as they come to rest."""
+    return {"motion": film_of_curves(run)}

@@ -5,58 +5,69 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.results.pictures.bodies_in_plane import INSTANTS
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
 from pellucid.results.pictures.style import label, new_figure, with_unit
 from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
     from pellucid.results.storage.run import Run
 
+PICTURES = 60  # of a film
 ARROWS = 40  # on a film, at most
 LONGEST = 0.12  # of the picture's width, of an arrow
 
 
 def are_curves(run: "Run") -> bool:
     """Whether every body of a run is a curve."""
-    cells = [run.cells(body.name) for body in run.stored.bodies]
-    return all(len(of.lines) and not len(of.triangles) for of in cells) and all(
-        "areal_density" in run.fields(body.name, 0.0) for body in run.stored.bodies
-    )
+    return all(_is_curve(run, body.name) for body in run.stored.bodies)
 
 
-def curves_in_plane(run: "Run") -> "Figure":
-    """All films at some instants, coloured by their density, with arrows of the velocity."""
-    from matplotlib.collections import LineCollection
+def _is_curve(run: "Run", name: str) -> bool:
+    cells = run.cells(name)
+    return bool(len(cells.lines)) and not len(cells.triangles) and "areal_density" in run.fields(name, 0.0)
 
-    names = [body.name for body in run.stored.bodies]
-    times = run.times(names[0])
-    chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
-    states = [[run.fields(name, time) for name in names] for time in chosen]
-    lines = [run.cells(name).lines for name in names]
-    flat = [_flat(fields["position"]) for fields in states[0]]
-    together = np.concatenate(
-        [_mirrored(fields["position"][:, axes], axes) for s in states for fields, axes in zip(s, flat, strict=True)]
-    )
-    colours = limits([fields["areal_density"] for bodies in states for fields in bodies])
-    low, high = together.min(axis=0), together.max(axis=0)
-    margin = 0.08 * float((high - low).max())
-    ratio = float((high - low)[1] / (high - low)[0])
-    down = 1 if ratio > 0.7 else 2
-    figure = new_figure(height=min(6.5, 0.9 + down * ratio * 8.0 * down / len(chosen) * 0.9), layout="compressed")
-    panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
-    for unused in panels[len(chosen) :]:
-        unused.remove()
-    for axes, bodies, time in zip(panels, states, chosen, strict=False):
+
+class Stage:
+    """Films drawn at one instant after the other, to the same scales of place and density."""
+
+    def __init__(self, run: "Run", times: np.ndarray) -> None:
+        self._run, self._names = run, [body.name for body in run.stored.bodies if _is_curve(run, body.name)]
+        states = [[run.fields(name, float(time)) for name in self._names] for time in times]
+        self._lines = [run.cells(name).lines for name in self._names]
+        self._planes = [_flat(fields["position"]) for fields in states[0]]
+        places = [_mirrored(f["position"][:, axes], axes) for s in states for f, axes in zip(s, self._planes, strict=True)]
+        together = np.concatenate(places)
+        self.colours = limits([fields["areal_density"] for bodies in states for fields in bodies])
+        self._low, self._high = together.min(axis=0), together.max(axis=0)
+        self._margin = 0.08 * float((self._high - self._low).max())
+
+    @property
+    def ratio(self) -> float:
+        """Height over width."""
+        return float((self._high - self._low)[1] / (self._high - self._low)[0])
+
+    def draw(self, axes: "Axes", time: float) -> "LineCollection":
+        """The films at an instant [s], coloured by their density, with arrows of the velocity; what a colour bar needs."""
+        from matplotlib.collections import LineCollection
+
+        low, high, margin = self._low, self._high, self._margin
+        bodies = [self._run.fields(name, time) for name in self._names]
         fastest = max(float(np.linalg.norm(fields["velocity"], axis=1).max()) for fields in bodies)
-        for fields, ends, plane in zip(bodies, lines, flat, strict=True):
+        for fields, ends, plane in zip(bodies, self._lines, self._planes, strict=True):
             place, speed, density = fields["position"][:, plane], fields["velocity"][:, plane], fields["areal_density"]
             for sign in (1.0, -1.0) if plane == [0, 2] else (1.0,):
                 turned = np.array([sign, 1.0])
                 drawn = LineCollection(turned * place[ends], linewidths=3.0, capstyle="round")
                 drawn.set_array(density[ends].mean(axis=1))
-                drawn.set_clim(colours.low, colours.high)
+                drawn.set_clim(self.colours.low, self.colours.high)
                 axes.add_collection(drawn)
                 if fastest > 0.0:
                     some = slice(None, None, -(-len(place) // ARROWS))
@@ -68,12 +79,46 @@ def curves_in_plane(run: "Run") -> "Figure":
         axes.set_aspect("equal")
         axes.grid(False)
         axes.set_title(f"t = {time:.4g} s\nfastest {fastest:.3g} m/s")
-        label(axes, "r" if flat[0] == [0, 2] else "x", "z" if flat[0] == [0, 2] else "y", "m", "m")
+        around = self._planes[0] == [0, 2]
+        label(axes, "r" if around else "x", "z" if around else "y", "m", "m")
+        return drawn
+
+    def bar(self, figure: "Figure", drawn: "LineCollection", panels: "Iterable[Axes]") -> None:
+        """The colours of the density beside the panels."""
+        bar = figure.colorbar(drawn, ax=list(panels), shrink=0.9, pad=0.01, aspect=25, extend=self.colours.extend)
+        bar.set_label(with_unit("density in the surface", FIELDS["areal_density"].unit))
+        bar.outline.set_visible(False)  # type: ignore[operator]
+
+
+def curves_in_plane(run: "Run") -> "Figure":
+    """All films at some instants, coloured by their density, with arrows of the velocity."""
+    times = run.times(run.stored.bodies[0].name)
+    chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
+    stage = Stage(run, chosen)
+    down = 1 if stage.ratio > 0.7 else 2
+    figure = new_figure(height=min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9), layout="compressed")
+    panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
+    for unused in panels[len(chosen) :]:
+        unused.remove()
+    for axes, time in zip(panels, chosen, strict=False):
+        drawn = stage.draw(axes, float(time))
         axes.label_outer()
-    bar = figure.colorbar(drawn, ax=list(panels[: len(chosen)]), shrink=0.9, pad=0.01, aspect=25, extend=colours.extend)
-    bar.set_label(with_unit("density in the surface", FIELDS["areal_density"].unit))
-    bar.outline.set_visible(False)
+    stage.bar(figure, drawn, panels[: len(chosen)])
     return figure
+
+
+def film_of_curves(run: "Run") -> Film:
+    """The same, moving."""
+    times = evenly(run.times(run.stored.bodies[0].name), PICTURES)
+    stage = Stage(run, times)
+
+    def draw(time: float) -> "Figure":
+        figure = new_figure(6.0, min(7.0, 1.0 + 4.6 * stage.ratio))
+        axes = figure.subplots()
+        stage.bar(figure, stage.draw(axes, time), [axes])
+        return figure
+
+    return Film(draw, [float(time) for time in times])
 
 
 def _flat(position: np.ndarray) -> list[int]:
