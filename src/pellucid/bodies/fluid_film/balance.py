@@ -73,7 +73,7 @@ class FilmBalance:
         initial_density: float,
         solver: FilmSolver,
     ) -> None:
-        self._initial_density = initial_density
+        self.initial_density = initial_density
         self.geometry, self.material, self.physics, self.solver = geometry, material, physics, solver
         self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
         self._resists_all = min(physics.drag) > 0.0
@@ -200,7 +200,7 @@ class FilmBalance:
     ) -> list[tuple[int, np.ndarray]]:
         """Forces of tractions on the nodes [N], shape (n, d), with their columns."""
         axes = list(self.geometry.axes)
-        ratio = self.at_points(density) / self._initial_density
+        ratio = self.at_points(density) / self.initial_density
         points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
         result = []
         for column, traction in tractions:

@@ -7,6 +7,7 @@ import numpy as np
 
 from pellucid.approximants.radial import AnyRadial
 from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
+from pellucid.bodies.fluid_film.drag import DragCase
 from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
@@ -17,23 +18,18 @@ from pellucid.geometry.region import Selectable
 from pellucid.geometry.spatial_order import side_by_side
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyFilmMaterial
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.balance import FilmBalance
     from pellucid.bodies.fluid_film.forms import FilmPhysics
     from pellucid.bodies.fluid_film.geometry import FilmGeometry
     from pellucid.bodies.fluid_film.operators import Operators
+    from pellucid.bodies.fluid_film.own_steps import FilmSteps
     from pellucid.bodies.fluid_film.solver import FilmSolver
     from pellucid.parts.body import Body, Placement
-
-
-class DragCase(Model):
-    """What the fluid about a film resists its motion with."""
-
-    normal: float = parameter("N*s/m^3", "ζ_n, against its velocity along the normal", ge=0)
-    tangential: float = parameter("N*s/m^3", "ζ_t, against its velocity in the surface", ge=0)
 
 
 class FluidFilmCase(BodyModel):
@@ -60,6 +56,12 @@ class FluidFilmCase(BodyModel):
     radial: AnyRadial = parameter("", "radial functions between its nodes, where it has such", PolyharmonicModel())
     nodes: Literal["even", "material"] = parameter(
         "", "whether nodes are kept at equal distances, and the film flows through between them, or go with the film", "even"
+    )
+    scheme: Literal["implicit", "thesis"] = parameter(
+        "",
+        "how it steps: as the film is at the middle of a step, with what is stiff taken ahead; or for the record as Benet 2015 "
+        "does, with frozen geometry and nodes that move along the normal, for a curve without drag, which fails in translation",
+        "implicit",
     )
     accuracy: float = parameter(
         "", "error of a step of its own that is allowed, of the least distance of nodes", 1e-3, gt=0, le=0.1
@@ -105,6 +107,16 @@ class FluidFilmCase(BodyModel):
 
         return CurveSolver(geometry.nodes, geometry.held)
 
+    def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "FilmSteps":
+        """What moves it; arrays: its state."""
+        from pellucid.bodies.fluid_film.curve import Curve
+        from pellucid.bodies.fluid_film.own_steps import OwnSteps
+        from pellucid.bodies.fluid_film.thesis_steps import ThesisSteps
+
+        if self.scheme == "thesis" and isinstance(balance.geometry, Curve):
+            return ThesisSteps(balance, balance.geometry, self.accuracy, arrays)
+        return OwnSteps(balance, goals, self, arrays)
+
     @property
     def is_around(self) -> bool:
         """Whether it is a surface of revolution."""
@@ -113,6 +125,16 @@ class FluidFilmCase(BodyModel):
     @property
     def _is_loop(self) -> bool:
         return self.shape.surface is not None and self.interpolation != "radial"
+
+    def _beyond_the_thesis(self) -> str:
+        """What of it the scheme of the thesis does not have, or nothing."""
+        beyond = {
+            "surfaces: it is for closed curves in the plane": self.shape.span != "plane",
+            "drag": max(self.drag.normal, self.drag.tangential) > 0.0,
+            "bending": self.material.bending_rigidity > 0.0,
+            "given volume or area": self.volume is not None or self.area == "kept",
+        }
+        return next((what for what, is_there in beyond.items() if is_there), "")
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""
@@ -216,6 +238,8 @@ class FluidFilmCase(BodyModel):
         if self.shape.surface is not None and self.interpolation == "radial" and bends:
             text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
             yield Finding((*path, "interpolation"), text, 'use "loop", or leave `bending_rigidity` out')
+        if self.scheme == "thesis" and (lacks := self._beyond_the_thesis()):
+            yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
         some = min(self.drag.normal, self.drag.tangential) > 0.0
         if self.shape.span == "plane" and bends and not some:
             text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"
