@@ -73,7 +73,7 @@ class FluidFilm(NodalBody):
         self._columns = FIRST_LOAD + placement.n_loads
         self._steps = case.steps(self.balance, case.goals(o), self.arrays)
         self._fields = NodalFields(self.balance, self.arrays, case.is_around)
-        self._held = HeldNodes(n, self.geometry.axes)
+        self._held = HeldNodes(n, self.geometry.axes, case.is_around)
         self._tractions: list[tuple[int, Traction]] = []
         self._forces: list[tuple[int, np.ndarray]] = []
         self._work = no_work(self._columns, 0)
