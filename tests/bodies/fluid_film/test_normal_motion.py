@@ -9,6 +9,7 @@ from small_cases import case as blocks
 import pellucid
 from pellucid.case import Case
 from pellucid.errors import CaseError
+from pellucid.results.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 CIRCLE = "ellipse = { radius = 1, nodes = 20 }"
@@ -82,6 +83,12 @@ name = "force"
 quantity = "reaction"
 condition = "push"
 component = "z"
+
+[[probe]]
+name = "across"
+quantity = "reaction"
+condition = "push"
+component = "x"
 """
     signal = 'kind = "steady", velocity = -0.3'
     of = case(shape, 0.1, 1.0, "", DRAG, led(signal, CAP, "push") + probe, 0.01)
@@ -96,8 +103,17 @@ component = "z"
     moved = np.einsum("eqmd,emd->eqd", o.value, film.arrays["v"][film.geometry.nodes])[..., -1]
     drag = float(np.sum(o.area * moved))  # nothing else acts from outside; that of the last step, the force is a mean over more
     assert run.history["force"][-1] == pytest.approx(drag, rel=0.02)
+    assert run.history["across"][-1] == pytest.approx(0.0, abs=1e-5)
     assert run.history["motion_work"][-1] > 0.0
     assert abs(run.history["energy_error"][-1]) < 1e-4
+
+
+def test_a_led_film_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
+    of = case(LOOP.replace("= 2", "= 1"), 0.2, 1.0, "", DRAG, led(part=CAP))
+    whole = pellucid.run(of, out=tmp_path / "whole")
+    pellucid.run(of, out=tmp_path / "part", until=0.1)
+    resumed = resume_case(tmp_path / "part")
+    assert np.array_equal(whole.fields("film")["position"], resumed.fields("film")["position"])
 
 
 @pytest.mark.parametrize(

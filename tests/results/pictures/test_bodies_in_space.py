@@ -41,6 +41,21 @@ def test_a_run_in_space_is_drawn(tmp_path, monkeypatch, quantity):
     assert "cut open" in texts
 
 
+def test_lines_are_left_out_beside_surfaces(tmp_path, monkeypatch):
+    monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
+    shapes = {
+        "revolved": {"spheroid": {"radius": 1.0, "nodes": 9}},
+        "in-space": {"surface": {"icosphere": {"centre": (0, 0, 0), "radius": 1.0, "refinements": 1}}},
+    }
+    material = {"kind": "lipid-film", "density": 1.0, "viscosity": 1.0, "dilatational_viscosity": 1.0, "stiffness": 1.0}
+    film = {"kind": "fluid-film", "material": material, "density": 1.1}
+    films = [{"name": name, "shape": shape, **film} for name, shape in shapes.items()]
+    case = Case.model_validate({"schema": 1, "title": "Two films", "time": {"end": 0.1}, "body": films})
+    with house_style():
+        figure = panels_in_space(run(case, out=tmp_path / "run"), "speed")
+    assert any(axes.images for axes in figure.axes)
+
+
 @pytest.fixture(scope="module")
 def solid(tmp_path_factory):
     """A run of a block of tetrahedra that is thrown."""

@@ -12,10 +12,10 @@ from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.held_nodes import HeldNodes
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.own_steps import OwnSteps, Stepping
+from pellucid.bodies.fluid_film.own_steps import FilmSteps
 from pellucid.bodies.fluid_film.solver import FilmSolver
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
-from pellucid.errors import RunStopped
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.body import NodalSupport, Placement
@@ -23,7 +23,7 @@ from pellucid.parts.families import NodalBody
 from pellucid.parts.surface_load import Traction
 
 
-class FilmCase(Stepping, Protocol):
+class FilmCase(Protocol):
     """What a film is built from, as its model describes it."""
 
     @property
@@ -38,6 +38,7 @@ class FilmCase(Stepping, Protocol):
     def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
     def solver(self, geometry: FilmGeometry, x: np.ndarray) -> FilmSolver: ...
     def goals(self, o: Operators) -> Goals: ...
+    def steps(self, balance: FilmBalance, goals: Goals, arrays: dict[str, np.ndarray]) -> FilmSteps: ...
 
 
 class FluidFilm(NodalBody):
@@ -70,9 +71,9 @@ class FluidFilm(NodalBody):
         self.areal_density = case.initial_density
         self._gravity = np.array(placement.gravity)[list(self.geometry.axes)]
         self._columns = FIRST_LOAD + placement.n_loads
-        self._steps = OwnSteps(self.balance, case.goals(o), case, self.arrays)
+        self._steps = case.steps(self.balance, case.goals(o), self.arrays)
         self._fields = NodalFields(self.balance, self.arrays, case.is_around)
-        self._held = HeldNodes(n, self.geometry.axes)
+        self._held = HeldNodes(n, self.geometry.axes, case.is_around)
         self._tractions: list[tuple[int, Traction]] = []
         self._forces: list[tuple[int, np.ndarray]] = []
         self._work = no_work(self._columns, 0)
@@ -109,6 +110,9 @@ class FluidFilm(NodalBody):
     def complete(self) -> None:
         """Nothing is held twice."""
         self._held.check(self.name)
+        if not self._steps.holds_nodes and self._held.holds_any():
+            text = "this scheme cannot hold or lead nodes, and a support or motion does"
+            raise CaseError(Problem(text, f"body.{self.name}.scheme", remedy="leave it out, or the support or motion"))
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Its model refuses those along axes."""

@@ -72,7 +72,7 @@ class Curve:
         else:
             self.nodes %= n
         point, weight = np.polynomial.legendre.leggauss(GAUSS)
-        self._radial, self._weight = radial, 0.5 * weight
+        self.radial, self._weight = radial, 0.5 * weight
         self._tables = blended(radial, 0.5 * (1.0 + point))
         self.shares = Shares(np.arange(segments)[:, None], np.ones((GAUSS, 1)))
         self._ends = blended(radial, np.array([0.0, 1.0]))
@@ -152,7 +152,7 @@ class Curve:
         place = PchipInterpolator(along, parameter)(goals)
         place[0], place[-1] = 0.0, parameter[-1]
         segment = np.minimum(place.astype(np.int64), len(of_segments) - 1)
-        table = blended(self._radial, place - segment)
+        table = blended(self.radial, place - segment)
         moved = np.einsum("em,emi->ei", table.value, self._about(x)[segment])[: self.n]
         moved[self.held] = 0.0
         covered = PchipInterpolator(parameter, area)(place)

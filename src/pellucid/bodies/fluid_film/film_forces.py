@@ -16,7 +16,7 @@ class FilmForces:
     """A film of a material that its nodes span, with masses of its parts."""
 
     def __init__(self, geometry: FilmGeometry, material: FilmMaterial, physics: FilmPhysics, initial_density: float) -> None:
-        self._initial_density = initial_density
+        self.initial_density = initial_density
         self.geometry, self.material, self.physics = geometry, material, physics
         self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
 
@@ -58,7 +58,7 @@ class FilmForces:
     def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction) -> np.ndarray:
         """Forces of a traction on the nodes [N], shape (n, d)."""
         axes = list(self.geometry.axes)
-        ratio = self.at_points(self.densities(o, mass)) / self._initial_density
+        ratio = self.at_points(self.densities(o, mass)) / self.initial_density
         points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
         on_area = o.area[..., None] * traction(points)[..., axes]
         return self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))

@@ -13,10 +13,13 @@ from pellucid.parts.body import NodalSupport
 
 
 class HeldNodes:
-    """What holds or leads n nodes with velocities along these d axes of space, and what it does over a step of the clock."""
+    """What holds or leads n nodes with velocities along these d axes of space, and what it does over a step of the clock.
 
-    def __init__(self, n: int, axes: Sequence[int]) -> None:
-        self._n, self._axes = n, list(axes)
+    is_around: whether the film is a surface of revolution, on which forces across the axis add up to nothing.
+    """
+
+    def __init__(self, n: int, axes: Sequence[int], is_around: bool) -> None:
+        self._n, self._axes, self._across = n, list(axes), 0.0 if is_around else 1.0
         self.supports: Sequence[NodalSupport] = ()
         self.motions: Sequence[str] = ()
         self.numbers = np.zeros(n, np.int64)  # 1 + that of a node's motion, else 0
@@ -31,6 +34,10 @@ class HeldNodes:
                 text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow it"
                 remedy = "let its `part` and the `where` of the support not overlap"
                 raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
+
+    def holds_any(self) -> bool:
+        """Whether there is such a node."""
+        return bool((self.numbers > 0).any()) or any(self._constrained(support).any() for support in self.supports)
 
     def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
         """Which components supports prescribe, and their values [m/s], shape (n, d)."""
@@ -64,7 +71,7 @@ class HeldNodes:
         worked = dt * float(np.sum(forces * done.velocity))
         work.works[column] += worked
         work.works[INTERNAL] -= worked
-        return np.asarray(dt * in_space(forces, self._axes).sum(axis=0))
+        return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
 
     def _constrained(self, support: NodalSupport) -> np.ndarray:
         """Which components a support prescribes, shape (n, d)."""

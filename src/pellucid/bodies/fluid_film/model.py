@@ -8,7 +8,8 @@ from pydantic import PrivateAttr
 
 from pellucid.approximants.radial import AnyRadial
 from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
-from pellucid.bodies.fluid_film.checks_in_fluid import problems_in_fluid
+from pellucid.bodies.fluid_film.checks import problems_alone, problems_in_fluid, shape_problems
+from pellucid.bodies.fluid_film.drag import DragCase
 from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
@@ -21,23 +22,18 @@ from pellucid.geometry.region import Selectable
 from pellucid.geometry.spatial_order import side_by_side
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyFilmMaterial
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.balance import FilmBalance
     from pellucid.bodies.fluid_film.forms import FilmPhysics
     from pellucid.bodies.fluid_film.geometry import FilmGeometry
     from pellucid.bodies.fluid_film.operators import Operators
+    from pellucid.bodies.fluid_film.own_steps import FilmSteps
     from pellucid.bodies.fluid_film.solver import FilmSolver
     from pellucid.parts.body import Body, Placement
-
-
-class DragCase(Model):
-    """What the fluid about a film resists its motion with."""
-
-    normal: float = parameter("N*s/m^3", "ζ_n, against its velocity along the normal", ge=0)
-    tangential: float = parameter("N*s/m^3", "ζ_t, against its velocity in the surface", ge=0)
 
 
 class FluidFilmCase(BodyModel):
@@ -66,6 +62,12 @@ class FluidFilmCase(BodyModel):
     radial: AnyRadial = parameter("", "radial functions between its nodes, where it has such", PolyharmonicModel())
     nodes: Literal["even", "material"] = parameter(
         "", "whether nodes are kept at equal distances, and the film flows through between them, or go with the film", "even"
+    )
+    scheme: Literal["implicit", "thesis"] = parameter(
+        "",
+        "how it steps: as the film is at the middle of a step, with what is stiff taken ahead; or for the record as Benet 2015 "
+        "does, with frozen geometry and nodes that move along the normal, for a curve without drag, which fails in translation",
+        "implicit",
     )
     accuracy: float = parameter(
         "", "error of a step of its own that is allowed, of the least distance of nodes", 1e-3, gt=0, le=0.1
@@ -113,6 +115,16 @@ class FluidFilmCase(BodyModel):
 
         return CurveSolver(geometry.nodes, geometry.held)
 
+    def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "FilmSteps":
+        """What moves it; arrays: its state."""
+        from pellucid.bodies.fluid_film.curve import Curve
+        from pellucid.bodies.fluid_film.own_steps import OwnSteps
+        from pellucid.bodies.fluid_film.thesis_steps import ThesisSteps
+
+        if self.scheme == "thesis" and isinstance(balance.geometry, Curve):
+            return ThesisSteps(balance, balance.geometry, self.accuracy, arrays)
+        return OwnSteps(balance, goals, self, arrays)
+
     @property
     def has_drag(self) -> bool:
         """Whether anything about it drags on it."""
@@ -133,6 +145,16 @@ class FluidFilmCase(BodyModel):
     @property
     def _is_loop(self) -> bool:
         return self.shape.surface is not None and self.interpolation != "radial"
+
+    def _beyond_the_thesis(self) -> str:
+        """What of it the scheme of the thesis does not have, or nothing."""
+        beyond = {
+            "surfaces: it is for closed curves in the plane": self.shape.span != "plane",
+            "drag": max(self.drag.normal, self.drag.tangential) > 0.0,
+            "bending": self.material.bending_rigidity > 0.0,
+            "given volume or area": self.volume is not None or self.area == "kept",
+        }
+        return next((what for what, is_there in beyond.items() if is_there), "")
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""
@@ -231,33 +253,12 @@ class FluidFilmCase(BodyModel):
         return Reason(text, f"leave `{held}` of the film out, or lead only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Other bodies, bending of a curve without drag, an impossible volume."""
+        """What does not go together."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
-        if is_alone(self, parts) and (self.velocity != (0.0, 0.0, 0.0) or self.initial):
-            key = "initial" if self.initial else "velocity"
-            text = "is for films that share their velocity field: the velocity of others follows from their loads"
-            yield Finding((*path, key), text, "leave it out")
-        other = next((body for body in parts.of(BodyModel) if body.kind != self.kind), None)
-        if not is_alone(self, parts):
-            yield from problems_in_fluid(self, path, parts)
-        elif other is not None:
-            text = f"has its velocity field to itself and would not feel body {other.name}: a film has no inertia for contact"
-            yield Finding((*path, "field"), text, f'use field = "{other.field}", so that it moves with that body')
         if self.volume is not None:
             yield from self.volume.problems((*path, "volume"))
-        bends = self.material.bending_rigidity > 0.0
-        if self.shape.surface is None and self.interpolation == "loop":
-            text = "is for surfaces in space, and this film is described by a curve"
-            yield Finding((*path, "interpolation"), text, "leave it out")
-        if self.shape.surface is not None and not self.shape.closed:
-            yield Finding((*path, "shape", "surface"), "is open", "a film is closed: use a surface that encloses a volume")
-        if self.shape.surface is not None and self.interpolation == "radial" and bends:
-            text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
-            yield Finding((*path, "interpolation"), text, 'use "loop", or leave `bending_rigidity` out')
-        if not is_alone(self, parts):
-            return
-        some = min(self.drag.normal, self.drag.tangential) > 0.0
-        if self.shape.span == "plane" and bends and not some:
-            text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"
-            yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")
+        if self.scheme == "thesis" and (lacks := self._beyond_the_thesis()):
+            yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
+        yield from shape_problems(self, path)
+        yield from problems_alone(self, path, parts) if is_alone(self, parts) else problems_in_fluid(self, path, parts)

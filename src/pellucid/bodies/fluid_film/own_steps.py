@@ -35,21 +35,32 @@ class Stepping(Protocol):
     def time_weight(self) -> float: ...
 
 
-class OwnSteps:
-    """Moves a film: its `x`, `v`, `part_mass` and `own_step` among these arrays.
+class FilmSteps(Protocol):
+    """Moves a film, in steps of its own."""
 
-    fault: why it cannot go on, where it cannot.
-    """
-
-    def __init__(self, balance: FilmBalance, goals: Goals, how: Stepping, arrays: dict[str, np.ndarray]) -> None:
-        self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
-        self.fault: str | None = None
+    holds_nodes: bool
+    """Whether nodes can be held or led."""
+    fault: str | None
+    """Why it cannot go on, where it cannot."""
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
         """Move it over a step dt of the clock that begins `elapsed` after the start [s]; the operators where it is then.
 
         count: is told each own step and its length [s].
         """
+
+
+class OwnSteps:
+    """Moves a film: its `x`, `v`, `part_mass` and `own_step` among these arrays."""
+
+    holds_nodes = True
+
+    def __init__(self, balance: FilmBalance, goals: Goals, how: Stepping, arrays: dict[str, np.ndarray]) -> None:
+        self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
+        self.fault: str | None = None
+
+    def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
+        """See `FilmSteps`."""
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         o = geometry.operators(arrays["x"])
@@ -72,7 +83,7 @@ class OwnSteps:
                 count(done, span)
                 left -= span
                 o = geometry.operators(arrays["x"])
-                self.fault = self._too_thin(o)
+                self.fault = too_thin(self._balance, arrays, o)
         arrays["own_step"][0] = own
         return o
 
@@ -96,16 +107,17 @@ class OwnSteps:
             x, arrays["part_mass"][:] = self._balance.geometry.redistributed(x, arrays["part_mass"], x - arrays["x"])
         arrays["x"][:], arrays["v"][:] = x, done.velocity
 
-    def _too_thin(self, o: Operators) -> str | None:
-        """That it is stretched so far that it is no film any more, and where."""
-        geometry, rest = self._balance.geometry, self._balance.material.density
-        density = self._balance.densities(o, self._arrays["part_mass"])
-        if density.min() >= THINNEST * rest:
-            return None
-        places = geometry.places(self._arrays["x"])
-        node = min(int(density.argmin()), len(places) - 1)
-        place = ", ".join(f"{value:.6g}" for value in in_space(places, geometry.axes)[node])
-        return (
-            f"is stretched to {density.min() / rest:.2g} of its density of rest near ({place}) m: no tension holds the loads; "
-            "lower them, or raise `stiffness`"
-        )
+
+def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
+    """That a film is stretched so far that it is no film any more, and where; o: where it is."""
+    geometry, rest = balance.geometry, balance.material.density
+    density = balance.densities(o, arrays["part_mass"])
+    if density.min() >= THINNEST * rest:
+        return None
+    places = geometry.places(arrays["x"])
+    node = min(int(density.argmin()), len(places) - 1)
+    place = ", ".join(f"{value:.6g}" for value in in_space(places, geometry.axes)[node])
+    return (
+        f"is stretched to {density.min() / rest:.2g} of its density of rest near ({place}) m: no tension holds the loads; "
+        "lower them, or raise `stiffness`"
+    )

@@ -37,7 +37,7 @@ MOST_BALLS = 60_000
 
 
 def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure":
-    """All bodies at some instants, coloured by "speed", "displacement" or "load".
+    """All bodies at some instants but those that are lines, coloured by "speed", "displacement" or "load".
 
     What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
     """
@@ -45,8 +45,8 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     from matplotlib.colors import Normalize
     from matplotlib.ticker import EngFormatter
 
-    bodies = {body.name: body for body in run.stored.bodies}
-    chosen = evenly(run.times(run.stored.bodies[0].name), INSTANTS)
+    bodies = {body.name: body for body in run.stored.bodies if not len(run.cells(body.name).lines)}
+    chosen = evenly(run.times(next(iter(bodies))), INSTANTS)
     states = [{name: run.fields(name, float(time)) for name in bodies} for time in chosen]
     start = {name: fields["position"] for name, fields in states[0].items()}
     shown = [

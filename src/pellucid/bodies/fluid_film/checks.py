@@ -1,0 +1,106 @@
+"""What does not go together in a film, by itself or in a velocity field that it shares with other bodies."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.drag import DragCase
+from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.placing import longest_edge, place_problems
+from pellucid.findings import Finding, Path
+from pellucid.geometry.film_shapes import FilmShape
+from pellucid.materials.film import FilmMaterial
+from pellucid.model import Vector
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+
+class Film(Protocol):
+    """A film, as its model describes it."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def material(self) -> FilmMaterial: ...
+    @property
+    def velocity(self) -> Vector: ...
+    @property
+    def initial(self) -> Sequence[InitialField]: ...
+    @property
+    def interpolation(self) -> str | None: ...
+    @property
+    def drag(self) -> DragCase: ...
+    @property
+    def shape(self) -> FilmShape: ...
+    @property
+    def volume(self) -> Any: ...
+    @property
+    def area(self) -> str: ...
+    @property
+    def scheme(self) -> str: ...
+    @property
+    def has_drag(self) -> bool: ...
+    @property
+    def is_around(self) -> bool: ...
+    def positions(self) -> np.ndarray: ...
+    def sides(self) -> np.ndarray: ...
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]: ...
+
+
+def shape_problems(film: Film, path: Path) -> Iterator[Finding]:
+    """Findings of the shape of a film and of how its nodes span it."""
+    interpolation, surface = (*path, "interpolation"), film.shape.surface
+    if surface is None and film.interpolation == "loop":
+        text = "is for surfaces in space, and this film is described by a curve"
+        yield Finding(interpolation, text, "leave it out")
+    if surface is not None and not film.shape.closed:
+        yield Finding((*path, "shape", "surface"), "is open", "a film is closed: use a surface that encloses a volume")
+    if surface is not None and film.interpolation == "radial" and film.material.bending_rigidity > 0.0:
+        text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
+        yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
+
+
+def problems_alone(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Findings of a film that has its velocity field to itself, or no grid."""
+    if film.velocity != (0.0, 0.0, 0.0) or film.initial:
+        text = "is for films that share their velocity field: the velocity of others follows from their loads"
+        yield Finding((*path, "initial" if film.initial else "velocity"), text, "leave it out")
+    if other := next((body for body in parts.of(BodyModel) if body.kind != film.kind), None):
+        text = f"has its velocity field to itself and would not feel body {other.name}: a film has no inertia for contact"
+        yield Finding((*path, "field"), text, f'use field = "{other.field}", so that it moves with that body')
+    bends, some = film.material.bending_rigidity > 0.0, min(film.drag.normal, film.drag.tangential) > 0.0
+    if film.shape.span == "plane" and bends and not some:
+        text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"
+        yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")
+
+
+def problems_in_fluid(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Findings of a film that shares its velocity field with other bodies."""
+    grid, shape = parts.grid, (*path, "shape")
+    if grid is None:
+        return
+    plane = film.shape.span == "plane"
+    if film.is_around:
+        text = "a surface of revolution does not share the velocity field of other bodies, which are in space"
+        yield Finding(shape, text, "use a `surface`, or an `ellipse` or a `curve` in a plane grid")
+        return
+    if grid.thin() != (False, False, plane):
+        needed = "one cell thick along z, and along z alone" if plane else "more than one cell thick along every axis"
+        text = f"shares the velocity field of other bodies: the grid must be {needed}"
+        yield Finding(shape, text, "change grid.lower or grid.upper, or the shape")
+    else:
+        yield from place_problems(shape, film.bounds(), grid, is_surface=True)
+    for key, given, why in (
+        ("volume", film.volume is not None, "the fluid inside holds the volume"),
+        ("area", film.area == "kept", "a `stiffness` of the material holds the area"),
+        ("drag", film.has_drag, "the fluid about it is there itself"),
+        ("scheme", film.scheme == "thesis", "the nodes of the grid move it"),
+    ):
+        if given:
+            text = f"is for films that share their velocity field with no other body; with others {why}"
+            yield Finding((*path, key), text, "leave it out")
+    spacing = longest_edge(film.positions()[film.sides()])
+    if spacing > grid.cell:
+        text = f"has nodes up to {spacing:.3g} m apart, more than a cell of {grid.cell:g} m: fluid would pass between them"
+        yield Finding(shape, text, "use more nodes, or a larger grid.cell")

@@ -1,0 +1,75 @@
+"""A vesicle squeezed by a belt: as a surface in space beside that of revolution."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from pellucid.gallery.benet2015.films import films_of
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"profile": "Profiles at the end, and what the radius of the film in space differs by from that of revolution."}
+
+METRICS = ("waist", "profile", "energy", "mass")
+
+BELT = 0.15  # height about the equator within which nodes tell the waist [m]
+SIDE = 0.6  # height up to which profiles are compared: nearer to the poles radii change fast with z [m]
+
+
+def _films(run: "Run") -> tuple[str, str]:
+    """The names of the film of revolution and of that in space."""
+    revolved, in_space = sorted(films_of(run), key=lambda film: film.shape.span == "space")
+    return revolved.name, in_space.name
+
+
+def _profiles(run: "Run") -> tuple[np.ndarray, np.ndarray]:
+    """r and z of the nodes at the end [m], shape (n, 2): of the film of revolution from pole to pole, of that in space."""
+    revolved, in_space = (run.fields(name)["position"] for name in _films(run))
+    around = np.stack([np.hypot(in_space[:, 0], in_space[:, 1]), in_space[:, 2]], axis=1)
+    return revolved[:, [0, 2]], around
+
+
+def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Heights of the nodes in space beside the poles, and what their radii differ by from those of revolution there [m]."""
+    side = in_space[np.abs(in_space[:, 1]) <= SIDE]
+    return side[:, 1], side[:, 0] - CubicSpline(revolved[:, 1], revolved[:, 0])(side[:, 1])
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The waist in space against that of revolution, all of the profile, balance of power, mass."""
+    revolved, in_space = _profiles(run)
+    height, off = _differences(revolved, in_space)
+    waist = float(CubicSpline(revolved[:, 1], revolved[:, 0])(0.0))
+    found = waist + float(off[np.abs(height) <= BELT].mean())
+    worst = float(np.abs(off).max())
+    power = float(np.abs(run.history["energy_error"]).max())
+    mass = abs(float(run.summary["conservation"]["mass"]))
+    return {
+        "waist": Metric(found, waist, abs(found / waist - 1.0), 1e-2, "m", "radius in space against that of revolution"),
+        "profile": Metric(worst, 0.0, worst / waist, 1e-2, "m", "largest difference of radii, over the waist"),
+        "energy": Metric(power, 0.0, power, 5e-3, "", "of the load and of what is stored and dissipated"),
+        "mass": Metric(mass, 0.0, mass, 1e-13, "", "relative change of the mass"),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Both profiles, and their difference."""
+    revolved, in_space = _profiles(run)
+    height, off = _differences(revolved, in_space)
+    figure = new_figure(10.0, 4.0)
+    left, right = figure.subplots(1, 2, width_ratios=(2, 3))
+    left.plot(*revolved.T, color="black", linewidth=1, label="of revolution")
+    left.plot(*in_space.T, ".", color=COLOURS[1], markersize=3, label="in space")
+    left.set_aspect("equal")
+    figure.legend(loc="outside lower center", ncols=2)
+    label(left, "distance from the axis", "z", "m", "m")
+    right.plot(height, 1e3 * off, ".", color=COLOURS[1], markersize=3)
+    label(right, "z", "difference of the radii", "m", "mm")
+    figure.suptitle(run.case.title)
+    return {"profile": figure}
