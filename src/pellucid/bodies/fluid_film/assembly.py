@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from pellucid.bodies.fluid_film.nodal_sums import CHUNK, NodalSums, Rows
+from pellucid.bodies.fluid_film.nodal_sums import CHUNK, NodalSums, Rows, SharedRows
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store
@@ -65,7 +65,7 @@ def _node_rows(at, a, d, R, M, rows, factor, first, shares, part):
 
 
 @kernel(inner=True)
-def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, values):
+def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, shared, values):
     m, d = uses.nodes.shape[1], uses.d
     shares, part = np.zeros(3 * R), np.zeros(3 * M)
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(pattern.first) - 1)):
@@ -80,11 +80,26 @@ def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, values):
                     at = start + c * width + d * pattern.place[e, a, b]
                     for k in range(d):
                         values[at + k] += part[c * M + d * b + k]
+            for b in range(m):
+                square = 0.0
+                for r in range(shared.factor.shape[1]):
+                    square += shared.factor[e, r] * shared.rows[e, r, a] * shared.rows[e, r, b]
+                for c in range(d):
+                    values[start + c * width + d * pattern.place[e, a, b] + c] += square
 
 
 @kernel()
-def _add_squares(chunks, uses, pattern, rows, factor, R, M, values):
-    parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, values)
+def _add_squares(chunks, uses, pattern, rows, factor, R, M, shared, values):
+    parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, shared, values)
+
+
+def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
+    """All of them as one, for e elements with m nodes."""
+    rows, factor = np.empty((e, 0, m)), np.empty((e, 0))
+    return SharedRows(
+        np.concatenate([rows, *(one.rows for one in shared)], axis=1),
+        np.concatenate([factor, *(one.factor for one in shared)], axis=1),
+    )
 
 
 def _merged(squares: Sequence[Rows]) -> list[Rows]:
@@ -124,13 +139,14 @@ class Assembly(NodalSums):
         within = np.arange(len(start)) - np.repeat(np.cumsum(width[row]) - width[row], width[row])
         return (d * column[start + within][:, None] + np.arange(d)).ravel().astype(np.int32)
 
-    def matrix(self, squares: Sequence[Rows]) -> csr_array:
+    def matrix(self, squares: Sequence[Rows | SharedRows]) -> csr_array:
         """Σ factor row ⊗ row of all of them, shape (n d, n d); node by node."""
         values = np.empty(len(self._indices))
-        self._collect(squares)
+        self._collect([square for square in squares if isinstance(square, Rows)])
+        shared = _side_by_side([square for square in squares if isinstance(square, SharedRows)], *self._uses.nodes.shape)
         _, R, M = self._rows.shape
         chunks, flat = -(-self.n // CHUNK), (self._rows.reshape(-1), self._factor.reshape(-1))
-        _add_squares(chunks, self._uses, self._pattern, *flat, R, M, values)
+        _add_squares(chunks, self._uses, self._pattern, *flat, R, M, shared, values)
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
     def _collect(self, squares: Sequence[Rows]) -> None:

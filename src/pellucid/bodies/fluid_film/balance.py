@@ -112,7 +112,8 @@ class FilmBalance:
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
         """What the forces of the film leave unbalanced at the nodes [N], shape (n, d)."""
-        found = [(square, velocity) for square in parts.resistance] + [(square, velocity - first) for square in parts.stiffness]
+        found = [(square.of_components(velocity.shape[1]), velocity) for square in parts.resistance]
+        found += [(square, velocity - first) for square in parts.stiffness]
         felt = [Rows(square.rows, square.factor * self._sums.rates(square, v)) for square, v in found]
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 

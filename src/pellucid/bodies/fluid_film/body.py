@@ -9,7 +9,6 @@ from math import ceil, inf
 from typing import Protocol
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, in_space
 from pellucid.bodies.fluid_film.forms import FilmPhysics, bending_energies
@@ -20,6 +19,7 @@ from pellucid.bodies.fluid_film.solver import FilmSolver, IncompatibleLoad
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
+from pellucid.linear_algebra import on_one_thread
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.body import NodalSupport, Placement
 from pellucid.parts.families import NodalBody
@@ -30,8 +30,6 @@ GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
-
-_libraries = ThreadpoolController()
 
 
 class FilmCase(Protocol):
@@ -141,7 +139,7 @@ class FluidFilm(NodalBody):
         driving, left = self._driving(), dt
         arrays, own = self.arrays, float(self.arrays["own_step"][0]) or FIRST_SHARE * dt
         o = self.geometry.operators(arrays["x"])
-        with _libraries.limit(limits=1, user_api="blas"):
+        with on_one_thread():
             while left > 0.0 and self._fault is None:
                 span = left / ceil(left / own * (1.0 - 1e-12))
                 volume, area = self._goals.at(self._elapsed + dt - left + span)
