@@ -56,20 +56,20 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
     """The forms of the film; ahead: the time τ over which changes count [s]."""
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
     dilatation = o.dilatation()
-    whole = w.sum(axis=1, keepdims=True)
-    grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
     parts = o.strain.shape[2]
     if parts == 1:  # along a curve one rate of a segment, as many as there are nodes: with more, none would move freely
+        whole = w.sum(axis=1, keepdims=True)
+        grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
+        mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
         resistance: list[Rows | SharedRows] = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
+        stiffness = [rows(grown, ahead * mean_stiffness)]
     else:
         factors = mu * np.array((2.0, 2.0, 1.0)[:parts])  # of D₁₁², D₂₂², (2 D₁₂)²
         resistance = [rows(o.strain, w[..., None] * factors), rows(dilatation, physics.dilatational_viscosity * w)]
+        stiffness = [rows(dilatation, ahead * (w * tension.stiffness))]
     resistance += _drag(o, physics.drag)
-
-    mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
     pull = np.maximum(-tension.pressure, 0.0)
-    changed = (grown, mean_stiffness) if parts == 1 else (dilatation, w * tension.stiffness)
-    stiffness = [rows(changed[0], ahead * changed[1]), rows(o.slope, ahead * (w * pull)[..., None])]
+    stiffness.append(rows(o.slope, ahead * (w * pull)[..., None]))
     force = [rows(dilatation, w * tension.pressure)]
     if kappa > 0.0:
         excess = o.curvature - physics.spontaneous_curvature

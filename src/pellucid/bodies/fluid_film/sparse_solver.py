@@ -32,9 +32,9 @@ class SparseSolver:
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray, places: np.ndarray) -> None:
         n, d = held.shape
-        self._assembly = Assembly(nodes, n, d)
+        self.assembly = Assembly(nodes, n, d)
         self._held = held.ravel()
-        self._elimination = Elimination(self._assembly.links(), places, *self._assembly.structure, d)
+        self._elimination = Elimination(self.assembly.links(), places, *self.assembly.structure, d)
         self._factor: Factor | None = None
         self._arrays = {
             "factored": np.zeros(0),  # numbers of the matrix, on and above the diagonal, that the factor is of
@@ -56,7 +56,7 @@ class SparseSolver:
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
         """See `pellucid.bodies.fluid_film.solver`."""
-        assembly, arrays = self._assembly, self._arrays
+        assembly, arrays = self.assembly, self._arrays
         known = system.known.ravel() | self._held
         free = np.where(known, 0.0, 1.0)
         v = np.where(known, system.velocity.ravel(), 0.0)
@@ -71,26 +71,26 @@ class SparseSolver:
         factor = self._factor
         new = factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders)
         if factor is None or new:
-            factor = self._renew(A, system, known, free * rows, len(rigid) > 0)
+            factor = self.renew(A, system, known, free * rows, len(rigid) > 0)
         C = np.concatenate([free * rows, rigid * np.repeat(system.area, assembly.d)])
         Z = np.concatenate([free * arrays["sides"], rigid])
         start = system.guess if system.guess.any() else arrays["last"]
         u = free * start.ravel()
         projection = Projection(C, Z)
         u += projection.reached(np.concatenate([goals, np.zeros(len(rigid))]) - C @ u)
-        u, forces, rounds = self._iterate(factor, A, right, u, free, projection, system.accuracy)
+        u, forces, rounds = self.iterate(factor, A, right, u, free, projection, system.accuracy)
         while rounds == MOST:
             if new and arrays["in_double"][0]:
                 raise np.linalg.LinAlgError
             arrays["double"][0] |= new
-            factor, new = self._renew(A, system, known, free * rows, len(rigid) > 0), True
-            u, forces, rounds = self._iterate(factor, A, right, u, free, projection, system.accuracy)
+            factor, new = self.renew(A, system, known, free * rows, len(rigid) > 0), True
+            u, forces, rounds = self.iterate(factor, A, right, u, free, projection, system.accuracy)
         arrays["double"][0] |= new and rounds >= ROUGH
         arrays["rounds"][0] += max(rounds - FEW, 0)
         arrays["last"][:] = u.reshape(arrays["last"].shape)
         return Solution((u + v).reshape(system.known.shape), -forces[: len(borders)])
 
-    def _iterate(
+    def iterate(
         self,
         factor: Factor,
         A: csr_array,
@@ -117,14 +117,14 @@ class SparseSolver:
             before = square
         return u, projection.forces(residual), MOST
 
-    def _renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
+    def renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
         """Factors of this matrix, with numbers on the diagonal where components are known."""
         diagonal = np.where(known, A.diagonal(), 0.0)
         if shifted:
-            squares = [square.of_components(self._assembly.d) for square in system.resistance]
+            squares = [square.of_components(self.assembly.d) for square in system.resistance]
             felt = sum(float(np.einsum("er,erk,erk->", s.factor, s.rows, s.rows)) for s in squares) / len(known)
-            diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self._assembly.d)
-        self._arrays["factored"] = self._assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
+            diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self.assembly.d)
+        self._arrays["factored"] = self.assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
         self._arrays["in_double"][:] = self._arrays["double"]
         try:
             factor = self._made()
@@ -141,7 +141,7 @@ class SparseSolver:
     def _made(self) -> Factor:
         """Factors of the matrix that is kept for them, in the precision that is kept for them."""
         precision = np.float64 if self._arrays["in_double"][0] else np.float32
-        return Factor(self._elimination, self._assembly.symmetric(self._arrays["factored"]), precision)
+        return Factor(self._elimination, self.assembly.symmetric(self._arrays["factored"]), precision)
 
 
 class Projection:
