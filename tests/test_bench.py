@@ -102,6 +102,16 @@ def test_forces_of_a_meshless_solid_are_measured(result: dict[str, Any]) -> None
         assert 0.0 < form["moved_bytes_per_second"] < 1e13
 
 
+def test_steps_of_films_are_measured(result: dict[str, Any]) -> None:
+    (row,) = result["films"]
+    assert row["points"] == 642
+    assert row["steps"] >= 2
+    assert row["seconds_per_step"] > 0.0
+    assert sum(row["parts"].values()) == pytest.approx(1.0)
+    assert row["parts"]["matrix"] > 0.0
+    assert row["parts"]["iteration"] > 0.0
+
+
 @pytest.mark.parametrize("points", [1000, 10_000])
 def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
     sim = Simulation(contact_case(points, WHICH["together"]))
@@ -121,6 +131,7 @@ def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:
     assert all(body in text for body in MATERIALS)
     assert "a block that presses on a sheet" in text
     assert "forces of a meshless solid" in text
+    assert "a film in space" in text
 
 
 def test_bandwidth_is_that_of_a_computer() -> None:
@@ -135,7 +146,9 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     rows = peers.run_peers(points=1000, steps=1, threads=1)
     assert {row["peer"] for row in rows} == set(peers.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
-    assert "not run" in shown({"machine": MACHINE, "bodies": [], "contact": CONTACT, "solid": SOLID, "peers": rows})
+    assert "not run" in shown(
+        {"machine": MACHINE, "bodies": [], "contact": CONTACT, "solid": SOLID, "films": [], "peers": rows}
+    )
 
 
 def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -> None:

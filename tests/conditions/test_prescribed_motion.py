@@ -160,7 +160,8 @@ def test_a_rigid_body_keeps_its_shape_and_its_spin(counts):
 def test_a_rigid_body_that_strikes_water_loses_what_the_water_gains():
     block = box((3, 4, 3), (5, 6, 5), RATE_SOLID | {"density": 4000.0}, velocity=(0.0, -1.0, 0.0)) | {"rigid": True}
     water = box((0, 0, 0), (8, 3.5, 8), WATER, name="water")
-    sim = Simulation(case(block, water, counts=(8, 8, 8), support=SLIP, end=2.0), threads=1)
+    few_cells = {"warn": 0.5, "stop": 0.5}  # so coarse a grid loses a quarter of the energy in the impact
+    sim = Simulation(case(block, water, counts=(8, 8, 8), support=SLIP, end=2.0, energy=few_cells), threads=1)
     advance(sim, 150)
     assert sim.conservation()["momentum"] < 1e-12
     assert sim.bodies[0].totals.momentum[1] > -0.8 * 32000.0

@@ -94,11 +94,11 @@ def test_a_stopped_run_is_reported():
     assert recorder.calls[-1] == "failed"
 
 
-def lossy(**energy):
+def lossy(end=1e6, **energy):
     """A block that PIC damps quickly."""
     wave = {"amplitude": (0.1, 0, 0), "wave_vector": (3.0, 0, 0)}
     body = box((1, 1, 0), (3, 3, 1), velocity_wave=wave)
-    return simulation(body, counts=(4, 4, 1), functions="quadratic-bspline", transfer="pic", end=1e6, energy=energy)
+    return simulation(body, counts=(4, 4, 1), functions="quadratic-bspline", transfer="pic", end=end, energy=energy)
 
 
 def test_a_large_energy_error_warns_and_stops():
@@ -117,6 +117,14 @@ def test_early_steps_are_not_judged():
     advance(sim, FIRST_JUDGED - 1)
     with pytest.raises(RunStopped):
         sim.step()
+
+
+def test_a_run_of_few_steps_is_judged_at_its_end():
+    sim = lossy(5e-3, warn=1e-9, stop=1e-8)
+    with pytest.raises(RunStopped, match=r"above energy.stop"):
+        advance(sim, FIRST_JUDGED)
+    assert sim.time == 5e-3
+    assert sim.clock.n_steps < FIRST_JUDGED
 
 
 @pytest.mark.parametrize("transfer", ["flip", "apic"])

@@ -8,12 +8,13 @@ from rich.table import Table
 
 def table(result: dict[str, Any]) -> RenderableType:
     """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, contact, a meshless
-    solid, the peers."""
+    solid, films, the peers."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
     shown: list[RenderableType] = [head, _bodies(result["bodies"]), _contact(result["contact"]), _solid(result["solid"])]
+    shown.append(_films(result["films"]))
     if result["peers"]:
         shown.append(_peers(result["peers"]))
     return Group(*shown)
@@ -61,6 +62,25 @@ def _solid(row: dict[str, Any]) -> Table:
             f"{1e3 * measured['seconds_per_update']:.2f}",
             f"{row['bytes_per_point']:.0f}",
             f"{measured['moved_bytes_per_second'] / 1e9:.1f}",
+        )
+    return shown
+
+
+def _films(rows: list[dict[str, Any]]) -> Table:
+    parts = list(dict.fromkeys(part for row in rows for part in row["parts"]))
+    shown = Table(title="a step of its own of a film in space that bends, and the shares of its parts")
+    for heading in ("nodes", "ms/step", "processor ms/step", "steps/factor", "KiB/node", "built in, s", *parts):
+        shown.add_column(heading, justify="right")
+    for row in rows:
+        factors = row["factors_per_step"]
+        shown.add_row(
+            f"{row['points']:,}",
+            f"{1e3 * row['seconds_per_step']:.0f}",
+            f"{1e3 * row['processor_seconds_per_step']:.0f}",
+            f"{1.0 / factors:.0f}" if factors else "",
+            f"{row['bytes_per_point'] / 1024:.1f}",
+            f"{row['build_seconds']:.1f}",
+            *(f"{row['parts'][part]:.0%}" for part in parts),
         )
     return shown
 

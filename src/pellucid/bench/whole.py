@@ -16,6 +16,7 @@ POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
 MOST_POINTS = 1_000_000_000
 CONTACT_POINTS, CONTACT_STEPS = 200_000, 50
 SOLID_POINTS, SOLID_STEPS = 200_000, 50
+FILM_NODES, FILM_STEPS = (642, 2_562, 10_242, 40_962), 30
 PEER_POINTS = 1_000_000
 
 
@@ -33,7 +34,8 @@ def bench(
     cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "contact": {elements, points, steps,
     seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
     build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
-    point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "peers": [...]}; SI units.
+    point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "films": [{points, steps, build_seconds,
+    seconds_per_step, processor_seconds_per_step, factors_per_step, bytes_per_point, parts}, ...], "peers": [...]}; SI units.
     """
     import numba
 
@@ -57,7 +59,13 @@ def bench(
     contact = _in_a_process("contact", {"points": size, "steps": steps or CONTACT_STEPS, "threads": threads})
     size = min(max(points or POINTS), SOLID_POINTS)
     solid = _in_a_process("meshless", {"points": size, "steps": steps or SOLID_STEPS, "threads": threads})
-    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "contact": contact, "solid": solid, "peers": []}
+    films = [
+        _in_a_process("film", {"points": n, "steps": steps or FILM_STEPS, "threads": threads})
+        for n in FILM_NODES
+        if n <= max(points or POINTS) or n == FILM_NODES[0]
+    ]
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "contact": contact, "solid": solid, "films": films}
+    result["peers"] = []
     if peers:
         size = PEER_POINTS if points is None else max(points)
         result["peers"] = [_with_ratio(peer, bodies) for peer in run_peers(size, steps or _steps(size), threads)]

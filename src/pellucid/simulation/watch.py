@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pellucid.case import EnergyCase
 
 CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
-FIRST_JUDGED = 200  # steps after which the energy error is judged; before, there is too little energy to compare with
+FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 
 
 class Watch:
@@ -24,9 +24,10 @@ class Watch:
         """What was warned of so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock) -> None:
-        """Judge the error of the balance at the end of a step. Raises RunStopped above the limit."""
+        """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last: bodies
+        with steps of their own take few of the clock. Raises RunStopped above the limit."""
         error = abs(budget.energy_error())
-        if clock.n_steps < FIRST_JUDGED or error < self._limits.warn:
+        if (clock.n_steps < FIRST_JUDGED and not clock.finished(None)) or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
         text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"

@@ -14,8 +14,8 @@ SURFACE, X = loop((TRIANGLES, PLACES * (1.0, 0.9, 1.2)))
 N = len(X)
 
 
-def system(drag=0.0, x=X, known=None, seed=1):
-    physics = FilmPhysics(1.0, 2.0, 0.3, 0.0, Drag(drag, drag))
+def system(drag=0.0, x=X, known=None, seed=1, dilatational=2.0):
+    physics = FilmPhysics(1.0, dilatational, 0.3, 0.0, Drag(drag, drag))
     o = SURFACE.operators(x)
     flat = np.zeros_like(o.area)
     parts = forms(o, physics, Tension(flat, flat), 0.01)
@@ -40,7 +40,7 @@ def rigid(x):
 def dense(squares):
     whole = np.zeros((3 * N, 3 * N))
     places = (3 * SURFACE.nodes[:, :, None] + np.arange(3)).reshape(len(TRIANGLES), -1)
-    for square in squares:
+    for square in (square.of_components(3) for square in squares):
         elements = np.einsum("er,era,erb->eab", square.factor, square.rows, square.rows)
         np.add.at(whole, (places[:, :, None], places[:, None, :]), elements)
     return whole
@@ -57,13 +57,15 @@ def solver():
 
 
 def test_matrices_and_sums_are_those_of_the_elements():
-    s, _ = system()
+    s, _ = system(0.5)
     assembly = Assembly(SURFACE.nodes, N, 3)
     A, whole = assembly.matrix(s.resistance + s.stiffness), dense(s.resistance + s.stiffness)
     assert np.abs(A.toarray() - whole).max() < 1e-14 * np.abs(whole).max()
     assert np.abs((A - A.T).toarray()).max() < 1e-14 * np.abs(whole).max()
     v = np.random.default_rng(2).normal(size=(N, 3))
-    felt = assembly.gathered([Rows(f.rows, f.factor * assembly.rates(f, v)) for f in s.resistance])
+    felt = assembly.gathered(
+        [Rows(f.rows, f.factor * assembly.rates(f, v)) for f in (r.of_components(3) for r in s.resistance)]
+    )
     assert np.allclose(felt.ravel(), dense(s.resistance) @ v.ravel(), atol=1e-12)
 
 
@@ -127,6 +129,19 @@ def test_an_old_factor_serves_and_what_goes_on_from_a_checkpoint_is_the_same_to_
     assert np.array_equal(on.border_forces, again.border_forces)
     fresh = solver().solve(later, borders)
     assert np.allclose(on.velocity, fresh.velocity, atol=1e-9 * np.abs(fresh.velocity).max())
+
+
+def test_factors_are_in_double_precision_where_single_does_not_serve():
+    s, _ = system(0.5, dilatational=1e8)
+    s = s._replace(accuracy=1e-7)
+    exact = np.linalg.solve(dense(s.resistance + s.stiffness), s.force.ravel() + dense(s.stiffness) @ s.guess.ravel())
+    one = solver()
+    found = one.solve(s, []).velocity
+    assert found.ravel() == pytest.approx(exact, abs=1e-5 * np.abs(exact).max())
+    assert one.state_arrays()["double"][0] == 1
+    one = solver()
+    one.solve(system(0.5)[0], [])
+    assert one.state_arrays()["double"][0] == 0
 
 
 def test_the_same_bits_on_any_number_of_threads():

@@ -9,9 +9,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import Evaluator, shape_functions
 from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
-from pellucid.approximants.nodal.maximum_entropy import entropy_functions, offsets
+from pellucid.approximants.nodal.maximum_entropy import MaximumEntropyModel, entropy_functions, offsets
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
@@ -25,7 +25,7 @@ class CellMaximumEntropy(NamedTuple):
     distances: FaceDistances
 
 
-class CellMaximumEntropyModel(NodalApproximant):
+class CellMaximumEntropyModel(MaximumEntropyModel):
     """Cell-based maximum entropy: smooth, positive, with the support of rings of cells.
 
     Lengths in a prior are divided by the size of its node's ring, the largest distance from the node to a vertex of the ring:
@@ -49,12 +49,6 @@ class CellMaximumEntropyModel(NodalApproximant):
         bounds, size = ring_boundaries(mesh, self.rings)
         distances = face_distances(mesh, self.shape, size, bounds)
         return Evaluator(nodes_of_cells(mesh, self.rings), CellMaximumEntropy(self.smoothness, mesh.nodes, distances))
-
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, faces: np.ndarray) -> Evaluator:
-        """With the faces among those that bound the rings of nodes off them."""
-        from pellucid.approximants.nodal.rings import with_faces
-
-        return with_faces(evaluator, mesh, faces)
 
 
 @pointwise

@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import Evaluator, shape_functions
 from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.approximants.nodal.maximum_entropy import entropy_functions, offsets
+from pellucid.approximants.nodal.maximum_entropy import MaximumEntropyModel, entropy_functions, offsets
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
@@ -28,7 +28,7 @@ class LocalMaximumEntropy(NamedTuple):
     distances: FaceDistances  # in mean lengths of the edges at a node
 
 
-class LocalMaximumEntropyModel(NodalApproximant):
+class LocalMaximumEntropyModel(MaximumEntropyModel):
     """Local maximum entropy: priors exp(-γ|x - x_a|²/h²), where h is the mean length of the edges at the node."""
 
     kind: Literal["local-maximum-entropy"] = "local-maximum-entropy"
@@ -48,12 +48,6 @@ class LocalMaximumEntropyModel(NodalApproximant):
         none = Lists(np.zeros(len(mesh.nodes) + 1, np.int64), np.zeros(0, np.int64))
         distances = face_distances(mesh, SHAPE, mesh.spacing, none)
         return Evaluator(active, LocalMaximumEntropy(mesh.nodes, width, distances))
-
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, faces: np.ndarray) -> Evaluator:
-        """With priors that fall to nothing towards the faces: times (1 + D⁻²)^(-s/2)."""
-        from pellucid.approximants.nodal.rings import with_faces
-
-        return with_faces(evaluator, mesh, faces)
 
 
 @pointwise

@@ -6,7 +6,10 @@ p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the le
 
 from math import exp, inf, log, sqrt
 
-from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK
+import numpy as np
+
+from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK, Evaluator, NodalApproximant
+from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
@@ -15,6 +18,16 @@ FLAT = 1e-15  # of tr J, added to its diagonal: on a face of the convex hull J h
 EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
 ON_PLANE = 1e-11  # height over a face, in the lengths of the offsets, up to which a node lies on its plane
 SHORTEST = 1e-10  # of a step of the line search
+
+
+class MaximumEntropyModel(NodalApproximant):
+    """What maximum-entropy approximants share, whose priors can have distances from faces."""
+
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, faces: np.ndarray) -> Evaluator:
+        """With priors that fall to nothing towards the faces, of all nodes but those on them."""
+        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
+
+        return with_faces(evaluator, mesh, faces)
 
 
 @pointwise

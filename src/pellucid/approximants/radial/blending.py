@@ -18,6 +18,7 @@ class Rows(NamedTuple):
     nodes: np.ndarray  # (t, r)
     value: np.ndarray  # (t, q, r)
     first: np.ndarray  # (t, q, d, r) derivatives by the shares of the corners but the first
+    second: np.ndarray  # (t, q, p, r) second ones: 11; or 11, 12, 22; (t, q, 0, r) where they were not asked for
 
     def at_points(self, of_nodes: np.ndarray) -> np.ndarray:
         """A field at the points, shape (t, q, k), from its values at the nodes, shape (n, k)."""
@@ -26,6 +27,17 @@ class Rows(NamedTuple):
     def slopes(self, of_nodes: np.ndarray) -> np.ndarray:
         """Its derivatives, shape (t, q, d, k)."""
         return self.first @ of_nodes[self.nodes][:, None]
+
+    def united(self, nodes: np.ndarray, slots: np.ndarray) -> "Rows":
+        """The same with each node once, of m nodes (t, m), in the slots (t, d + 1, s) of those of the corners' stencils."""
+        here, parts = np.arange(len(slots))[:, None], []
+        for functions in self[1:]:
+            whole = np.zeros((*functions.shape[:-1], nodes.shape[1]))
+            own = np.split(np.moveaxis(functions, -1, 1), slots.shape[1], axis=1)
+            for corner, of_corner in enumerate(own):  # no node stands twice in one stencil
+                np.moveaxis(whole, -1, 1)[here, slots[:, corner]] += of_corner
+            parts.append(whole)
+        return Rows(nodes, *parts)
 
 
 class Simplices(NamedTuple):
@@ -36,47 +48,66 @@ class Simplices(NamedTuple):
     normals: np.ndarray | None  # (n, k) units at the points; None where all simplices lie in one line or plane
 
 
-def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray) -> Rows:
-    """Shape functions at the points of each simplex with these shares of its corners, shape (q, d + 1).
+class Places(NamedTuple):
+    """Points over simplices, and derivatives of their places by the shares of the corners but the first."""
 
-    near, found: the stencils of all points in their order, and the interpolants on these.
+    place: np.ndarray  # (t, q, k)
+    first: np.ndarray  # (t, q, d, k)
+    second: np.ndarray  # (t, p, k), the same at all points
+
+
+def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> Rows:
+    """Shape functions at points of each simplex with shares of its corners, shape (q, d + 1), or (t, q, d + 1).
+
+    near, found: the stencils of all points in their order, and the interpolants on these. derivatives: 1 or 2.
     """
     corners, d = simplices.corners, simplices.corners.shape[1] - 1
     slopes = np.concatenate([-np.ones((1, d)), np.eye(d)])  # of the shares
-    place, along = _places(simplices, shares, slopes)
-    values, firsts = [], []
+    pairs = [(i, j) for i in range(d) for j in range(i, d)] if derivatives > 1 else []
+    shares = np.broadcast_to(shares, (len(corners), *shares.shape[-2:]))
+    over = _places(simplices, shares, slopes, pairs)
+    parts = []
     for a in range(d + 1):
-        tangents = near.tangents[corners[:, a]]
-        coordinates = np.einsum("tqk,tdk->tqd", place - simplices.points[corners[:, a]][:, None], tangents)
-        local = functions_at(found, coordinates, corners[:, a], derivatives=1)
-        turned = np.einsum("tqbk,tdk->tqbd", along, tangents)
-        values.append(shares[:, a, None] * local.value)
-        share = shares[:, a, None, None] * (turned @ local.first)
-        firsts.append(share + slopes[a][:, None] * local.value[:, :, None])
-    nodes = near.nodes[corners].reshape(len(corners), -1)
-    return Rows(nodes, np.concatenate(values, axis=2), np.concatenate(firsts, axis=3))
+        tangents, share = near.tangents[corners[:, a]], shares[:, :, a, None]
+        coordinates = np.einsum("tqk,tdk->tqd", over.place - simplices.points[corners[:, a]][:, None], tangents)
+        local = functions_at(found, coordinates, corners[:, a], derivatives)
+        turned = np.einsum("tqbk,tdk->tqbd", over.first, tangents)
+        first = turned @ local.first
+        own = [share * local.value, share[..., None] * first + slopes[a][:, None] * local.value[:, :, None]]
+        own.append(np.zeros((*local.value.shape[:2], len(pairs), local.value.shape[2])))
+        if pairs:
+            bent = np.stack([turned[:, :, i, :, None] * turned[:, :, j, None] for i, j in pairs], axis=2)
+            second = np.einsum("tqdgm,tqpdg->tqpm", local.second, bent)
+            second += np.einsum("tqdm,tpd->tqpm", local.first, np.einsum("tpk,tdk->tpd", over.second, tangents))
+            mixed = np.stack([slopes[a, i] * first[:, :, j] + slopes[a, j] * first[:, :, i] for i, j in pairs], axis=2)
+            own[2] += share[..., None] * second + mixed
+        parts.append(own)
+    value, first, second = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
+    return Rows(near.nodes[corners].reshape(len(corners), -1), value, first, second)
 
 
-def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points over simplices, whose edges are bowed to meet the normals, and their derivatives, (t, q, k) and (t, q, d, k).
+def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray, pairs: list[tuple[int, int]]) -> Places:
+    """Points over simplices whose edges are bowed to meet the normals.
 
     The middle of an edge is lifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal: flat ones give areas of order h² only.
     """
     corner = simplices.points[simplices.corners]
-    place = np.einsum("qa,tak->tqk", shares, corner)
-    along = np.broadcast_to(
-        np.einsum("ab,tak->tbk", slopes, corner)[:, None], (*place.shape[:2], slopes.shape[1], place.shape[2])
-    )
+    place = np.einsum("tqa,tak->tqk", shares, corner)
+    flat = np.einsum("ab,tak->tbk", slopes, corner)[:, None]
+    first = np.broadcast_to(flat, (*place.shape[:2], slopes.shape[1], place.shape[2]))
+    second = np.zeros((len(corner), len(pairs), place.shape[2]))
     if simplices.normals is None:
-        return place, along
+        return Places(place, first, second)
     normal = simplices.normals[simplices.corners]
     for i in range(corner.shape[1]):
         for j in range(i):
             mean = normal[:, i] + normal[:, j]
             mean = mean / np.linalg.norm(mean, axis=1)[:, None]
             height = 0.125 * np.einsum("tk,tk->t", corner[:, j] - corner[:, i], normal[:, j] - normal[:, i])
-            bow = 4.0 * (height[:, None] * mean)[:, None]
-            place = place + (shares[:, i] * shares[:, j])[:, None] * bow
-            change = shares[:, i, None] * slopes[j] + shares[:, j, None] * slopes[i]  # (q, d)
-            along = along + change[:, :, None] * bow[:, :, None]
-    return place, along
+            bow = 4.0 * height[:, None] * mean
+            place = place + (shares[..., i] * shares[..., j])[..., None] * bow[:, None]
+            change = shares[..., i, None] * slopes[j] + shares[..., j, None] * slopes[i]  # (t, q, d)
+            first = first + change[..., None] * bow[:, None, None]
+            turn = np.array([slopes[i, p] * slopes[j, r] + slopes[j, p] * slopes[i, r] for p, r in pairs])
+            second += turn.reshape(-1, 1) * bow[:, None]
+    return Places(place, first, second)

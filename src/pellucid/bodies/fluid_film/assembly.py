@@ -10,10 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from pellucid.bodies.fluid_film.nodal_sums import CHUNK, NodalSums, Rows
+from pellucid.bodies.fluid_film.nodal_sums import CHUNK, NodalSums, Rows, SharedRows
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store
+
+BLOCK = 3 * LANES  # numbers of a row that are added up side by side: those of four nodes
 
 
 class Pattern(NamedTuple):
@@ -47,44 +49,76 @@ def _find_places(chunks, uses, pattern):
 
 
 @kernel(inner=True)
-def _node_rows(at, a, d, R, M, rows, factor, first, shares, part):
+def _node_rows(at, a, R, M, rows, factor, first, shares, part):
     """Fill part, 3 rows of M numbers, with what R rows give to the rows of the matrix of node a of an element."""
     for r in range(R):
-        for c in range(d):
-            shares[3 * r + c] = factor[first + r] * rows[at + r * M + d * a + c]
-    for k in range(0, M, LANES):
-        x, y, z = splat(0.0), splat(0.0), splat(0.0)
+        for c in range(3):
+            shares[3 * r + c] = factor[first + r] * rows[at + r * M + 3 * a + c]
+    for k in range(0, M, BLOCK):  # nine sums at a time: the processor has them under way together
+        x0, y0, z0 = splat(0.0), splat(0.0), splat(0.0)
+        x1, y1, z1 = splat(0.0), splat(0.0), splat(0.0)
+        x2, y2, z2 = splat(0.0), splat(0.0), splat(0.0)
         for r in range(R):
-            row = load(rows, at + r * M + k)
-            x += spread(shares, 3 * r) * row
-            y += spread(shares, 3 * r + 1) * row
-            z += spread(shares, 3 * r + 2) * row
-        store(part, k, x)
-        store(part, M + k, y)
-        store(part, 2 * M + k, z)
+            x, y, z = spread(shares, 3 * r), spread(shares, 3 * r + 1), spread(shares, 3 * r + 2)
+            start = at + r * M + k
+            row0, row1, row2 = load(rows, start), load(rows, start + LANES), load(rows, start + 2 * LANES)
+            x0 += x * row0
+            y0 += y * row0
+            z0 += z * row0
+            x1 += x * row1
+            y1 += y * row1
+            z1 += z * row1
+            x2 += x * row2
+            y2 += y * row2
+            z2 += z * row2
+        store(part, k, x0)
+        store(part, k + LANES, x1)
+        store(part, k + 2 * LANES, x2)
+        store(part, M + k, y0)
+        store(part, M + k + LANES, y1)
+        store(part, M + k + 2 * LANES, y2)
+        store(part, 2 * M + k, z0)
+        store(part, 2 * M + k + LANES, z1)
+        store(part, 2 * M + k + 2 * LANES, z2)
 
 
 @kernel(inner=True)
-def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, values):
-    m, d = uses.nodes.shape[1], uses.d
+def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, shared, values):
+    m = uses.nodes.shape[1]
     shares, part = np.zeros(3 * R), np.zeros(3 * M)
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(pattern.first) - 1)):
-        width = d * (pattern.first[i + 1] - pattern.first[i])
-        start = d * d * pattern.first[i]
-        values[start : start + d * width] = 0.0
+        width = 3 * (pattern.first[i + 1] - pattern.first[i])
+        start = 9 * pattern.first[i]
+        values[start : start + 3 * width] = 0.0
         for u in range(uses.first[i], uses.first[i + 1]):
             e, a = uses.use[u] // m, uses.use[u] % m
-            _node_rows(e * R * M, a, d, R, M, rows, factor, e * R, shares, part)
-            for c in range(d):
-                for b in range(m):
-                    at = start + c * width + d * pattern.place[e, a, b]
-                    for k in range(d):
-                        values[at + k] += part[c * M + d * b + k]
+            _node_rows(e * R * M, a, R, M, rows, factor, e * R, shares, part)
+            for b in range(m):
+                square = 0.0
+                for r in range(shared.factor.shape[1]):
+                    square += shared.factor[e, r] * shared.rows[e, r, a] * shared.rows[e, r, b]
+                at = start + 3 * pattern.place[e, a, b]
+                for c in range(3):
+                    of = c * M + 3 * b
+                    values[at] += part[of]
+                    values[at + 1] += part[of + 1]
+                    values[at + 2] += part[of + 2]
+                    values[at + c] += square
+                    at += width
 
 
 @kernel()
-def _add_squares(chunks, uses, pattern, rows, factor, R, M, values):
-    parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, values)
+def _add_squares(chunks, uses, pattern, rows, factor, R, M, shared, values):
+    parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, shared, values)
+
+
+def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
+    """All of them as one, for e elements with m nodes."""
+    rows, factor = np.empty((e, 0, m)), np.empty((e, 0))
+    return SharedRows(
+        np.concatenate([rows, *(one.rows for one in shared)], axis=1),
+        np.concatenate([factor, *(one.factor for one in shared)], axis=1),
+    )
 
 
 def _merged(squares: Sequence[Rows]) -> list[Rows]:
@@ -124,21 +158,22 @@ class Assembly(NodalSums):
         within = np.arange(len(start)) - np.repeat(np.cumsum(width[row]) - width[row], width[row])
         return (d * column[start + within][:, None] + np.arange(d)).ravel().astype(np.int32)
 
-    def matrix(self, squares: Sequence[Rows]) -> csr_array:
+    def matrix(self, squares: Sequence[Rows | SharedRows]) -> csr_array:
         """Σ factor row ⊗ row of all of them, shape (n d, n d); node by node."""
         values = np.empty(len(self._indices))
-        self._collect(squares)
+        self._collect([square for square in squares if isinstance(square, Rows)])
+        shared = _side_by_side([square for square in squares if isinstance(square, SharedRows)], *self._uses.nodes.shape)
         _, R, M = self._rows.shape
         chunks, flat = -(-self.n // CHUNK), (self._rows.reshape(-1), self._factor.reshape(-1))
-        _add_squares(chunks, self._uses, self._pattern, *flat, R, M, values)
+        _add_squares(chunks, self._uses, self._pattern, *flat, R, M, shared, values)
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
     def _collect(self, squares: Sequence[Rows]) -> None:
-        """All rows side by side, each filled up with zeros to whole vectors; in memory that is kept, as new memory is slow."""
+        """All rows side by side, each filled up with zeros to whole blocks; in memory that is kept, as new memory is slow."""
         used = _merged(squares)
         e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d
         if self._rows.shape[1] != R:
-            self._rows, self._factor = np.zeros((e, R, -(-M // LANES) * LANES)), np.empty((e, R))
+            self._rows, self._factor = np.zeros((e, R, -(-M // BLOCK) * BLOCK)), np.empty((e, R))
         at = 0
         for values, factor in used:
             here = slice(at, at + factor.shape[1])

@@ -6,13 +6,14 @@ Source: Benet 2015, §§6.3 and 7.1.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.stencils import functions_at, interpolants
+from pellucid.approximants.radial.neighbourhoods import Stencils
+from pellucid.approximants.radial.stencils import interpolants
 from pellucid.bodies.fluid_film.geometry import Redistributed, Shares
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.geometry.cells import Cells
@@ -22,31 +23,20 @@ SAMPLES = 8  # parts of a segment whose lengths are summed
 EVEN = 0.01  # by which segments may differ before nodes move
 
 
-class Tables(NamedTuple):
-    """Functions of the nodes of a segment at its places, the same for all segments."""
-
-    value: np.ndarray  # (q, m)
-    first: np.ndarray  # (q, m)
-    second: np.ndarray  # (q, m)
-
-
-def blended(radial: RadialModel, places: np.ndarray) -> Tables:
-    """At places t, shape (q,), from 0 at the first to 1 at the second node of a segment.
+def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
+    """Functions of the m nodes of a segment at its places t, shape (q,), from 0 at its first node to 1 at its second, and their
+    first and second derivatives: shape (3, q, m), the same for all segments.
 
     The nodes: from half a stencil before the first to half a stencil behind the second.
     """
     reach = radial.stencil_size(1) // 2
-    size = 2 * reach + 1
-    found = interpolants(np.arange(-reach, reach + 1.0)[None, :, None], radial)
-    value, first, second = (np.zeros((len(places), size + 1)) for _ in range(3))
-    for end, blend, slope in ((0, 1.0 - places, -1.0), (1, places, 1.0)):
-        own = functions_at(found, (places - end)[None, :, None])
-        N, dN, ddN = own.value[0], own.first[0, :, 0], own.second[0, :, 0, 0]
-        columns = slice(end, end + size)
-        value[:, columns] += blend[:, None] * N
-        first[:, columns] += blend[:, None] * dN + slope * N
-        second[:, columns] += blend[:, None] * ddN + 2.0 * slope * dN
-    return Tables(value, first, second)
+    ends, offset = np.arange(2), np.arange(-reach, reach + 1)
+    near = Stencils(ends[:, None] + offset, np.ones((2, 1, 1)), np.tile(offset[:, None], (2, 1, 1)).astype(float))
+    segment = Simplices(ends[:, None].astype(float), ends[None], None)
+    shares = np.stack([1.0 - places, places], axis=1)
+    rows = blended(segment, near, interpolants(near.coordinates, radial), shares, derivatives=2)
+    rows = rows.united(np.arange(-reach, reach + 2)[None], near.nodes[None] + reach)
+    return np.stack([rows.value[0], rows.first[0, :, 0], rows.second[0, :, 0]])
 
 
 class Curve:
@@ -73,11 +63,11 @@ class Curve:
             self.nodes %= n
         point, weight = np.polynomial.legendre.leggauss(GAUSS)
         self.radial, self._weight = radial, 0.5 * weight
-        self._tables = blended(radial, 0.5 * (1.0 + point))
+        self._tables = segment_functions(radial, 0.5 * (1.0 + point))
         self.shares = Shares(np.arange(segments)[:, None], np.ones((GAUSS, 1)))
-        self._ends = blended(radial, np.array([0.0, 1.0]))
+        self._ends = segment_functions(radial, np.array([0.0, 1.0]))
         places = (np.arange(SAMPLES)[:, None] + 0.5 * (1.0 + point)).ravel() / SAMPLES
-        self._samples = blended(radial, places)
+        self._samples = segment_functions(radial, places)
 
     def operators(self, x: np.ndarray) -> Operators:
         """Rows for nodes at x [m], shape (n, 2)."""
@@ -110,7 +100,7 @@ class Curve:
 
     def normals(self, x: np.ndarray) -> np.ndarray:
         """Outward unit normals at the nodes, shape (n, 2)."""
-        along = np.einsum("qm,emi->qei", self._ends.first, self._about(x))
+        along = np.einsum("qm,emi->qei", self._ends[1], self._about(x))
         at_nodes = np.append(along[0], along[1, -1:], axis=0)[: self.n]
         normal = np.stack([at_nodes[:, 1], -at_nodes[:, 0]], axis=1)
         normal[self.held] = 0.0
@@ -152,8 +142,8 @@ class Curve:
         place = PchipInterpolator(along, parameter)(goals)
         place[0], place[-1] = 0.0, parameter[-1]
         segment = np.minimum(place.astype(np.int64), len(of_segments) - 1)
-        table = blended(self.radial, place - segment)
-        moved = np.einsum("em,emi->ei", table.value, self._about(x)[segment])[: self.n]
+        value = segment_functions(self.radial, place - segment)[0]
+        moved = np.einsum("em,emi->ei", value, self._about(x)[segment])[: self.n]
         moved[self.held] = 0.0
         covered = PchipInterpolator(parameter, area)(place)
         below = np.append(0.0, np.cumsum(mass))
@@ -167,11 +157,11 @@ class Curve:
     def _samples_of(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lengths [m] and areas [m²] of the parts of the segments, shape (e SAMPLES,)."""
         corner = self._about(x)
-        along = np.einsum("qm,emi->eqi", self._samples.first, corner)
+        along = np.einsum("qm,emi->eqi", self._samples[1], corner)
         length = np.hypot(along[..., 0], along[..., 1])
         area = length
         if self.around:
-            area = 2.0 * np.pi * length * np.einsum("qm,em->eq", self._samples.value, corner[..., 0])
+            area = 2.0 * np.pi * length * np.einsum("qm,em->eq", self._samples[0], corner[..., 0])
         weight = np.tile(self._weight / SAMPLES, SAMPLES)
         of_lengths, of_areas = ((values * weight).reshape(-1, GAUSS).sum(axis=1) for values in (length, area))
         return of_lengths, of_areas

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, hstack, vstack
 from scipy.sparse.linalg import splu
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows
+from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
 from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, IncompatibleLoad, Solution, System
 
 FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5
@@ -53,8 +53,9 @@ class CurveSolver:
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """It keeps nothing."""
 
-    def _whole(self, squares: Sequence[Rows]) -> csc_matrix:
-        parts = [np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in squares]
+    def _whole(self, squares: Sequence[Rows | SharedRows]) -> csc_matrix:
+        found = [square.of_components(self._shape[1]) for square in squares]
+        parts = [np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found]
         elements = np.sum(parts, axis=0)
         return coo_matrix((elements.ravel(), (self._rows, self._columns)), (self._size, self._size)).tocsc()
 

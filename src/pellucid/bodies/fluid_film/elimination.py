@@ -1,17 +1,23 @@
 """Cholesky factors of matrices of surfaces: the nodes are divided by cuts, and dense fronts eliminated from small to large.
 
 Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. The multifrontal method: Liu 1992, SIAM Review 34, 82. Most of the
-work is in products of dense matrices: a factor takes 0.4 of the time of SuperLU in the same order, and half the memory.
+work is in products of dense matrices: a factor takes 0.4 of the time of SuperLU in the same order, and half the memory. As a
+preconditioner, which need not be exact, it can be in single precision.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.blas import dsyrk, dtrsm, dtrsv
-from scipy.linalg.lapack import dpotrf
+from scipy.linalg.blas import get_blas_funcs
+from scipy.linalg.lapack import dpotrf, spotrf
 from scipy.sparse import csr_array
 
+from pellucid.linear_algebra import on_one_thread
+
 SMALLEST = 48  # nodes that are not divided
+
+
+Precision = type[np.float32] | type[np.float64]
 
 
 class Part(NamedTuple):
@@ -93,15 +99,25 @@ class Elimination:
 
 
 class Factor:
-    """The Cholesky factors of a symmetric positive definite matrix, by its numbers. Raises LinAlgError where it is none."""
+    """The Cholesky factors of a symmetric positive definite matrix, by its numbers, in single or double precision.
 
-    def __init__(self, elimination: Elimination, numbers: np.ndarray) -> None:
-        self._elimination = elimination
+    Raises LinAlgError where it is none. Numbers and right sides are scaled to 1, within the range of single precision."""
+
+    def __init__(self, elimination: Elimination, numbers: np.ndarray, precision: Precision) -> None:
+        self._elimination, self._precision = elimination, precision
+        self._scale = float(np.abs(numbers).max())
         self._panels: list[tuple[np.ndarray, np.ndarray]] = []
+        with on_one_thread():
+            self._eliminate((numbers / self._scale).astype(precision))
+
+    def _eliminate(self, numbers: np.ndarray) -> None:
+        elimination, precision = self._elimination, self._precision
+        trsm, syrk, self._trsv = get_blas_funcs(("trsm", "syrk", "trsv"), dtype=precision)
+        potrf = {np.float32: spotrf, np.float64: dpotrf}[precision]
         updates: dict[int, np.ndarray] = {}
         for number, front in enumerate(elimination.fronts):
             own, size = front.own, front.own + len(front.border)
-            panel, update = np.zeros((size, own), order="F"), np.zeros((size - own, size - own), order="F")
+            panel, update = np.zeros((size, own), precision, "F"), np.zeros((size - own, size - own), precision, "F")
             panel.ravel(order="K")[front.at] = numbers[front.entries]
             for child, at in front.children:
                 given = updates.pop(child)
@@ -109,26 +125,27 @@ class Factor:
                 panel[at[:, None], at[:mine]] += given[:, :mine]
                 rest = at[mine:] - own
                 update[rest[:, None], rest] += given[mine:, mine:]
-            diagonal, failed = dpotrf(panel[:own], lower=1, clean=0)
+            diagonal, failed = potrf(panel[:own], lower=1, clean=0)
             if failed:
                 raise np.linalg.LinAlgError
-            below = dtrsm(1.0, diagonal, panel[own:], side=1, lower=1, trans_a=1) if size > own else panel[own:]
+            below = trsm(1.0, diagonal, panel[own:], side=1, lower=1, trans_a=1) if size > own else panel[own:]
             self._panels.append((diagonal, below))
-            updates[number] = dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1) if size > own else update
+            updates[number] = syrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1) if size > own else update
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """For a right side, shape (n,)."""
-        fronts, order = self._elimination.fronts, self._elimination.order
-        y = right[order]
+        fronts, order, trsv = self._elimination.fronts, self._elimination.order, self._trsv
+        size = float(np.abs(right).max()) or 1.0
+        y = (right[order] / size).astype(self._precision)
         for front, (diagonal, below) in zip(fronts, self._panels, strict=True):
             own = slice(front.first, front.first + front.own)
-            y[own] = dtrsv(diagonal, y[own], lower=1)
+            y[own] = trsv(diagonal, y[own], lower=1)
             if len(front.border):
                 y[front.border] -= below @ y[own]
         for front, (diagonal, below) in zip(reversed(fronts), reversed(self._panels), strict=True):
             own = slice(front.first, front.first + front.own)
             held = y[own] - y[front.border] @ below if len(front.border) else y[own]
-            y[own] = dtrsv(diagonal, held, lower=1, trans=1)
-        result = np.empty_like(y)
+            y[own] = trsv(diagonal, held, lower=1, trans=1)
+        result = np.empty(len(y))
         result[order] = y
-        return result
+        return result * (size / self._scale)

@@ -49,7 +49,8 @@ class FilmForces:
     def internal_force(self, o: Operators, mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """What it does to its nodes while they move with these velocities [m/s], shape (n, d): forces [N], shape (n, d)."""
         parts = self.forms(o, mass, 0.0)
-        return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
+        resistance = [square.of_components(velocity.shape[1]) for square in parts.resistance]
+        return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(resistance, velocity)))
 
     def _felt(self, squares: Sequence[Rows], velocity: np.ndarray) -> list[Rows]:
         """What sums of squares of rows resist velocities with, as rows of forces."""

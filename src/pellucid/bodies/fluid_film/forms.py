@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows, rows
+from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows, rows
 from pellucid.bodies.fluid_film.operators import Operators
 
 
@@ -47,7 +47,7 @@ class Tension(NamedTuple):
 class Forms(NamedTuple):
     """Matrices as sums of squares of rows, and forces as sums of rows."""
 
-    resistance: list[Rows]  # viscosity and drag [N s/m]
+    resistance: list[Rows | SharedRows]  # viscosity and drag [N s/m]
     stiffness: list[Rows]  # what changes of pressure, tension and curvature resist [N s/m]
     force: list[Rows]  # pressure within the film and bending [N]
 
@@ -56,20 +56,20 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
     """The forms of the film; ahead: the time τ over which changes count [s]."""
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
     dilatation = o.dilatation()
-    whole = w.sum(axis=1, keepdims=True)
-    grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
     parts = o.strain.shape[2]
     if parts == 1:  # along a curve one rate of a segment, as many as there are nodes: with more, none would move freely
-        resistance = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
+        whole = w.sum(axis=1, keepdims=True)
+        grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
+        mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
+        resistance: list[Rows | SharedRows] = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
+        stiffness = [rows(grown, ahead * mean_stiffness)]
     else:
         factors = mu * np.array((2.0, 2.0, 1.0)[:parts])  # of D₁₁², D₂₂², (2 D₁₂)²
         resistance = [rows(o.strain, w[..., None] * factors), rows(dilatation, physics.dilatational_viscosity * w)]
+        stiffness = [rows(dilatation, ahead * (w * tension.stiffness))]
     resistance += _drag(o, physics.drag)
-
-    mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
     pull = np.maximum(-tension.pressure, 0.0)
-    changed = (grown, mean_stiffness) if parts == 1 else (dilatation, w * tension.stiffness)
-    stiffness = [rows(changed[0], ahead * changed[1]), rows(o.slope, ahead * (w * pull)[..., None])]
+    stiffness.append(rows(o.slope, ahead * (w * pull)[..., None]))
     force = [rows(dilatation, w * tension.pressure)]
     if kappa > 0.0:
         excess = o.curvature - physics.spontaneous_curvature
@@ -84,17 +84,24 @@ def turning(o: Operators) -> list[Rows]:
     return [rows(o.slope, o.area[..., None])]
 
 
-def _drag(o: Operators, drag: Drag) -> list[Rows]:
+def _drag(o: Operators, drag: Drag) -> list[Rows | SharedRows]:
     """ζ_t v_t·v_t + ζ_n v_n²; with v_t·v_t = v·v - v_n², or v_n² taken apart, whichever needs no difference."""
     if max(drag) == 0.0:
         return []
     normal = o.normal[:, :, None, :] * o.value
     d = o.normal.shape[2]
     if drag.normal >= drag.tangential:
-        every = o.value[:, :, None] * np.eye(d)[:, None, :]  # a row for each component
-        return [rows(every, drag.tangential * o.area[..., None]), rows(normal, (drag.normal - drag.tangential) * o.area)]
+        every = _of_each_component(o, drag.tangential * o.area)
+        return [every, rows(normal, (drag.normal - drag.tangential) * o.area)]
     along = o.value[:, :, None] * (np.eye(d) - o.normal[..., None] * o.normal[:, :, None])[:, :, :, None, :]
     return [rows(along, drag.tangential * o.area[..., None]), rows(normal, drag.normal * o.area)]
+
+
+def _of_each_component(o: Operators, factor: np.ndarray) -> Rows | SharedRows:
+    """v·v. Mirrored nodes of curves have other functions for what is across the axis than along it."""
+    if o.strain.shape[2] == 3:
+        return SharedRows(o.value[..., 0].copy(), factor)
+    return rows(o.value[:, :, None] * np.eye(o.normal.shape[2])[:, None, :], factor[..., None])
 
 
 def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:

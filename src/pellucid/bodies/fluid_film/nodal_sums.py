@@ -20,12 +20,27 @@ class Rows(NamedTuple):
     rows: np.ndarray  # (e, r, m d)
     factor: np.ndarray  # (e, r)
 
+    def of_components(self, d: int) -> "Rows":
+        """Itself: see `SharedRows`."""
+        return self
+
 
 def rows(values: np.ndarray, factor: np.ndarray) -> Rows:
     """Of rows (e, ..., m, d), with factors (e, ...) that broadcast to them."""
     e, (m, d) = len(values), values.shape[-2:]
     whole = np.array(np.broadcast_to(factor, values.shape[:-2]), dtype=float)  # kernels want writable arrays: one type for all
     return Rows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
+
+
+class SharedRows(NamedTuple):
+    """r rows of each element over its m nodes, of which each counts for every component alike."""
+
+    rows: np.ndarray  # (e, r, m)
+    factor: np.ndarray  # (e, r)
+
+    def of_components(self, d: int) -> Rows:
+        """The same as rows for each of d components."""
+        return rows(self.rows[:, :, None, :, None] * np.eye(d)[:, None, :], self.factor[..., None])
 
 
 class Uses(NamedTuple):

@@ -24,7 +24,8 @@ class Operators(NamedTuple):
 
     def dilatation(self) -> np.ndarray:
         """Rows of the rate of areas, tr D [1/m], shape (e, q, m, d)."""
-        return np.asarray(self.strain[:, :, :2].sum(axis=2))
+        first = self.strain[:, :, 0]
+        return first if self.strain.shape[2] == 1 else first + self.strain[:, :, 1]
 
     def volume_rate(self) -> np.ndarray:
         """Rows of the rate of the volume inside, area times normal velocity [m²], shape (e, q, m, d)."""

@@ -8,20 +8,18 @@ from math import ceil, inf
 from typing import Protocol
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
 from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.solver import IncompatibleLoad
+from pellucid.linear_algebra import on_one_thread
 
 THINNEST = 0.05  # of the density of rest
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
-
-_libraries = ThreadpoolController()
 
 
 class Stepping(Protocol):
@@ -64,7 +62,7 @@ class OwnSteps:
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         o = geometry.operators(arrays["x"])
-        with _libraries.limit(limits=1, user_api="blas"):
+        with on_one_thread():
             while left > 0.0 and self.fault is None:
                 span = left / ceil(left / own * (1.0 - 1e-12))
                 volume, area = self._goals.at(elapsed + dt - left + span)

@@ -9,12 +9,12 @@ kernel of all rows. They are made anew where nodes have moved far against each o
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.approximants.radial.blending import Rows, Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
-from pellucid.approximants.radial.neighbourhoods import on_surface, tangents_across
+from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface, tangents_across
 from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
 from pellucid.bodies.fluid_film.surface_rows import SurfaceTables
 from pellucid.bodies.fluid_film.triangle_surface import SIX, TriangleRule, TriangleSurface
@@ -23,17 +23,6 @@ from pellucid.geometry.vertex_normals import vertex_normals
 
 CHUNK = 1024  # triangles
 FAR = 0.05  # way of nodes against each other, of the distance to the nearest, after which functions are made anew
-ALONG = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])  # changes of the three shares with those of corners 1 and 2
-EDGES = ((0, 1), (1, 2), (2, 0))
-PAIRS = ((0, 0), (0, 1), (1, 1))
-
-
-class Blended(NamedTuple):
-    """Functions of the nodes of k triangles at q places, and derivatives by the shares of corners 1 and 2."""
-
-    value: np.ndarray  # (k, q, m)
-    first: np.ndarray  # (k, q, 2, m)
-    second: np.ndarray  # (k, q, 3, m) 11, 12, 22
 
 
 class RadialSurface(TriangleSurface):
@@ -60,8 +49,7 @@ class RadialSurface(TriangleSurface):
         result = np.zeros((len(triangle), 3))
         for start in range(0, len(triangle), CHUNK):
             some = slice(start, start + CHUNK)
-            functions = self._blended(triangle[some], share[some, None])
-            result[some] = np.einsum("km,kmi->ki", functions.value[:, 0], x[self.nodes[triangle[some]]])
+            result[some] = self._blended(triangle[some], share[some, None], 1).at_points(x)[:, 0]
         return result
 
     def renew(self, x: np.ndarray) -> None:
@@ -84,18 +72,16 @@ class RadialSurface(TriangleSurface):
         triangles = self.rings.triangles
         normal = vertex_normals(x, triangles)
         _check_not_folded(x, normal, self._around)
-        self._tangents = tangents_across(normal)
-        coordinates = np.einsum("nmi,ndi->nmd", x[self._around] - x[:, None], self._tangents)
+        tangents = tangents_across(normal)
+        coordinates = np.einsum("nmi,ndi->nmd", x[self._around] - x[:, None], tangents)
+        self._near = Stencils(self._around, tangents, coordinates)
         self._found: Interpolants = interpolants(coordinates, self._radial)
         along = np.einsum("nkm,nmi->nki", self._functions_at_nodes(), x[self._around])
         fitted = np.cross(along[:, 0], along[:, 1])
         fitted /= np.linalg.norm(fitted, axis=1)[:, None]
-        self._bow = _bow(x[triangles], fitted[triangles])
-        whole = np.broadcast_to(self._rule.shares, (len(triangles), *self._rule.shares.shape))
-        parts = [
-            self._blended(np.arange(start, min(start + CHUNK, len(triangles))), whole[start : start + CHUNK])
-            for start in range(0, len(triangles), CHUNK)
-        ]
+        self._simplices = Simplices(x, triangles, fitted)
+        chunks = [np.arange(start, min(start + CHUNK, len(triangles))) for start in range(0, len(triangles), CHUNK)]
+        parts = [self._blended(chunk, self._rule.shares, 2)[1:] for chunk in chunks]
         value, first, second = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         self.tables = SurfaceTables(np.arange(len(triangles)), value, first, second, 0.5 * self._rule.weights)
 
@@ -104,31 +90,10 @@ class RadialSurface(TriangleSurface):
         n = len(self._around)
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
-    def _blended(self, triangle: np.ndarray, share: np.ndarray) -> Blended:
-        """In triangles (k,) at shares (k, q, 3) of their corners."""
-        corners = self.rings.triangles[triangle]
-        place, first, second = _parameters(self._reference[corners], self._bow[triangle], share)
-        k, q, m = len(triangle), share.shape[1], self.nodes.shape[1]
-        result = Blended(np.zeros((k, q, m)), np.zeros((k, q, 2, m)), np.zeros((k, q, 3, m)))
-        here = np.arange(k)[:, None]
-        for a in range(3):
-            node = corners[:, a]
-            tangents = self._tangents[node]
-            y = np.einsum("kqi,kdi->kqd", place - self._reference[node][:, None], tangents)
-            dy, ddy = np.einsum("kqai,kdi->kqad", first, tangents), np.einsum("kpi,kdi->kpd", second, tangents)
-            own = functions_at(self._found, y, of=node)
-            F = own.value
-            dF = np.einsum("kqdm,kqad->kqam", own.first, dy)
-            slots = self._slots[triangle, a]
-            b = share[..., a]
-            result.value.transpose(0, 2, 1)[here, slots] += (b[..., None] * F).transpose(0, 2, 1)
-            blend = b[..., None, None] * dF + ALONG[:, a, None] * F[:, :, None]
-            result.first.transpose(0, 3, 1, 2)[here, slots] += blend.transpose(0, 3, 1, 2)
-            bend = np.stack([dy[:, :, i, :, None] * dy[:, :, j, None] for i, j in PAIRS], axis=2)
-            ddF = np.einsum("kqdgm,kqpdg->kqpm", own.second, bend) + np.einsum("kqdm,kpd->kqpm", own.first, ddy)
-            mixed = np.stack([ALONG[i, a] * dF[:, :, j] + ALONG[j, a] * dF[:, :, i] for i, j in PAIRS], axis=2)
-            result.second.transpose(0, 3, 1, 2)[here, slots] += (b[..., None, None] * ddF + mixed).transpose(0, 3, 1, 2)
-        return result
+    def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> Rows:
+        """In triangles (k,) at shares (q, 3) or (k, q, 3) of their corners."""
+        part = self._simplices._replace(corners=self._simplices.corners[triangle])
+        return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
 
 
 def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> None:
@@ -140,31 +105,6 @@ def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> 
         text = f"the surface about node {worst} has come to bend so much that the stencil there folds over itself"
         advice = 'use more nodes, or interpolation = "loop"'
         raise RunStopped(f"{text}, near ({place}) m: {advice}", node=worst, position=tuple(x[worst].tolist()))
-
-
-def _bow(corner: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """How far the middles of edges lie off their chords [m], shape (e, 3, 3), by corners and their normals, shape (e, 3, 3)."""
-    bows = []
-    for i, j in EDGES:
-        mean = normal[:, i] + normal[:, j]
-        mean /= np.linalg.norm(mean, axis=1)[:, None]
-        sagitta = np.einsum("ei,ei->e", corner[:, j] - corner[:, i], normal[:, j] - normal[:, i]) / 8.0
-        bows.append(sagitta[:, None] * mean)
-    return np.stack(bows, axis=1)
-
-
-def _parameters(corner: np.ndarray, bow: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places (k, q, 3) of bowed triangles at shares (k, q, 3), first derivatives (k, q, 2, 3) and second ones (k, 3, 3)."""
-    place = np.einsum("kqa,kai->kqi", share, corner)
-    first = np.repeat(np.einsum("pa,kai->kpi", ALONG, corner)[:, None], share.shape[1], axis=1)
-    second = np.zeros((len(corner), 3, 3))
-    for number, (i, j) in enumerate(EDGES):
-        rise = 4.0 * bow[:, number]
-        place += (share[..., i] * share[..., j])[..., None] * rise[:, None]
-        slope = share[..., i, None] * ALONG[:, j] + share[..., j, None] * ALONG[:, i]
-        first += slope[..., None] * rise[:, None, None]
-        second += np.array([ALONG[p, i] * ALONG[r, j] + ALONG[p, j] * ALONG[r, i] for p, r in PAIRS])[:, None] * rise[:, None]
-    return place, first, second
 
 
 def _union(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows
+from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
 
 INCOMPATIBLE = 0.02  # of the forces, that motions without resistance may feel by the error of the geometry
 
@@ -33,7 +33,7 @@ class System(NamedTuple):
 
     x: np.ndarray  # (n, d) [m]
     area: np.ndarray  # (n,) of the nodes [m²]
-    resistance: Sequence[Rows]  # R [N s/m]
+    resistance: Sequence[Rows | SharedRows]  # R [N s/m]
     stiffness: Sequence[Rows]  # S [N s/m]
     force: np.ndarray  # (n, d) f [N]
     load: np.ndarray  # (n, d) what of it acts from outside [N]; the film's own forces do no work on rigid motions

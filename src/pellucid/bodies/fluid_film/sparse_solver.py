@@ -1,7 +1,8 @@
 """Velocities of a film of many nodes, as of a surface, by conjugate gradients with an old factor as preconditioner.
 
 The matrix changes little from step to step, so its factors serve for many: they are renewed when the rounds that they save
-are worth their cost. Constraints C v = c hold in every round: directions and residuals are projected by
+are worth their cost. They are in single precision, which halves the time and the memory, until a new one takes as many rounds
+as an old one would. Constraints C v = c hold in every round: directions and residuals are projected by
 P = I - Z (C Z)⁻¹ C and its transpose, with Z any vectors for which C Z can be inverted (Gould, Hribar & Nocedal 2001, SIAM J.
 Sci. Comput. 23, 1376). Motions without resistance, R, are left out in the same way, with Z = R and C = Rᵀ times the areas of
 the nodes: on a closed surface those are the rigid ones.
@@ -20,6 +21,7 @@ from pellucid.bodies.fluid_film.solver import INCOMPATIBLE, Border, Incompatible
 
 WORTH = 60  # rounds that a new factor costs
 FEW = 2  # rounds that every solution takes
+ROUGH = 8  # rounds with a new factor in single precision from which on they are made in double precision
 MOST = 80  # rounds before the factor is renewed at once
 SHIFT = 1e-3  # of what smooth motions of a film feel by its viscosity, added in the factor where some feel none
 FIXED = 1e-8  # of a motion's largest component at known ones: less is a motion that they leave free
@@ -30,14 +32,16 @@ class SparseSolver:
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray, places: np.ndarray) -> None:
         n, d = held.shape
-        self._assembly = Assembly(nodes, n, d)
+        self.assembly = Assembly(nodes, n, d)
         self._held = held.ravel()
-        self._elimination = Elimination(self._assembly.links(), places, *self._assembly.structure, d)
+        self._elimination = Elimination(self.assembly.links(), places, *self.assembly.structure, d)
         self._factor: Factor | None = None
         self._arrays = {
             "factored": np.zeros(0),  # numbers of the matrix, on and above the diagonal, that the factor is of
             "sides": np.zeros((0, n * d)),  # Z of the borders, the factor's answer to them
             "rounds": np.zeros(1, np.int64),  # beyond a few, since it was made
+            "double": np.zeros(1, np.int64),  # whether new factors are in double precision
+            "in_double": np.zeros(1, np.int64),  # whether it is
             "last": np.zeros((n, d)),  # velocity
         }
 
@@ -48,12 +52,11 @@ class SparseSolver:
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         self._arrays = {name: np.array(arrays[name]) for name in self._arrays}
-        factored = self._arrays["factored"]
-        self._factor = Factor(self._elimination, self._assembly.symmetric(factored)) if len(factored) else None
+        self._factor = self._made() if len(self._arrays["factored"]) else None
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
         """See `pellucid.bodies.fluid_film.solver`."""
-        assembly, arrays = self._assembly, self._arrays
+        assembly, arrays = self.assembly, self._arrays
         known = system.known.ravel() | self._held
         free = np.where(known, 0.0, 1.0)
         v = np.where(known, system.velocity.ravel(), 0.0)
@@ -66,25 +69,28 @@ class SparseSolver:
         if np.linalg.norm(rigid @ system.load.ravel()) > INCOMPATIBLE * np.linalg.norm(system.load):
             raise IncompatibleLoad
         factor = self._factor
-        if factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders):
-            factor = self._renew(A, system, known, free * rows, len(rigid) > 0)
+        new = factor is None or arrays["rounds"][0] > WORTH or len(arrays["sides"]) != len(borders)
+        if factor is None or new:
+            factor = self.renew(A, system, known, free * rows, len(rigid) > 0)
         C = np.concatenate([free * rows, rigid * np.repeat(system.area, assembly.d)])
         Z = np.concatenate([free * arrays["sides"], rigid])
         start = system.guess if system.guess.any() else arrays["last"]
         u = free * start.ravel()
         projection = Projection(C, Z)
         u += projection.reached(np.concatenate([goals, np.zeros(len(rigid))]) - C @ u)
-        u, forces, rounds = self._iterate(factor, A, right, u, free, projection, system.accuracy)
-        if rounds == MOST:
-            factor = self._renew(A, system, known, free * rows, len(rigid) > 0)
-            u, forces, rounds = self._iterate(factor, A, right, u, free, projection, system.accuracy)
-            if rounds == MOST:
+        u, forces, rounds = self.iterate(factor, A, right, u, free, projection, system.accuracy)
+        while rounds == MOST:
+            if new and arrays["in_double"][0]:
                 raise np.linalg.LinAlgError
+            arrays["double"][0] |= new
+            factor, new = self.renew(A, system, known, free * rows, len(rigid) > 0), True
+            u, forces, rounds = self.iterate(factor, A, right, u, free, projection, system.accuracy)
+        arrays["double"][0] |= new and rounds >= ROUGH
         arrays["rounds"][0] += max(rounds - FEW, 0)
         arrays["last"][:] = u.reshape(arrays["last"].shape)
         return Solution((u + v).reshape(system.known.shape), -forces[: len(borders)])
 
-    def _iterate(
+    def iterate(
         self,
         factor: Factor,
         A: csr_array,
@@ -111,17 +117,31 @@ class SparseSolver:
             before = square
         return u, projection.forces(residual), MOST
 
-    def _renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
+    def renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
         """Factors of this matrix, with numbers on the diagonal where components are known."""
         diagonal = np.where(known, A.diagonal(), 0.0)
         if shifted:
-            felt = sum(float(np.einsum("er,erk,erk->", s.factor, s.rows, s.rows)) for s in system.resistance) / len(known)
-            diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self._assembly.d)
-        self._arrays["factored"] = self._assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
-        self._factor = factor = Factor(self._elimination, self._assembly.symmetric(self._arrays["factored"]))
+            squares = [square.of_components(self.assembly.d) for square in system.resistance]
+            felt = sum(float(np.einsum("er,erk,erk->", s.factor, s.rows, s.rows)) for s in squares) / len(known)
+            diagonal += SHIFT * felt * 4.0 * pi / system.area.sum() * np.repeat(system.area, self.assembly.d)
+        self._arrays["factored"] = self.assembly.upper(A, np.where(known, 0.0, 1.0), diagonal)
+        self._arrays["in_double"][:] = self._arrays["double"]
+        try:
+            factor = self._made()
+        except np.linalg.LinAlgError:
+            if self._arrays["double"][0]:
+                raise
+            self._arrays["double"][0] = self._arrays["in_double"][0] = 1
+            factor = self._made()
+        self._factor = factor
         self._arrays["sides"] = np.array([factor.solve(row) for row in rows]).reshape(rows.shape)
         self._arrays["rounds"][0] = 0
         return factor
+
+    def _made(self) -> Factor:
+        """Factors of the matrix that is kept for them, in the precision that is kept for them."""
+        precision = np.float64 if self._arrays["in_double"][0] else np.float32
+        return Factor(self._elimination, self.assembly.symmetric(self._arrays["factored"]), precision)
 
 
 class Projection:

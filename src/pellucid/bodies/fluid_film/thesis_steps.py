@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.curve import Curve, blended
+from pellucid.bodies.fluid_film.curve import Curve, segment_functions
 from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, too_thin
@@ -49,7 +49,7 @@ class ThesisSteps:
         self._balance, self._curve, self._accuracy, self._arrays = balance, curve, accuracy, arrays
         point, weight = np.polynomial.legendre.leggauss(GAUSS)
         point, self._weight = 0.5 * (1.0 + point), 0.5 * weight
-        self._tables = blended(curve.radial, point)
+        self._value, self._first, self._second = segment_functions(curve.radial, point)
         (first, first_slope), (second, second_slope) = _spline(point), _spline(1.0 - point)
         self._tests = ((first, first_slope), (second, -second_slope))  # of the nodes at both ends of a segment
         self.fault: str | None = None
@@ -108,7 +108,7 @@ class ThesisSteps:
         centre = of_nodes @ velocity / of_nodes.sum()
         apart = np.einsum("nci,ni->nc", ways, velocity - centre)
         rate = np.einsum("eqcm,cem->eq", at.strain, found[:, nodes])
-        between = np.einsum("qm,emi->eqi", self._tables.value, velocity[nodes])
+        between = np.einsum("qm,emi->eqi", self._value, velocity[nodes])
         powers = [(column, float(np.einsum("eq,eqi,eqi->", area, force, between))) for column, force in loads]
         none = np.zeros_like(x)
         heat = float(np.sum(area * viscosity * rate**2))
@@ -126,26 +126,26 @@ class ThesisSteps:
         arrays["v"][:] = done.velocity
 
     def _places(self, x: np.ndarray) -> Places:
-        table, about = self._tables, x[self._curve.nodes]
-        along, bend = (np.einsum("qm,emi->eqi", functions, about) for functions in (table.first, table.second))
+        about = x[self._curve.nodes]
+        along, bend = (np.einsum("qm,emi->eqi", functions, about) for functions in (self._first, self._second))
         length = np.linalg.norm(along, axis=2)
         tangent = along / length[..., None]
         normal = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
         curvature = -np.einsum("eqi,eqi->eq", normal, bend) / length**2
-        strain = np.stack([table.first / length[..., None], curvature[..., None] * table.value], axis=2)
+        strain = np.stack([self._first / length[..., None], curvature[..., None] * self._value], axis=2)
         return Places(normal, tangent, length, curvature, strain)
 
     def _loads(self, x: np.ndarray, at: Places, density: np.ndarray, driving: Driving) -> list[tuple[int, np.ndarray]]:
         """Loads on unit of area at the quadrature points [Pa], shape (n, GAUSS, 2), with the columns of their works."""
         axes, nodes = list(self._curve.axes), self._curve.nodes
-        place = np.einsum("qm,emi->eqi", self._tables.value, x[nodes])
+        place = np.einsum("qm,emi->eqi", self._value, x[nodes])
         ratio = np.broadcast_to((density / self._balance.initial_density)[:, None], at.length.shape)
         points = SurfacePoints(in_space(place, axes), in_space(at.normal, axes), ratio)
         loads = [(column, traction(points)[..., axes]) for column, traction in driving.tractions]
         of_segments = (at.length * self._weight).sum(axis=1)
         of_nodes = 0.5 * (of_segments + np.roll(of_segments, 1))
         for column, force in driving.forces:
-            loads.append((column, np.einsum("qm,emi->eqi", self._tables.value, (force / of_nodes[:, None])[nodes])))
+            loads.append((column, np.einsum("qm,emi->eqi", self._value, (force / of_nodes[:, None])[nodes])))
         return loads
 
 

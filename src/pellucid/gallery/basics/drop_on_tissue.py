@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
+from pellucid.gallery.drop_curves import drop_curves
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -23,6 +24,8 @@ ROUNDING = 1e-12
 ENERGY = 0.03  # of the largest energy that moved; it falls with the step at first order
 LEAK = 0.5  # cells: the grid parts the bodies at its nodes
 SECTIONS = (0.0, 3e-3, 6e-3, 9e-3, 1.2e-2, 1.8e-2)
+
+HEIGHTS = {"water_z": "lowest water", "face_z": "middle of the face"}
 
 CAPTIONS = {
     "sections": "What lay beside the plane y = 0 at the start, of water and tissue.",
@@ -81,7 +84,7 @@ def _momentum(run: "Run", time: float) -> float:
 
 def figures(run: "Run") -> "dict[str, Figure]":
     """The middle cut, and curves against time."""
-    return {"sections": _sections(run), "curves": _curves(run)}
+    return {"sections": _sections(run), "curves": drop_curves(run, HEIGHTS, "tissue")}
 
 
 def _sections(run: "Run") -> "Figure":
@@ -101,21 +104,4 @@ def _sections(run: "Run") -> "Figure":
         label(axes, "x", "z", "mm", "mm")
         axes.label_outer()
     subplots[0, 0].legend(markerscale=5, loc="upper right")
-    return figure
-
-
-def _curves(run: "Run") -> "Figure":
-    figure = new_figure(height=3.4)
-    above, energy = figure.subplots(1, 2)
-    ms, history = 1e3 * run.history["time"], run.history
-    for column, what, colour in (("water_z", "lowest water", COLOURS[0]), ("face_z", "middle of the face", COLOURS[1])):
-        above.plot(ms, 1e3 * history[column], color=colour, label=what)
-    label(above, "time", "z", "ms", "mm")
-    energy.plot(ms, 1e3 * history["kinetic_energy"], label="kinetic")
-    energy.plot(ms, 1e3 * history["strain_energy"], label="in the tissue")
-    energy.plot(ms, 1e3 * history["internal_energy"], label="in the water")
-    energy.plot(ms, -1e3 * history["contact_work"], label="taken by contact")
-    label(energy, "time", "energy", "ms", "mJ")
-    for axes in (above, energy):
-        axes.legend()
     return figure

@@ -10,6 +10,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
@@ -99,19 +100,7 @@ def figures(run: "Run") -> "dict[str, Figure]":
 
 
 def _curves(run: "Run") -> "Figure":
-    figure = new_figure(height=3.4)
-    above, energy = figure.subplots(1, 2)
-    ms, history = 1e3 * run.history["time"], run.history
-    for column, what, colour in (("membrane_z", "sheet's middle", COLOURS[0]), ("drop_top_z", "drop's top", COLOURS[1])):
-        above.plot(ms, 1e3 * history[column], color=colour, label=what)
-    label(above, "time", "z", "ms", "mm")
-    energy.plot(ms, 1e3 * history["kinetic_energy"], label="kinetic")
-    energy.plot(ms, 1e3 * history["strain_energy"], label="in the sheet")
-    energy.plot(ms, 1e3 * history["internal_energy"], label="in the water")
-    energy.plot(ms, -1e3 * history["contact_work"], label="taken by contact")
-    label(energy, "time", "energy", "ms", "mJ")
-    for axes in (above, energy):
-        axes.legend()
+    figure = drop_curves(run, {"membrane_z": "sheet's middle", "drop_top_z": "drop's top"}, "sheet")
     figure.suptitle(run.case.title)
     return figure
 

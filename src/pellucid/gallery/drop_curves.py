@@ -1,0 +1,29 @@
+"""Curves of a drop that falls on something: heights against time, and where the energy goes."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pellucid.results.pictures.style import label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+
+def drop_curves(run: "Run", heights: Mapping[str, str], struck: str) -> "Figure":
+    """heights: columns of the history with what they are; struck: what the drop falls on."""
+    figure = new_figure(height=3.4)
+    above, energy = figure.subplots(1, 2)
+    ms, history = 1e3 * run.history["time"], run.history
+    for column, what in heights.items():
+        above.plot(ms, 1e3 * history[column], label=what)
+    label(above, "time", "z", "ms", "mm")
+    energy.plot(ms, 1e3 * history["kinetic_energy"], label="kinetic")
+    energy.plot(ms, 1e3 * history["strain_energy"], label=f"in the {struck}")
+    energy.plot(ms, 1e3 * history["internal_energy"], label="in the water")
+    energy.plot(ms, -1e3 * history["contact_work"], label="taken by contact")
+    label(energy, "time", "energy", "ms", "mJ")
+    for axes in (above, energy):
+        axes.legend()
+    return figure
