@@ -8,6 +8,7 @@ from film_surfaces import BOTH, sphere
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
 from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, bending_energies, forms
+from pellucid.bodies.fluid_film.frames import Led
 from pellucid.bodies.fluid_film.nodal_sums import NodalSums, rows
 from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
 from pellucid.bodies.fluid_film.surfaces import film_surface
@@ -28,7 +29,8 @@ def film(kind, mesh, density=1.0, viscosity=1.0, dilatational=1.0, bending=0.0, 
 
 def driving(x, traction=None, volume=None, area=None):
     tractions = [] if traction is None else [(COLUMN, traction)]
-    return Driving(tractions, [], np.zeros(x.shape, bool), np.zeros_like(x), volume, area)
+    led = Led(np.zeros(len(x), bool), np.zeros(len(x)), np.zeros_like(x))
+    return Driving(tractions, [], np.zeros(x.shape, bool), np.zeros_like(x), led, volume, area)
 
 
 def legendre(degree, z):
