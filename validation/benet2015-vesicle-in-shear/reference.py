@@ -1,9 +1,9 @@
 """A film in a channel of viscous fluid, the same inside and out, in the plane and without inertia: boundary integrals.
 
-The film's forces on the fluid, ∂(T t)/∂s + κ (c'' + c³/2) n with c the curvature and n outward, make the velocity of Stokes flow
-by the free-space solution and what the plates add to it, which is found by Fourier series along the channel. Nodes go with the
-film; derivatives are spectral, and the logarithm of the free-space solution is integrated by the rule of Kress (Linear Integral
-Equations, 3rd ed., §12.3). Nothing of pellucid is used.
+The film's forces on the fluid, ∂(T t)/∂s + κ (c'' + c³/2) n with c the curvature and n outward, make the velocity of Stokes
+flow by the free-space solution and what the plates add to it, which is found by Fourier series along the channel. Nodes go
+with the film; derivatives are spectral, and the logarithm of the free-space solution is integrated by the rule of Kress (Linear
+Integral Equations, 3rd ed., §12.3). Nothing of pellucid is used.
 
 Run as `reference.py [nodes] [step]`; writes `reference.csv`.
 """

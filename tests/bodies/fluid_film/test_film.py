@@ -40,6 +40,15 @@ def test_errors_fall_at_second_order_in_the_step():
     assert errors[0] > 2.5 * errors[1] > 6.0 * errors[2]
 
 
+@pytest.mark.parametrize("shape", ["ellipse", "spheroid"])
+def test_a_film_at_rest_stays_there(shape):
+    """Nothing acts; what rounding leaves of forces and works is no error of the energy."""
+    simulation, film = ran(case(f"{shape} = {{ radius = 1, nodes = 21 }}", 20.0, every=0.05))
+    assert film.field("distance") == pytest.approx(1.0, abs=1e-12)
+    assert not film.arrays["velocity"].any()
+    assert simulation.conservation()["energy"] == 0.0
+
+
 def test_a_circle_without_drag_needs_a_load_that_holds_itself():
     driven = PRESSURE.format(value=0.1, on="present-area") + "along = [0, 1, 0]\n"
     with pytest.raises(RunStopped, match=r"motions that nothing resists.*give it a `drag`"):

@@ -19,6 +19,7 @@ from pellucid.linear_algebra import on_one_thread
 THINNEST = 0.05  # of the density of rest
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
+STILL = 1e-14  # of its largest coordinate: what moves less in a step is at rest, and its work is rounding
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 
 
@@ -77,9 +78,11 @@ class OwnSteps:
                     if own < SHORTEST * dt:
                         self.fault = "moves or stretches without bound: its own step collapsed"
                     continue
+                left -= span
+                if span * np.abs(done.velocity).max() <= STILL * np.abs(arrays["x"]).max():
+                    continue
                 self._take(done)
                 count(done, span)
-                left -= span
                 o = geometry.operators(arrays["x"])
                 self.fault = too_thin(self._balance, arrays, o)
         arrays["own_step"][0] = own
