@@ -28,11 +28,17 @@ def _tube(run: "Run") -> tuple[Tether, Tether]:
 
 
 def _radius(run: "Run") -> float:
-    """Radius of the tube [m]: the mean from its widest place, by its end, to the narrow one next to that."""
-    r = run.fields(film_of(run).name)["position"][::-1, 0]
-    widest = int(np.argmax(np.diff(r) < 0.0))
-    narrowest = widest + int(np.argmax(np.diff(r[widest:]) > 0.0))
-    return float(r[widest : narrowest + 1].mean())
+    """Radius of the tube [m], the mean of its middle third: towards both ends it swings about that of a long tube.
+
+    The tube goes from its narrowest place by the vesicle to its widest by the pole.
+    """
+    r, z = run.fields(film_of(run).name)["position"][:, [0, 2]].T
+    widest = len(r) - 1 - int(np.argmax(np.diff(r[::-1]) < 0.0))
+    equator = int(np.argmax(r))
+    narrowest = equator + int(np.argmax(np.diff(r[equator:]) > 0.0))
+    third = (z[widest] - z[narrowest]) / 3.0
+    middle = (z >= z[narrowest] + third) & (z <= z[widest] - third)
+    return float(r[middle].mean())
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
