@@ -24,7 +24,7 @@ CAPTIONS = {"cube_compression": "Force on the top and strain energy against its 
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Energy and reaction at a tenth of the edge against finite elements."""
-    return metrics_at(run, JUDGED, of_mesh(run, 0.015, 1.0))  # singular edges: first order, as finite elements have nearly
+    return metrics_at(run, JUDGED, of_mesh(run, 0.01, 1.0))  # singular edges: first order, as finite elements have nearly
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:
