@@ -299,6 +299,7 @@ MISTAKES = {
     ),
     "a key without a value": ("end = 0.1", "end =", "", ["no valid TOML"]),
     "a text without quotes": ('functions = "gimp"', "functions = gimp", "", ["no valid TOML", "texts stand in quotes"]),
+    "a switch in quotes": (None, 'title = "x"\n[steady]\nmass_scaling = "no"\n', "mass_scaling", ["must be true or false"]),
     "a key twice": ("end = 0.1", "end = 0.1\nend = 0.2", "end = 0.2", ["no valid TOML", "overwrite"]),
 }
 

@@ -239,6 +239,9 @@ def test_a_checkpoint_of_another_version_is_refused():
     numbers = {name: value for name, value in sim.state_numbers().items() if name != "balance"} | {"ledger": {}}
     with pytest.raises(UsageError, match="written by another version of pellucid"):
         sim.restore(sim.state_arrays(), numbers)
+    arrays = {name: array for name, array in sim.state_arrays().items() if not name.endswith("volume")}
+    with pytest.raises(UsageError, match=r"another version of pellucid \(it has no `.*volume`\)"):
+        sim.restore(arrays, sim.state_numbers())
 
 
 @pytest.mark.parametrize(

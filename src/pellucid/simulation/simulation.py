@@ -247,11 +247,11 @@ class Simulation:
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint, bit for bit. Raises UsageError for one of an earlier version, which kept other things."""
-        if numbers.keys() != self.state_numbers().keys():
-            raise UsageError(
-                "the checkpoint was written by another version of pellucid: go on with that one, or start the run again"
-            )
-
+        lacking = sorted(self.state_arrays().keys() - arrays.keys())
+        if lacking or numbers.keys() != self.state_numbers().keys():
+            without = f" (it has no `{lacking[0]}`)" if lacking else ""
+            text = f"the checkpoint was written by another version of pellucid{without}"
+            raise UsageError(f"{text}: go on with that one, or start the run again")
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
