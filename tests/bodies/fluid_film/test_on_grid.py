@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from small_cases import advance, box, simulation
+from small_cases import SOLID, advance, box, simulation
 
 from pellucid.bodies.fluid_film.body import FluidFilm
 from pellucid.bodies.fluid_film.on_grid import FilmOnGrid
@@ -72,6 +72,28 @@ def test_a_pressure_gives_no_momentum_to_a_closed_film():
     advance(sim, 40)
     assert np.abs(sim.bodies[0].totals.momentum + sim.bodies[1].totals.momentum).max() < 1e-12
     assert sim.budget.sums["load_work"] != 0.0
+
+
+def test_a_vesicle_that_falls_on_a_floor_stops_there():
+    """By contact of the field that it shares with the fluid inside."""
+    down = (0.0, -1.0, 0.0)
+    shape = {"ellipse": {"radius": 0.75, "centre": (2.5, 1.95, 0.0), "nodes": 40}}
+    liquid = {
+        "name": "liquid",
+        "shape": {"cylinder": {"centre": (2.5, 1.95, 0.0), "radius": 0.7}},
+        "points_per_cell": (2, 2, 1),
+    }
+    floor = box((0.5, 0.5, 0.0), (4.5, 1.0, 0.0), {**SOLID, "density": 2.0, "young_modulus": 100.0}, (2, 2, 1), name="floor")
+    held = [{"name": "hold", "body": "floor", "hold": ["x", "y"]}]
+    grid = {"counts": (20, 20, 0), "cell": 0.25, "functions": "quadratic-bspline", "end": 10.0, "courant": 0.2}
+    bodies = film(shape, velocity=down), liquid | {"material": LIQUID, "velocity": down}, floor | {"field": "floor"}
+    sim = simulation(*bodies, **grid, motion=held)
+    while sim.time < 0.5:
+        sim.step()
+    lowest = sim.bodies[0].places()[:, 1].min()
+    assert 1.0 - 0.1 * 0.25 < lowest < 1.15, "it fell from 1.2 by 0.5"
+    assert sim.bodies[1].totals.momentum[1] > 0.7 * -sim.bodies[1].mass
+    assert sim.conservation()["momentum"] < 1e-12
 
 
 def test_the_same_bits_on_two_threads_and_after_a_restart():
