@@ -72,7 +72,10 @@ class ActivePressure(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        self._body.add_pressure(self._pressure.at(time), self._column)
+        if self._body.asks_for_loads:
+            self._body.add_traction(lambda points, after: self._pressure.at(time + after) * points.normal, self._column)
+        else:
+            self._body.add_pressure(self._pressure.at(time), self._column)
 
 
 class ActiveFacePressure(ActiveCondition):

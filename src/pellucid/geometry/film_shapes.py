@@ -117,8 +117,28 @@ def _check(places: np.ndarray, closed: bool) -> None:
             f"the last point is {gaps[-1]:g} m from the first, and neighbours are {gaps[:-1].max():g} m apart at most: the "
             "curve is open; a film is closed: go on with points until the first"
         )
+    if crossing := _crossing(before, after):
+        one, other = crossing
+        place = ", ".join(f"{value:g}" for value in before[one])
+        raise ValueError(
+            f"the line from point {one} at ({place}) m crosses that from point {other}: a film does not pass through itself; "
+            "list the points in their order along it"
+        )
     if np.sum(before[:, 0] * after[:, 1] - after[:, 0] * before[:, 1]) <= 0.0:
         raise ValueError("points run clockwise, with the interior on their right: list them the other way round")
+
+
+def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
+    """Two lines between neighbours, from `before` to `after`, shape (n, 2), that cross, if there are any."""
+
+    def side(of: np.ndarray) -> np.ndarray:
+        """On which side of each line the places lie, shape (lines, places)."""
+        along, to = after - before, of[None] - before[:, None]
+        return np.asarray(np.sign(along[:, None, 0] * to[..., 1] - along[:, None, 1] * to[..., 0]))
+
+    parted = side(before) * side(after) < 0.0
+    found = np.argwhere(parted & parted.T)
+    return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
 
 
 class FilmShape(Choice):

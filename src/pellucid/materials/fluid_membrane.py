@@ -96,5 +96,5 @@ def _plane_wave_speed(law, shape, density):
 
 
 @point_function(plane_diffusivity, FluidMembrane)
-def _plane_diffusivity(law, density):
-    return (2.0 * law.mu + law.lam) / density
+def _plane_diffusivity(law, shape, density):
+    return shape[0] * (2.0 * law.mu + law.lam) / density  # over the thickness that is there

@@ -59,12 +59,12 @@ def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
 
 
 @generic
-def plane_diffusivity(law: Law, density: float) -> float:
+def plane_diffusivity(law: Law, shape: Shape, density: float) -> float:
     """Kinematic viscosity (2μ + λ)/ρ of waves in the plane [m²/s]; zero where a law states none."""
 
 
 @default_function(plane_diffusivity)
-def _no_diffusivity(law, density):
+def _no_diffusivity(law, shape, density):
     return 0.0
 
 

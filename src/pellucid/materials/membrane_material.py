@@ -35,7 +35,7 @@ class MembraneMaterial(BodyMaterial):
     def signals(self, length: float) -> tuple[float, float]:
         """Speed of waves in the plane [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
         law = self.law()
-        return plane_wave_speed(law, initial_shape(law), self.density), plane_diffusivity(law, self.density)
+        return plane_wave_speed(law, initial_shape(law), self.density), plane_diffusivity(law, initial_shape(law), self.density)
 
 
 MEMBRANE_MATERIALS = Family("material of a membrane", MembraneMaterial)

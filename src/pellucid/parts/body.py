@@ -75,6 +75,8 @@ class Body(ABC):
     """What it stores: "internal" or "strain" energy."""
     totals: Totals
     """Sums over the body at the end of the step, and its largest stable step."""
+    asks_for_loads = False
+    """Whether it asks for loads on its surface itself, at the instants that it needs within a step: see `add_traction`."""
     is_surface = False
     """Whether it is a membrane, which has two sides."""
     areal_density = 0.0

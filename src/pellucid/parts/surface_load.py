@@ -14,5 +14,5 @@ class SurfacePoints(NamedTuple):
     density_ratio: np.ndarray  # (...) to that at the start: initial by present area
 
 
-Traction = Callable[[SurfacePoints], np.ndarray]
-"""Force on unit of present area [Pa], shape (..., 3)."""
+Traction = Callable[[SurfacePoints, float], np.ndarray]
+"""Force on unit of present area [Pa], shape (..., 3), at a time after the start of the step of the clock [s]."""

@@ -10,7 +10,10 @@ from pellucid.references.vesicles import Growing, tether
 from pellucid.results.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
+SPHEROID = "spheroid = { radius = 1, nodes = 21 }"
 OCTAGON = [[1, 0], [0.7, 0.7], [0, 1], [-0.7, 0.7], [-1, 0], [-0.7, -0.7], [0, -1], [0.7, -0.7]]
+TOO_MUCH = 'volume = { reduced = 1.2, over = 1 }\narea = "kept"'
+CROSSED = [*OCTAGON[:3], OCTAGON[4], OCTAGON[3], *OCTAGON[5:]]
 
 
 @pytest.mark.parametrize(
@@ -38,6 +41,41 @@ def test_errors_fall_at_second_order_in_the_step():
         _, film = ran(case(end=2.0, more=f"density = 2\naccuracy = {accuracy}", every=2.0))
         errors.append(abs(film.field("distance").mean() - (2.0 - np.exp(-2.0 / 3.0))))
     assert errors[0] > 2.5 * errors[1] > 6.0 * errors[2]
+
+
+def test_a_load_that_rises_does_not_ask_how_often_results_are_kept():
+    """The film takes loads at the instants of its own steps, not at those of the clock, which follow the output."""
+    load = PRESSURE.format(value=0.1, on="present-area") + "rise = 2\n"
+    radii = [ran(case(end=4.0, loads_of=load, every=every))[1].field("distance").mean() for every in (0.05, 4.0)]
+    assert radii[0] > 1.05
+    assert radii[1] == pytest.approx(radii[0], rel=1e-4)
+    pressure = '\n[[pressure]]\nbody = "film"\nvalue = 0.1\nrise = 2\n'
+    assert ran(case(end=4.0, loads_of=pressure, every=4.0))[1].field("distance").mean() == pytest.approx(radii[1], rel=1e-12)
+
+
+HOLD = """
+[[support]]
+name = "hold"
+where = { box = { lower = [-1.1, -1, -1.1], upper = [1.1, 1, 0] } }
+fix = ["z"]
+"""
+
+
+def test_a_grip_holds_a_film_that_came_to_rest():
+    """The impulse of the support goes on to be that of the load, however long nothing moves."""
+    along = PRESSURE.format(value=0.1, on="present-area") + "along = [0, 0, 1]\n"
+    loads_of = along + PRESSURE.format(value=0.3, on="present-area") + HOLD
+    simulation, film = ran(case(SPHEROID, 300.0, 100.0, "", "drag = { normal = 0.1, tangential = 0.1 }", loads_of, 1.0))
+    assert not film.arrays["velocity"].any()
+    before = simulation.reactions()["hold"][2]
+    simulation.clock.case = simulation.clock.case.model_copy(update={"end": 303.0})
+    for _ in range(3):
+        simulation.step()
+    o, wind = film.geometry.operators(film.arrays["x"]), simulation.case.load[0]
+    load = film.balance.traction_force(o, film.arrays["part_mass"], lambda points, after: wind.traction(points, after), 0.0)
+    assert simulation.reactions()["hold"][2] - before == pytest.approx(
+        -3.0 * load[:, 1].sum(), rel=1e-7
+    )  # of forces that move nothing by rounding
 
 
 @pytest.mark.parametrize("shape", ["ellipse", "spheroid"])
@@ -170,7 +208,19 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ({"shape": f"meridian = {{ points = {[[0, -1], *OCTAGON]} }}"}, "open"),
         ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),
         ({"bending": ", bending_rigidity = 1"}, "a curve that bends needs drag"),
-        ({"more": "volume = { reduced = 1.2 }"}, "no surface holds more than a sphere"),
+        ({"more": TOO_MUCH}, "more than a circle of its length"),
+        (
+            {"shape": SPHEROID, "more": 'volume = { reduced = 1.2, over = 1 }\narea = "kept"'},
+            "no surface holds more than a sphere",
+        ),
+        ({"more": 'volume = { reduced = 0.9 }\narea = "kept"'}, "add `over = "),
+        ({"more": "volume = { reduced = 0.9, over = 1 }"}, 'add area = "kept"'),
+        ({"more": "volume = { over = 1 }"}, "is for a volume that changes"),
+        ({"more": "density = 0.01"}, "no film is so thin"),
+        (
+            {"shape": f"curve = {{ points = {[*OCTAGON[:3], OCTAGON[4], OCTAGON[3], *OCTAGON[5:]]} }}"},
+            "crosses that from point",
+        ),
         ({"stiffness": 0.0}, "stiffness"),
         ({"more": "velocity = [1, 0, 0]"}, "follows from their loads"),
     ],

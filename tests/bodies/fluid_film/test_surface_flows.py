@@ -60,7 +60,9 @@ def test_an_uneven_film_without_drag_comes_to_rest_under_a_pressure():
     places /= np.linalg.norm(places, axis=1)[:, None]
     balance, x, mass = film("radial", (triangles, places))
     for _ in range(80):
-        x = balance.step(x, balance.geometry.operators(x), mass, 0.5, 0.5, driving(x, lambda points: 0.15 * points.normal)).x
+        x = balance.step(
+            x, balance.geometry.operators(x), mass, 0.5, 0.5, driving(x, lambda points, after: 0.15 * points.normal)
+        ).x
     assert np.linalg.norm(x, axis=1).mean() == pytest.approx(1.041504, abs=2e-5)
 
 
@@ -69,7 +71,7 @@ def test_a_sphere_under_a_wind_goes_on_rigidly(kind):
     """b = p (n·e) n with drag ζ: V = p/(3ζ)."""
     balance, x, mass = film(kind, sphere(2), drag=1.0, stiffness=100.0)
 
-    def wind(points):
+    def wind(points, after):
         return points.normal * (0.6 + points.normal[..., 2:])
 
     for _ in range(10):
@@ -175,7 +177,7 @@ def test_a_load_drives_a_gradient_flow_whether_nodes_are_even_or_not(share):
         n = points.position / np.linalg.norm(points.position, axis=-1, keepdims=True)
         return n, 3.0 * z * (np.array([0.0, 0.0, 1.0]) - z * n), 1.5 * z**2 - 0.5
 
-    def load(points):
+    def load(points, after):
         n, w, wave = mode(points)
         return 16.0 * w - 24.0 * wave * n
 

@@ -36,6 +36,7 @@ class Driving(NamedTuple):
     led: Led
     volume: float | None  # that the film is to hold at the end of the step [m³]
     area: float | None  # that it is to have then [m²]
+    after: float = 0.0  # when its own step begins, after the start of that of the clock [s]
 
 
 class Found(NamedTuple):
@@ -61,6 +62,12 @@ class StepDone(NamedTuple):
     leading: np.ndarray  # (n, d) forces that lead nodes along the normal [N]
     bordered: float  # power of the constraints of volume and area [W]
 
+    @property
+    def at_rest(self) -> "StepDone":
+        """The same forces without motion."""
+        still = [(column, 0.0) for column, _ in self.loads]
+        return self._replace(velocity=np.zeros_like(self.velocity), loads=still, viscous=0.0, drag=0.0, bordered=0.0)
+
 
 class FilmBalance(FilmForces):
     """Finds the motions of a film."""
@@ -82,10 +89,10 @@ class FilmBalance(FilmForces):
         ahead = (1.0 - sqrt(1.0 - weight)) * dt
         zero = np.zeros_like(x)
         rates = self._rates(start, driving, dt)
-        first = self._velocity(start, mass, x, ahead, zero, driving, rates, FIRST_ACCURACY).velocity
+        first = self._velocity(start, mass, x, ahead, zero, driving, driving.after, rates, FIRST_ACCURACY).velocity
         there = x + weight * dt * first
         o = self.geometry.operators(there)
-        found = self._velocity(o, mass, there, ahead, first, driving, rates, ACCURACY)
+        found = self._velocity(o, mass, there, ahead, first, driving, driving.after + weight * dt, rates, ACCURACY)
         velocity, tractions = found.velocity, found.tractions
         lost = dissipation(o, self.physics, velocity[self.geometry.nodes])
         loads = [(column, float(np.sum(force * velocity))) for column, force in (*tractions, *driving.forces)]
@@ -121,11 +128,12 @@ class FilmBalance(FilmForces):
         ahead: float,
         guess: np.ndarray,
         driving: Driving,
+        after: float,
         rates: Sequence[float],
         accuracy: float,
     ) -> Found:
         parts = self.forms(o, mass, ahead)
-        tractions = [(column, self.traction_force(o, mass, traction)) for column, traction in driving.tractions]
+        tractions = [(column, self.traction_force(o, mass, traction, after)) for column, traction in driving.tractions]
         load = sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
         force = self._sums.gathered(parts.force) + load
         borders = [Border(self._sums.summed(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]

@@ -49,6 +49,7 @@ class FluidFilm(NodalBody):
 
     energy_kind = "strain"
     is_surface = True
+    asks_for_loads = True
 
     def __init__(self, case: FilmCase, placement: Placement) -> None:
         self.name = case.name
@@ -89,7 +90,7 @@ class FluidFilm(NodalBody):
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add a pressure [Pa] that follows the normal over this step."""
-        self.add_traction(lambda points: pressure * points.normal, column)
+        self.add_traction(lambda points, after: pressure * points.normal, column)
 
     def add_traction(self, traction: Traction, column: int) -> None:
         """Add forces on the film's surface over this step."""

@@ -15,6 +15,8 @@ from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
+THINNEST = 0.05  # of the density of rest
+
 
 class Film(Protocol):
     """A film, as its model describes it."""
@@ -23,6 +25,8 @@ class Film(Protocol):
     def kind(self) -> str: ...
     @property
     def material(self) -> FilmMaterial: ...
+    @property
+    def initial_density(self) -> float: ...
     @property
     def velocity(self) -> Vector: ...
     @property
@@ -50,7 +54,10 @@ class Film(Protocol):
 
 def shape_problems(film: Film, path: Path) -> Iterator[Finding]:
     """Findings of the shape of a film and of how its nodes span it."""
-    interpolation, surface = (*path, "interpolation"), film.shape.surface
+    interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
+    if film.initial_density < THINNEST * rest:
+        text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of that of rest, {rest:g} kg/m^2: no film is so thin"
+        yield Finding((*path, "density"), text, "raise it, or lower the density of the material")
     if surface is None and film.interpolation == "loop":
         text = "is for surfaces in space, and this film is described by a curve"
         yield Finding(interpolation, text, "leave it out")
@@ -102,5 +109,6 @@ def problems_in_fluid(film: Film, path: Path, parts: Parts) -> Iterator[Finding]
             yield Finding((*path, key), text, "leave it out")
     spacing = longest_edge(film.positions()[film.sides()])
     if spacing > grid.cell:
+        more = np.ceil(11.0 * spacing / grid.cell) / 10.0
         text = f"has nodes up to {spacing:.3g} m apart, more than a cell of {grid.cell:g} m: fluid would pass between them"
-        yield Finding(shape, text, "use more nodes, or a larger grid.cell")
+        yield Finding(shape, text, f"use {more:g} times as many nodes along it, or a larger grid.cell")

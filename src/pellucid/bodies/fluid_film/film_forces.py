@@ -56,12 +56,12 @@ class FilmForces:
         """What sums of squares of rows resist velocities with, as rows of forces."""
         return [Rows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in squares]
 
-    def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction) -> np.ndarray:
-        """Forces of a traction on the nodes [N], shape (n, d)."""
+    def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction, after: float) -> np.ndarray:
+        """Forces of a traction on the nodes [N], shape (n, d), at a time after the start of the step of the clock [s]."""
         axes = list(self.geometry.axes)
         ratio = self.at_points(self.densities(o, mass)) / self.initial_density
         points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
-        on_area = o.area[..., None] * traction(points)[..., axes]
+        on_area = o.area[..., None] * traction(points, after)[..., axes]
         return self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))
 
     def vector_areas(self, o: Operators) -> np.ndarray:

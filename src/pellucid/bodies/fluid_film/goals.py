@@ -16,13 +16,31 @@ class VolumeCase(Model):
     reduced: float | None = parameter(
         "", "reduced volume to reach, that of a sphere of the same area being 1; without it the volume is kept", None, gt=0
     )
-    over: float = parameter("s", "time over which it changes smoothly from the volume at the start", 0.0, ge=0)
+    over: float | None = parameter(
+        "s", "time over which it changes smoothly from that at the start; needed with `reduced`", None, gt=0
+    )
 
-    def problems(self, path: Path) -> Iterator[Finding]:
-        """More than a sphere holds."""
-        if self.reduced is not None and self.reduced > 1.0:
-            text = f"{self.reduced:g} is impossible: no surface holds more than a sphere of its area, which is 1"
-            yield Finding((*path, "reduced"), text, "use a reduced volume below 1")
+    def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
+        """More than a sphere, or in the plane a circle, holds; changes without a time or at an area that is free."""
+        if self.reduced is None:
+            if self.over is not None:
+                yield Finding((*path, "over"), "is for a volume that changes", "give `reduced` too, or leave this out")
+            return
+        if self.reduced > 1.0:
+            most = (
+                "no curve holds more than a circle of its length"
+                if plane
+                else "no surface holds more than a sphere of its area"
+            )
+            yield Finding(
+                (*path, "reduced"), f"{self.reduced:g} is impossible: {most}, which is 1", "use a reduced volume below 1"
+            )
+        if self.over is None:
+            text = "a volume that changed at once would need an infinite velocity"
+            yield Finding(path, text, "add `over = ...`, the time that it takes, such as that in which the film relaxes")
+        if not keeps_area:
+            text = "is that of a given area, and this film's is free: it would change until another volume is the reduced one"
+            yield Finding((*path, "reduced"), text, 'add area = "kept"')
 
 
 class Goals(NamedTuple):

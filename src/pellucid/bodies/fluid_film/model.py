@@ -150,9 +150,12 @@ class FluidFilmCase(BodyModel):
         """What of it the scheme of the thesis does not have, or nothing."""
         beyond = {
             "surfaces: it is for closed curves in the plane": self.shape.span != "plane",
-            "drag": max(self.drag.normal, self.drag.tangential) > 0.0,
+            "drag": self.has_drag,
             "bending": self.material.bending_rigidity > 0.0,
             "given volume or area": self.volume is not None or self.area == "kept",
+            'nodes that go with the material: they move along the normal (nodes = "even" stands for that)': self.nodes
+            == "material",
+            "time_weight": self.time_weight != 0.5,
         }
         return next((what for what, is_there in beyond.items() if is_there), "")
 
@@ -162,7 +165,7 @@ class FluidFilmCase(BodyModel):
         if self.volume is not None:
             reduced = self.volume.reduced
             goal = start if reduced is None else reduced_to_volume(reduced, area, self.shape.span == "plane")
-        return Goals(start, goal, self.volume.over if self.volume else 0.0, area if self.area == "kept" else None)
+        return Goals(start, goal, (self.volume and self.volume.over) or 0.0, area if self.area == "kept" else None)
 
     # what others ask
 
@@ -257,7 +260,7 @@ class FluidFilmCase(BodyModel):
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         if self.volume is not None:
-            yield from self.volume.problems((*path, "volume"))
+            yield from self.volume.problems((*path, "volume"), self.shape.span == "plane", self.area == "kept")
         if self.scheme == "thesis" and (lacks := self._beyond_the_thesis()):
             yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
         yield from shape_problems(self, path)

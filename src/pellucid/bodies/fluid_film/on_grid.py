@@ -125,11 +125,11 @@ class FilmOnGrid(PointsOnGrid):
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
-        self.add_traction(lambda points: pressure * points.normal, column)
+        self.add_traction(lambda points, after: pressure * points.normal, column)
 
     def add_traction(self, traction: Traction, column: int) -> None:
         """Add forces on the film's surface to those on the nodes of the grid."""
-        force = self.forces.traction_force(self._o, self._film["part_mass"], traction)
+        force = self.forces.traction_force(self._o, self._film["part_mass"], traction, 0.0)
         self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def _scatter(self, force: np.ndarray, target: np.ndarray) -> None:

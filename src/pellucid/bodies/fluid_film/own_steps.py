@@ -10,15 +10,16 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
+from pellucid.bodies.fluid_film.checks import THINNEST
 from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.bodies.fluid_film.solver import IncompatibleLoad
 from pellucid.linear_algebra import on_one_thread
 
-THINNEST = 0.05  # of the density of rest
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
+GENTLER = "let loads rise and volumes change more slowly (`rise`, `volume.over`), or use more nodes where it is thin or sharp"
 STILL = 1e-14  # of its largest coordinate: what moves less in a step is at rest, and its work is rounding
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 
@@ -49,6 +50,11 @@ class FilmSteps(Protocol):
         """
 
 
+def is_still(done: StepDone, span: float) -> bool:
+    """Whether a step [s] moves nodes by no more than the rounding of their places."""
+    return bool(span * np.abs(done.velocity).max() <= STILL * np.abs(done.x).max())
+
+
 class OwnSteps:
     """Moves a film: its `x`, `v`, `part_mass` and `own_step` among these arrays."""
 
@@ -67,7 +73,7 @@ class OwnSteps:
             while left > 0.0 and self.fault is None:
                 span = left / ceil(left / own * (1.0 - 1e-12))
                 volume, area = self._goals.at(elapsed + dt - left + span)
-                done = self._try(o, span, driving._replace(volume=volume, area=area))
+                done = self._try(o, span, driving._replace(volume=volume, area=area, after=dt - left))
                 if done is None:
                     break
                 error = span * done.change / float(geometry.spacing(geometry.places(arrays["x"])).min())
@@ -76,10 +82,12 @@ class OwnSteps:
                 if not error <= accuracy:  # nor is it a number
                     own = own if np.isfinite(error) else SHRINKAGE * span
                     if own < SHORTEST * dt:
-                        self.fault = "moves or stretches without bound: its own step collapsed"
+                        self.fault = f"moves or stretches without bound: its own step collapsed; {GENTLER}"
                     continue
                 left -= span
-                if span * np.abs(done.velocity).max() <= STILL * np.abs(arrays["x"]).max():
+                if is_still(done, span):
+                    arrays["v"][:] = 0.0
+                    count(done.at_rest, span)
                     continue
                 self._take(done)
                 count(done, span)
@@ -94,8 +102,8 @@ class OwnSteps:
             return self._balance.step(arrays["x"], o, arrays["part_mass"], dt, self._how.time_weight, driving)
         except IncompatibleLoad:
             self.fault = (
-                "is driven along motions that nothing resists: without drag the loads on a curve must hold each other and its "
-                "tension; give it a `drag`"
+                "is driven along motions that nothing resists: without drag, its tension must balance the loads on a curve and "
+                "what holds its volume; give it a `drag`"
             )
         except (np.linalg.LinAlgError, RuntimeError):  # of dense and of sparse systems
             self.fault = "has no balance of forces: its system of equations is singular"

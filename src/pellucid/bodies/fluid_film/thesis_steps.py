@@ -19,7 +19,7 @@ from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
 from pellucid.bodies.fluid_film.curve import Curve, segment_functions
 from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, too_thin
+from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, is_still, too_thin
 from pellucid.parts.surface_load import SurfacePoints
 
 GAUSS = 4  # points of a segment, as in figure 6.4
@@ -59,14 +59,18 @@ class ThesisSteps:
         arrays, left = self._arrays, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         while left > 0.0 and self.fault is None:
-            done, apart, centre = self._motion(own, driving)
+            done, apart, centre = self._motion(own, driving._replace(after=dt - left))
             moved = max(float(np.abs(apart[:, 1]).max()), float(np.linalg.norm(centre)))
             far = self._accuracy * float(self._curve.spacing(arrays["x"]).min())
             own = min(far / moved, dt) if moved > 0.0 else dt
             span = left / ceil(left / own * (1.0 - 1e-12))
+            left -= span
+            if is_still(done, span):
+                arrays["v"][:] = 0.0
+                count(done.at_rest, span)
+                continue
             self._take(done, apart, centre, span)
             count(done, span)
-            left -= span
             if not np.isfinite(arrays["x"]).all():
                 self.fault = "moves without bound: its nodes have no finite place"
                 break
@@ -141,7 +145,7 @@ class ThesisSteps:
         place = np.einsum("qm,emi->eqi", self._value, x[nodes])
         ratio = np.broadcast_to((density / self._balance.initial_density)[:, None], at.length.shape)
         points = SurfacePoints(in_space(place, axes), in_space(at.normal, axes), ratio)
-        loads = [(column, traction(points)[..., axes]) for column, traction in driving.tractions]
+        loads = [(column, traction(points, driving.after)[..., axes]) for column, traction in driving.tractions]
         of_segments = (at.length * self._weight).sum(axis=1)
         of_nodes = 0.5 * (of_segments + np.roll(of_segments, 1))
         for column, force in driving.forces:

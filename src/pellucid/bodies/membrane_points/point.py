@@ -149,7 +149,7 @@ def responded(surface, p, F, frame, c, share, D, dt, strain):
     elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
         fault = NOT_FINITE
     h = lattice.inverse_cell
-    rate = max(h * (wave + speed), 2.0 * h * h * plane_diffusivity(law, density))
+    rate = max(h * (wave + speed), 2.0 * h * h * plane_diffusivity(law, F, density))
     return points.mass[p] * state.strain_energy[p], rate, fault
 
 

@@ -63,7 +63,7 @@ class FilmPressure(LoadModel):
         return ActiveFilmPressure(self, assembly)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
-        """Force on unit of present area [Pa], shape (..., 3), over a step that begins at a time [s]."""
+        """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
         pressure = np.full(points.density_ratio.shape, risen(time, self.rise) * self.value)
         if self.on == "initial-area":
             pressure = pressure * points.density_ratio
@@ -83,4 +83,4 @@ class ActiveFilmPressure(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """What it does over the step."""
-        self._body.add_traction(lambda points: self._load.traction(points, time), self._column)
+        self._body.add_traction(lambda points, after: self._load.traction(points, time + after), self._column)
