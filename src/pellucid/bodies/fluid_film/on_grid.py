@@ -23,7 +23,7 @@ from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import NO_STRESS, PointArrays
-from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.materials.film import FilmMaterial
@@ -173,11 +173,18 @@ class FilmOnGrid(PointsOnGrid):
             return
         film["x"][:] = x
         self._fields.show(self.geometry.operators(x))
-        momentum = points.mass @ points.velocity
+        momentum, before = points.mass @ points.velocity, self._of_grid()
+        points.position[:, list(self.geometry.axes)] = x[order]
+        points.velocity[:] += self._of_grid() - before  # of the place where they are now
         points.mass[:] = self._slice * film["mass"][order]
         points.velocity[:] += (momentum - points.mass @ points.velocity) / points.mass.sum()
-        points.position[:, list(self.geometry.axes)] = x[order]
         self.slabs.left_slab[:] = 1
+
+    def _of_grid(self) -> np.ndarray:
+        """Velocities of the grid where the nodes are [m/s], shape (n, 3)."""
+        found = np.empty_like(self.points.position)
+        gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
+        return found
 
     def _signals(self) -> float:
         """How fast the film's own waves and its viscosity cross a cell [1/s], by its own inertia."""
