@@ -135,13 +135,6 @@ def test_a_folder_with_other_things_is_left_alone(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_a_case_of_the_users_is_left_alone(tmp_path):
-    (tmp_path / "case.toml").write_text("title = 'mine'")
-    with pytest.raises(UsageError, match=r"a case\.toml without results among them"):
-        run_case(free_flight(), tmp_path)
-    assert (tmp_path / "case.toml").read_text() == "title = 'mine'"
-
-
 @pytest.mark.parametrize("until", [0.1, 0.3, 0.5, 0.99])
 def test_stopped_early_and_resumed_ends_in_the_same_bits(tmp_path, expected, until):
     early = run_case(free_flight(), tmp_path / "run", until=until, report=False)

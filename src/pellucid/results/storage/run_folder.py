@@ -42,10 +42,9 @@ class RunFolder:
         with explained(self.path), usable(self.path):
             if self.path.exists() and not self.path.is_dir():
                 raise UsageError(f"{self.path} is a file; give a folder for the results")
-            if self.path.is_dir() and not self._is_of_a_run() and not all(map(is_draft, self.path.iterdir())):
-                own = ", a case.toml without results among them" if self.case.is_file() else ""
+            if self.path.is_dir() and not self.case.is_file() and not all(map(is_draft, self.path.iterdir())):
                 raise UsageError(
-                    f"{self.path} has other files in it than those of a run{own}; give a new or empty folder for the results"
+                    f"{self.path} has other files in it than those of a run; give a new or empty folder for the results"
                 )
             self.path.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
@@ -53,10 +52,6 @@ class RunFolder:
             shutil.rmtree(self.path / "fields", ignore_errors=True)
             self.reopen()
             write_text(self.case, dumps(case))
-
-    def _is_of_a_run(self) -> bool:
-        """Whether a run was begun here: a case of the user's may be called case.toml too."""
-        return self.case.is_file() and (self.history.is_file() or self.checkpoint.is_dir())
 
     def reopen(self) -> None:
         """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
