@@ -6,6 +6,8 @@ import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.curves_in_plane import film_of_curves
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
@@ -56,3 +58,8 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     label(axes[2], "time", "radius of the waist", "s", "m")
     figure.suptitle(f"{run.case.title}, a = {lipid_of(film_of(run)).stiffness:g} N m/kg")
     return {"flow": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The film as it is squeezed."""
+    return {"motion": film_of_curves(run)}
