@@ -79,3 +79,30 @@ SHAPE_ENERGIES = {
 }
 """Bending energy over 8πκ of vesicles without spontaneous curvature by branch and reduced volume, by solving the shape
 equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits, of the stomatocyte to three."""
+
+
+def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, radius: float) -> float:
+    """Rate [1/s] at which n waves about a circle die away, of a film that does not stretch and has one drag in all directions.
+
+    ω = S/(ζ (1 + 1/n²)), S = (n² - 1)(P/R + κ (n² - 1)/R⁴) with the pressure P inside [Pa], the bending rigidity κ [J/m] and
+    the drag ζ [Pa s/m] (linear theory: r = R + u cos nφ has the normal force -S u, and without stretch the tangential velocity
+    is 1/n of the normal one). Errors are of the square of u/R.
+    """
+    square = waves * waves
+    stiffness = (square - 1) * (pressure / radius + rigidity * (square - 1) / radius**4)
+    return stiffness / (drag * (1.0 + 1.0 / square))
+
+
+def sphere_mode_rate(degree: int, rigidity: float, viscosity: float, dilatational: float, radius: float) -> float:
+    """Rate [1/s] at which a spherical harmonic of degree l dies away on a sphere of film without drag, tension and pressure.
+
+    ω = κ L ((2μ + λ) L - 2μ)/(4μ (μ + λ) R⁴), L = l (l + 1), with the bending rigidity κ [J] and the viscosities μ, λ [N s/m]
+    (linear theory). Errors are of the order of the amplitude over R.
+    """
+    L = degree * (degree + 1)
+    return (
+        rigidity
+        * L
+        * ((2.0 * viscosity + dilatational) * L - 2.0 * viscosity)
+        / (4.0 * viscosity * (viscosity + dilatational) * radius**4)
+    )

@@ -47,6 +47,15 @@ def test_frames_come_back_exactly(path):
     assert same(frames.read(path, -1), frame(2))
 
 
+def test_masses_of_a_fluid_film_are_those_of_each_frame(tmp_path):
+    path = tmp_path / "film.vtkhdf"
+    films = [frame(k) | {"mass": np.full(POINTS, 1.0 + k), "areal_density": np.ones(POINTS)} for k in range(4)]
+    frames.create(path, 2, 0.0, films[0])
+    for k in (1, 2, 3):  # beyond the room that was foreseen
+        frames.append(path, 0.5 * k, films[k])
+    assert all(same(frames.read(path, k), film) for k, film in enumerate(films))
+
+
 def test_a_frame_that_is_not_there_is_an_index_error(path):
     with pytest.raises(IndexError, match="has 3 frames"):
         frames.read(path, 3)

@@ -1,7 +1,10 @@
-"""Compressed vesicle against the exact motion."""
+"""Compressed vesicles of three viscosities against the exact motion."""
 
-from pellucid.gallery.benet2015.growing import METRICS, figures, metrics
+from pellucid.gallery.benet2015 import growing
+from pellucid.gallery.benet2015.growing import figures, metrics
 
-CAPTIONS = {"growth": "Radius, density and speed of the film against time, with the exact ones."}
+CAPTIONS = {"growth": "Radius, density and speed of the films against time, with the exact ones."}
+
+METRICS = (*growing.METRICS, *(f"{name}-{film}" for film in ("less-viscous", "more-viscous") for name in ("radius", "density")))
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]

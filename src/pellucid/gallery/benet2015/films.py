@@ -6,13 +6,17 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.geometry.enclosure import enclosed_volume
 from pellucid.geometry.equivalent_ellipse import Ellipsoid, of_curve
 from pellucid.geometry.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
+from pellucid.results.metrics import Metric
 
 if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
+
+INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
 
 
 def films_of(run: "Run") -> list[FluidFilmCase]:
@@ -55,3 +59,24 @@ def enclosed_area(run: "Run", name: str, time: float) -> float:
     """Area inside a closed film in the plane [m²], of the polygon through its nodes."""
     x, y = run.fields(name, time)["position"][:, :2].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def kept(run: "Run", name: str) -> dict[str, Metric]:
+    """Largest relative changes of what a closed film has inside, the `area` of a curve or the `volume` of a surface, and of its
+    mass, `film_mass`.
+    """
+    times = [float(time) for time in run.times(name)]
+    triangles = run.triangles(name)
+    inside = "volume" if len(triangles) else "area"
+    measures = np.array(
+        [
+            enclosed_volume(run.fields(name, time)["position"], triangles) if len(triangles) else enclosed_area(run, name, time)
+            for time in times
+        ]
+    )
+    masses = np.array([run.fields(name, time)["mass"].sum() for time in times])
+    swollen, lost = (float(np.abs(values / values[0] - 1.0).max()) for values in (measures, masses))
+    return {
+        inside: Metric(swollen, 0.0, swollen, INSIDE, "", f"largest relative change of the {inside} inside the film"),
+        "film_mass": Metric(lost, 0.0, lost, MASS, "", "largest relative change of the mass of the film"),
+    }

@@ -4,23 +4,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import film_of, lipid_of, pressures_of, radius_of
+from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of, radius_of
 from pellucid.references.vesicles import Growing
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.curves_in_plane import film_of_curves
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
     from pellucid.results.storage.run import Run
 
 METRICS = ("radius", "density", "energy")
 
 
-def exact(run: "Run") -> Growing:
-    """The exact motion of the case."""
-    film = film_of(run)
-    material, load = lipid_of(film), next(iter(pressures_of(run)), None)
+def exact(run: "Run", film: "FluidFilmCase") -> Growing:
+    """The exact motion of a film of the case."""
+    material = lipid_of(film)
+    load = next((load for load in pressures_of(run) if load.body == film.name), None)
     pressure, dead = (load.value, load.on == "initial-area") if load else (0.0, False)
     sphere = film.shape.span != "plane"
     viscosities = material.viscosity, material.dilatational_viscosity
@@ -29,35 +32,50 @@ def exact(run: "Run") -> Growing:
     )
 
 
+def _columns(run: "Run", film: "FluidFilmCase") -> tuple[str, str, str]:
+    """Names of its radius, density and speed in the history; those of the first film have no ending."""
+    ending = "" if film is films_of(run)[0] else f"-{film.name}"
+    return f"radius{ending}", f"density{ending}", f"radial_velocity{ending}"
+
+
 def metrics(run: "Run") -> dict[str, Metric]:
-    """Errors of the radius and the density at the end, and of the balance of power."""
-    motion, history = exact(run), run.history
-    radius = float(motion.radii(history["time"])[-1])
-    density = float(motion.densities(np.array(radius)))
-    found = float(history["radius"][-1]), float(history["density"][-1])
+    """Errors of the radius and the density of each film at the end, and of the balance of power."""
     allowed = 1e-3  # the steps keep errors of this share of the distance of nodes; that of the curve's geometry is far below
+    result = {}
+    for film in films_of(run):
+        motion, history, (at, dense, _) = exact(run, film), run.history, _columns(run, film)
+        radius = float(motion.radii(history["time"])[-1])
+        density = float(motion.densities(np.array(radius)))
+        found = float(history[at][-1]), float(history[dense][-1])
+        result[at] = Metric(found[0], radius, abs(found[0] / radius - 1.0), allowed, "m", "radius at the end")
+        off = abs(found[1] / density - 1.0)
+        result[dense] = Metric(found[1], density, off, 2.0 * allowed, "kg/m^2", "density at the end")
     text = "of the load and of what is stored and dissipated, largest so far"
-    error = float(np.abs(history["energy_error"]).max())
-    return {
-        "radius": Metric(found[0], radius, abs(found[0] / radius - 1.0), allowed, "m", "radius at the end"),
-        "density": Metric(found[1], density, abs(found[1] / density - 1.0), 2.0 * allowed, "kg/m^2", "density at the end"),
-        "energy": Metric(error, 0.0, error, allowed, "", text),
-    }
+    error = float(np.abs(run.history["energy_error"]).max())
+    return {**result, "energy": Metric(error, 0.0, error, allowed, "", text)}
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:
-    """Radius, speed and density against time with the exact ones."""
-    motion, times = exact(run), run.history["time"]
-    radii = motion.radii(times)
-    exact_ones = {"radius": radii, "density": motion.densities(radii), "speed of the film": motion.speed(radii)}
-    found = {"radius": run.history["radius"], "density": run.history["density"]}
+    """Radius, density and speed against time with the exact ones."""
+    films, times = films_of(run), run.history["time"]
     figure = new_figure(10.0, 3.2)
-    for axes, (name, values), unit in zip(figure.subplots(1, 3), exact_ones.items(), ("m", "kg/m^2", "m/s"), strict=True):
-        axes.plot(times, values, color="black", linewidth=1, label="exact")
-        given = found.get(name, run.history["radial_velocity"])
-        some = slice(1 if name.startswith("speed") else 0, None, max(len(times) // 25, 1))
-        axes.plot(times[some], given[some], "o", color=COLOURS[1], markersize=4, label="film")
+    panels = figure.subplots(1, 3)
+    for film, colour in zip(films, COLOURS[1:], strict=False):
+        motion = exact(run, film)
+        radii = motion.radii(times)
+        name = "film" if len(films) == 1 else f"μ = {lipid_of(film).viscosity:g} N s/m"
+        exact_ones = radii, motion.densities(radii), motion.speed(radii)
+        for axes, values, column in zip(panels, exact_ones, _columns(run, film), strict=True):
+            axes.plot(times, values, color="black", linewidth=1, label="exact" if film is films[0] else None)
+            some = slice(1 if column.startswith("radial_velocity") else 0, None, max(len(times) // 25, 1))
+            axes.plot(times[some], run.history[column][some], "o", color=colour, markersize=4, label=name)
+    for axes, name, unit in zip(panels, ("radius", "density", "speed of the film"), ("m", "kg/m^2", "m/s"), strict=True):
         label(axes, "time", name, "s", unit)
-    figure.axes[0].legend()
+    panels[-1].legend()
     figure.suptitle(run.case.title)
     return {"growth": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """A curve or a surface of revolution as it grows."""
+    return {"motion": film_of_curves(run)}

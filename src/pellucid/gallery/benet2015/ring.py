@@ -6,6 +6,8 @@ import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.curves_in_plane import film_of_curves
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
@@ -13,7 +15,9 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
-CAPTIONS = {"flow": "Density and flow along the meridian at the end, and the radius of the waist against time."}
+CAPTIONS = {
+    "flow": "Along the meridian density and velocity at the end, and how far the film has moved from the waist; its radius."
+}
 
 METRICS = ("waist", "energy", "mass")
 
@@ -37,22 +41,47 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
+def _half(run: "Run", time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths along the meridian [m] from the waist to the nodes above it, and the masses between [kg], shapes (m,)."""
+    fields = run.fields(film_of(run).name, time)
+    place, mass = fields["position"][:, [0, 2]], fields["mass"]
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
+    upper = slice(len(arc) // 2, None)
+    below = np.cumsum(mass) - 0.5 * mass
+    below[-1] = mass.sum()  # at the pole
+    return arc[upper] - 0.5 * arc[-1], below[upper] - 0.5 * mass.sum()
+
+
+def _moved(run: "Run") -> tuple[np.ndarray, np.ndarray]:
+    """Lengths from the waist at the start, and how much farther from it along the meridian that film is at the end [m]."""
+    start, before = _half(run, 0.0)
+    end, after = _half(run, float(run.times(film_of(run).name)[-1]))
+    return start, np.interp(before, after, end) - start
+
+
 def figures(run: "Run") -> dict[str, "Figure"]:
-    """Density and tangential flow along the meridian at the end, waist against time."""
+    """Density, velocity and displacement along the meridian at the end, waist against time."""
     fields = run.fields(film_of(run).name)
     place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
     along = np.gradient(place, axis=0)
     length = np.linalg.norm(along, axis=1)
-    flow = np.einsum("ij,ij->i", velocity, along) / length
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
     arc -= 0.5 * arc[-1]
-    figure = new_figure(10.0, 3.2)
-    axes = figure.subplots(1, 3)
-    axes[0].plot(arc, fields["areal_density"], ".-", color=COLOURS[0])
-    label(axes[0], "length from the waist", "density", "m", "kg/m^2")
-    axes[1].plot(arc, flow, ".-", color=COLOURS[1])
-    label(axes[1], "length from the waist", "flow along the meridian", "m", "m/s")
-    axes[2].plot(run.history["time"], run.history["waist"], color=COLOURS[2])
-    label(axes[2], "time", "radius of the waist", "s", "m")
+    speed = np.sign(arc) * np.einsum("ij,ij->i", velocity, along) / length
+    figure = new_figure(9.5, 5.6)
+    (dense, fast), (moved, waist) = figure.subplots(2, 2)
+    dense.plot(arc, fields["areal_density"], ".-", color=COLOURS[0])
+    label(dense, "length from the waist", "density", "m", "kg/m^2")
+    fast.plot(arc, speed, ".-", color=COLOURS[1])
+    label(fast, "length from the waist", "velocity from the waist", "m", "m/s")
+    moved.plot(*_moved(run), ".-", color=COLOURS[3])
+    label(moved, "length from the waist at the start", "moved from the waist", "m", "m")
+    waist.plot(run.history["time"], run.history["waist"], color=COLOURS[2])
+    label(waist, "time", "radius of the waist", "s", "m")
     figure.suptitle(f"{run.case.title}, a = {lipid_of(film_of(run)).stiffness:g} N m/kg")
     return {"flow": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The film as it is squeezed."""
+    return {"motion": film_of_curves(run)}

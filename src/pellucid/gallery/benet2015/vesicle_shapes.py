@@ -3,6 +3,8 @@
 from math import pi
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
@@ -15,7 +17,9 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
-CAPTIONS = {"shapes": "Meridians of the vesicles at rest, with reduced volume and bending energy over that of a sphere."}
+CAPTIONS = {
+    "shapes": "Meridians of the vesicles at rest to one scale, with reduced volume and bending energy over that of a sphere."
+}
 
 METRICS = tuple(f"{branch}-{round(100 * reduced)}" for branch, reduced in SHAPE_ENERGIES)
 
@@ -41,15 +45,27 @@ def metrics(run: "Run") -> dict[str, Metric]:
 def figures(run: "Run") -> dict[str, "Figure"]:
     """The shapes at the end."""
     energies = _energies(run)
-    figure = new_figure(10.0, 5.6)
-    panels = figure.subplots(2, -(-len(energies) // 2), squeeze=False).ravel()
-    for axes, film in zip(panels, films_of(run), strict=False):
-        place = run.fields(film.name)["position"]
+    places = {film.name: run.fields(film.name)["position"] for film in films_of(run)}
+    across = -(-len(energies) // 2)
+    rows = [list(places.values())[:across], list(places.values())[across:]]
+    heights = [
+        max((0.55 * float(np.ptp(place[:, 2])) for place in row), default=0.0) for row in rows if row
+    ]  # half of the room
+    wide = 1.6 * max(float(place[:, 0].max()) for place in places.values())  # room for the titles
+    figure = new_figure(10.0, 6.0, layout="compressed")
+    grid = figure.subplots(len(heights), across, squeeze=False, sharex=True, sharey="row", height_ratios=heights)
+    for row, height in zip(grid, heights, strict=True):
+        row[0].set_xlim(-wide, wide)
+        row[0].set_ylim(-height, height)
+    panels = grid.ravel()
+    for axes, (name, place) in zip(panels, places.items(), strict=False):
+        middle = 0.5 * float(place[:, 2].max() + place[:, 2].min())
         for sign in (1.0, -1.0):
-            axes.plot(sign * place[:, 0], place[:, 2] - place[:, 2].mean(), color="#0072B2", linewidth=2)
+            axes.plot(sign * place[:, 0], place[:, 2] - middle, color="#0072B2", linewidth=2)
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_title(f"{film.name.split('-')[0]}, v = {int(film.name.split('-')[1]) / 100:g}\n{energies[film.name]:.5f}")
+        branch, hundredths = name.split("-")
+        axes.set_title(f"{branch}, v = {int(hundredths) / 100:g}\nE/8πκ = {energies[name]:.5f}")
     for axes in panels[len(energies) :]:
         axes.remove()
     figure.suptitle(run.case.title)

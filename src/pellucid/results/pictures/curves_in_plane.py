@@ -47,7 +47,7 @@ class Stage:
         together = np.concatenate(places)
         self.colours = limits([fields["areal_density"] for bodies in states for fields in bodies])
         self._low, self._high = together.min(axis=0), together.max(axis=0)
-        self._margin = 0.08 * float((self._high - self._low).max())
+        self._margin = (LONGEST + 0.02) * float((self._high - self._low).max())
 
     @property
     def ratio(self) -> float:

@@ -18,7 +18,7 @@ from pellucid.geometry.cells import Cells
 from pellucid.results.storage import vtkhdf
 from pellucid.results.storage.files import OutputError, replacing, sync
 from pellucid.results.storage.staged import put
-from pellucid.results.storage.vtkhdf import CONSTANT, Layout, counting, lay_out, layout, opened
+from pellucid.results.storage.vtkhdf import Layout, counting, lay_out, layout, opened
 
 TO_VTK = [0, 1, 2, 5, 3, 4]
 FROM_VTK = [0, 1, 2, 4, 5, 3]
@@ -90,7 +90,7 @@ def read_cells(path: Path) -> Cells:
 def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> None:
     with counting(path, index + 1) as file:  # a frame counts when all of it is there
         for name, place in places.fields.items():
-            if name not in CONSTANT or index == 0:
+            if index == 0 or not place.once:
                 values = frame[name][:, TO_VTK] if _is_tensor(frame[name]) else frame[name]
                 put(file, place.offset + index * place.size, np.ascontiguousarray(values, place.dtype).data)
         put(file, places.values + 8 * index, np.float64(time).tobytes())

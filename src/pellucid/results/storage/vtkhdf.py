@@ -21,7 +21,7 @@ from pellucid.results.storage.staged import StagedFile
 from pellucid.state import FIELDS
 
 CONSTANT = ("id", "mass")
-"""Fields that never change: stored once, and every frame refers to them."""
+"""Fields that never change: stored once, and every frame refers to them; but in fluid films mass flows between the nodes."""
 
 POLYGONS, GRID = b"PolyData", b"UnstructuredGrid"
 GROUPS = {"Vertices": ("points",), "Lines": ("lines",), "Polygons": ("quadrilaterals", "triangles"), "Strips": ()}
@@ -37,6 +37,7 @@ class Place(NamedTuple):
     offset: int
     size: int
     dtype: np.dtype
+    once: bool  # one value for all frames
 
 
 class Layout(NamedTuple):
@@ -77,11 +78,12 @@ def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], cells: C
             data, offsets = root.create_group("PointData"), steps.create_group("PointDataOffsets")
             for name, array in frame.items():
                 home, label = (root, "Points") if name == "position" else (data, name)
-                frames = 1 if name in CONSTANT else capacity
+                constant = name in CONSTANT and not (name == "mass" and "areal_density" in frame)
+                frames = 1 if constant else capacity
                 _place(home, label, (frames * n, *array.shape[1:]), array.dtype)
                 home[label].attrs["unit"] = FIELDS[name].unit or "1"
                 home[label].attrs["meaning"] = FIELDS[name].meaning
-                offsets[name] = once if name in CONSTANT else starts
+                offsets[name] = once if constant else starts
             data["position"] = root["Points"]
         staged.commit()
 
@@ -94,7 +96,7 @@ def layout(path: Path) -> Layout:
         fields = {}
         for name, dataset in root["PointData"].items():
             size = n * int(np.prod(dataset.shape[1:], dtype=int)) * dataset.dtype.itemsize
-            fields[name] = Place(dataset.id.get_offset(), size, dataset.dtype)
+            fields[name] = Place(dataset.id.get_offset(), size, dataset.dtype, len(dataset) == n)
         values = steps["Values"]
         chunk = values.id.get_chunk_info_by_coord((0,))
         return Layout(len(values), len(steps["PointOffsets"]), fields, chunk.byte_offset)

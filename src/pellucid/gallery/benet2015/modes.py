@@ -1,0 +1,106 @@
+"""Small disturbances of round films: the rates at which they die away, against linear theory."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of
+from pellucid.references.vesicles import curve_mode_rate, sphere_mode_rate
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"decay": "Amplitudes over that at the start against time, with the exact rates."}
+
+WAVES = {"two-waves": 2, "three-waves": 3, "sphere": 2}
+"""Waves about the circle, or the degree of the spherical harmonic."""
+
+METRICS = tuple(WAVES)
+
+FINE = 720  # angles at which the radius of a curve is taken from a spline through its nodes
+
+RADIUS = 1.0  # mean [m]
+
+ALLOWED = 0.01  # of the rate: linear theory is off by some amplitudes over the radius, a sphere of 162 nodes by 1e-3
+
+
+class Decay(NamedTuple):
+    """How a mode dies away."""
+
+    times: np.ndarray  # [s]
+    amplitudes: np.ndarray  # over the radius
+    rate: float  # measured [1/s]
+    exact: float  # [1/s]
+
+
+def _waves(places: np.ndarray, waves: int) -> float:
+    """Amplitude of so many waves in the radius of a curve about its middle, over the radius; places: shape (n, 2)."""
+    x, y = (places - places.mean(axis=0)).T
+    angle, radius = np.unwrap(np.arctan2(y, x)), np.hypot(x, y)
+    closed = np.append(angle, angle[0] + 2.0 * np.pi), np.append(radius, radius[0])
+    even = angle[0] + np.linspace(0.0, 2.0 * np.pi, FINE, endpoint=False)
+    radii = CubicSpline(*closed, bc_type="periodic")(even)
+    return float(2.0 * abs(np.mean(radii * np.exp(1j * waves * even))) / radii.mean())
+
+
+def _harmonic(places: np.ndarray) -> float:
+    """Amplitude of the Legendre polynomial of degree 2 about z in the radii of nodes, over the radius; places: shape (n, 3)."""
+    from_middle = places - places.mean(axis=0)
+    radius = np.linalg.norm(from_middle, axis=1)
+    wave = 1.5 * (from_middle[:, 2] / radius) ** 2 - 0.5
+    wave -= wave.mean()
+    return float(abs(wave @ radius) / (wave @ wave) / radius.mean())
+
+
+def _amplitude(run: "Run", film: "FluidFilmCase", time: float) -> float:
+    places = run.fields(film.name, time)["position"]
+    return _waves(places[:, :2], WAVES[film.name]) if film.shape.span == "plane" else _harmonic(places)
+
+
+def _exact(run: "Run", film: "FluidFilmCase") -> float:
+    material = lipid_of(film)
+    if film.shape.span == "space":
+        viscosities = material.viscosity, material.dilatational_viscosity
+        return sphere_mode_rate(WAVES[film.name], material.bending_rigidity, *viscosities, RADIUS)
+    (pressure,) = (load.value for load in pressures_of(run) if load.body == film.name)
+    return curve_mode_rate(WAVES[film.name], pressure, material.bending_rigidity, film.drag.normal, RADIUS)
+
+
+def decay_of(run: "Run", film: "FluidFilmCase") -> Decay:
+    """Of one film: the slope of ln(amplitude) in the frames after the start, in which its tension is that of the load."""
+    times = run.times(film.name)
+    amplitudes = np.array([_amplitude(run, film, float(time)) for time in times])
+    slope = np.polyfit(times[1:], np.log(amplitudes[1:]), 1)[0]
+    return Decay(times, amplitudes, -float(slope), _exact(run, film))
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The rates."""
+    result = {}
+    for film in films_of(run):
+        of = decay_of(run, film)
+        error = abs(of.rate / of.exact - 1.0)
+        result[film.name] = Metric(of.rate, of.exact, error, ALLOWED, "1/s", "rate at which the amplitude falls")
+    return result
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Amplitudes against time."""
+    figure = new_figure(height=3.8)
+    axes = figure.subplots()
+    for film, colour in zip(films_of(run), COLOURS, strict=False):
+        of = decay_of(run, film)
+        axes.semilogy(of.times, np.exp(-of.exact * of.times), color="black", linewidth=1)
+        name = f"{film.name.replace('-', ' ')}: {of.rate:.4f}/s, exact {of.exact:.4f}/s"
+        axes.semilogy(of.times, of.amplitudes / of.amplitudes[0], "o", color=colour, markersize=4, label=name)
+    axes.plot([], [], color="black", linewidth=1, label="exact")
+    axes.legend()
+    label(axes, "time", "amplitude over that at the start", "s", "")
+    figure.suptitle(run.case.title)
+    return {"decay": figure}
