@@ -25,7 +25,7 @@ class Model(BaseModel):
     def _quantity_to_si(cls, value: Any, info: ValidationInfo) -> Any:
         field = cls.model_fields[str(info.field_name)]
         extra = field.json_schema_extra
-        if field.annotation is bool and not isinstance(value, bool):
+        if field.annotation in (bool, bool | None) and not isinstance(value, bool | None):
             raise ValueError("must be true or false, without quotes")  # pydantic would read "no" and 0 as false
         if isinstance(extra, dict) and _is_numeric(field.annotation):
             return _to_si(value, str(extra.get("unit", "")))

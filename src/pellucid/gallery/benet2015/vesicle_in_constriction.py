@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 NAME = "vesicle"
 TOUCH = 0.5  # cells: walls are nodes of the grid
+ROUNDING = 1e-9  # m
 PANELS = 6
 
 CAPTIONS = {
@@ -34,7 +35,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     beyond = float(frames[-1]["position"][:, 0].min())
     nearest = min(_distance(run, fields["position"]) for fields in frames) / run.case.grid.cell
     return {
-        "passed": Metric(beyond, 0.0, max(0.0, -beyond), 0.0, "m", "place of its last node beyond the throat at the end"),
+        "passed": Metric(beyond, 0.0, max(0.0, -beyond), ROUNDING, "m", "place of its last node beyond the throat at the end"),
         "clearance": Metric(nearest, 0.0, max(0.0, -nearest), TOUCH, "", "least distance from the walls, in cells"),
         **kept(run, NAME),
     }

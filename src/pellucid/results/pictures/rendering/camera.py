@@ -76,6 +76,6 @@ def camera_for(view: View, positions: np.ndarray, columns: int, margin: float = 
     axes = view.axes()
     paper = positions @ axes[:2].T
     low, high = paper.min(axis=0), paper.max(axis=0)
-    gap = margin * (high - low).max()
+    gap = margin * ((high - low).max() or 1.0)  # a single place needs some paper too
     low, high = low - gap, high + gap
     return Camera(axes, low, high, columns / (high - low)[0])
