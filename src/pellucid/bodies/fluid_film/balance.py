@@ -116,8 +116,7 @@ class FilmBalance(FilmForces):
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
         """What the forces of the film leave unbalanced at the nodes [N], shape (n, d)."""
-        resistance = [square.of_components(velocity.shape[1]) for square in parts.resistance]
-        felt = self._felt(resistance, velocity) + self._felt(parts.stiffness, velocity - first)
+        felt = self._felt(parts.resistance, velocity) + self._felt(parts.stiffness, velocity - first)
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 
     def _velocity(
@@ -160,7 +159,7 @@ class FilmBalance(FilmForces):
         apart = np.einsum("ni,ni->n", normal, near - self.geometry.places(near))
         known, velocity = frames.known(led, led.rate + apart, system.known, system.velocity)
         turned = system._replace(
-            resistance=frames.rows([square.of_components(system.x.shape[1]) for square in system.resistance], nodes),
+            resistance=frames.rows(system.resistance, nodes),
             stiffness=frames.rows(system.stiffness, nodes),
             turning=None if system.turning is None else frames.rows(system.turning, nodes),
             force=frames.of(system.force),

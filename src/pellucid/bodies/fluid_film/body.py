@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.forms import FilmPhysics
+from pellucid.bodies.fluid_film.film_forces import Film
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.held_nodes import HeldNodes
@@ -17,25 +17,16 @@ from pellucid.bodies.fluid_film.solver import FilmSolver
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
-from pellucid.materials.film import FilmMaterial
 from pellucid.parts.body import NodalSupport, Placement
 from pellucid.parts.families import NodalBody
 from pellucid.parts.surface_load import Traction
 
 
-class FilmCase(Protocol):
-    """What a film is built from, as its model describes it."""
+class FilmCase(Film, Protocol):
+    """A film that moves by itself."""
 
     @property
-    def name(self) -> str: ...
-    @property
-    def material(self) -> FilmMaterial: ...
-    @property
-    def initial_density(self) -> float: ...
-    @property
     def is_around(self) -> bool: ...
-    def physics(self) -> FilmPhysics: ...
-    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
     def solver(self, geometry: FilmGeometry, x: np.ndarray) -> FilmSolver: ...
     def goals(self, o: Operators) -> Goals: ...
     def steps(self, balance: FilmBalance, goals: Goals, arrays: dict[str, np.ndarray]) -> FilmSteps: ...
@@ -87,10 +78,6 @@ class FluidFilm(NodalBody):
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self._forces.append((column, np.asarray(force)[:, list(self.geometry.axes)]))
-
-    def add_pressure(self, pressure: float, column: int) -> None:
-        """Add a pressure [Pa] that follows the normal over this step."""
-        self.add_traction(lambda points, after: pressure * points.normal, column)
 
     def add_traction(self, traction: Traction, column: int) -> None:
         """Add forces on the film's surface over this step."""

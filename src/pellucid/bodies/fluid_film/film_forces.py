@@ -1,15 +1,29 @@
 """The forces of a film on its nodes: by its density, its bending, its viscosity, and what acts on its surface."""
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, bending_energies, forms
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
-from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows
+from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows, SharedRows
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import SurfacePoints, Traction
+
+
+class Film(Protocol):
+    """What every film is built from, as its model describes it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def material(self) -> FilmMaterial: ...
+    @property
+    def initial_density(self) -> float: ...
+    def physics(self) -> FilmPhysics: ...
+    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
 
 
 class FilmForces:
@@ -49,12 +63,12 @@ class FilmForces:
     def internal_force(self, o: Operators, mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """What it does to its nodes while they move with these velocities [m/s], shape (n, d): forces [N], shape (n, d)."""
         parts = self.forms(o, mass, 0.0)
-        resistance = [square.of_components(velocity.shape[1]) for square in parts.resistance]
-        return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(resistance, velocity)))
+        return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
 
-    def _felt(self, squares: Sequence[Rows], velocity: np.ndarray) -> list[Rows]:
+    def _felt(self, squares: Sequence[Rows | SharedRows], velocity: np.ndarray) -> list[Rows]:
         """What sums of squares of rows resist velocities with, as rows of forces."""
-        return [Rows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in squares]
+        whole = (square.of_components(velocity.shape[1]) for square in squares)
+        return [Rows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 
     def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction, after: float) -> np.ndarray:
         """Forces of a traction on the nodes [N], shape (n, d), at a time after the start of the step of the clock [s]."""

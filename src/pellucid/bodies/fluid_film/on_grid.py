@@ -13,9 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fluid_film.film_forces import FilmForces, in_space
-from pellucid.bodies.fluid_film.forms import FilmPhysics, dissipation
-from pellucid.bodies.fluid_film.geometry import FilmGeometry
+from pellucid.bodies.fluid_film.film_forces import Film, FilmForces, in_space
+from pellucid.bodies.fluid_film.forms import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
@@ -26,25 +25,16 @@ from pellucid.grid.points import NO_STRESS, PointArrays
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import Traction
 
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
-class FilmInFluid(Protocol):
-    """What a film is built from, as its model describes it."""
+class FilmInFluid(Film, Protocol):
+    """A film that shares a velocity field."""
 
     @property
-    def name(self) -> str: ...
-    @property
-    def material(self) -> FilmMaterial: ...
-    @property
-    def initial_density(self) -> float: ...
-    @property
     def nodes(self) -> str: ...
-    def physics(self) -> FilmPhysics: ...
-    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
@@ -57,6 +47,7 @@ class FilmOnGrid(PointsOnGrid):
 
     energy_kind = "strain"
     is_surface = True
+    asks_for_loads = True
 
     def __init__(
         self,
@@ -111,7 +102,7 @@ class FilmOnGrid(PointsOnGrid):
         prefix = "geometry/"
         self.geometry.restore({name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)})
         super().restore(arrays)
-        self._o = self.geometry.operators(self._film["x"])
+        self._show()
 
     # forces
 
@@ -122,10 +113,6 @@ class FilmOnGrid(PointsOnGrid):
         if force:
             film = self._film
             self._scatter(self.forces.internal_force(self._o, film["part_mass"], film["v"]), self.grid.nodes.force)
-
-    def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
-        self.add_traction(lambda points, after: pressure * points.normal, column)
 
     def add_traction(self, traction: Traction, column: int) -> None:
         """Add forces on the film's surface to those on the nodes of the grid."""
@@ -159,8 +146,8 @@ class FilmOnGrid(PointsOnGrid):
             self._work.works[[VISCOUS, INTERNAL]] = heat  # the internal work of the grid has it too
             if self._spreads:
                 self._spread(moved)
-        self._o = self.geometry.operators(film["x"])
-        self._fields.show(self._o)
+            else:
+                self._show()
         self.totals.stored = self._slice * self.forces.stored_energy(self._o, film["part_mass"])
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         self._bound_rate(self._signals() + fastest * self.grid.lattice.inverse_cell)
@@ -169,16 +156,22 @@ class FilmOnGrid(PointsOnGrid):
         """Move nodes along the film; what flows between them takes its mass along, and momentum in all stays what it was."""
         film, points, order = self._film, self.points, self.arrays["id"]
         x, film["part_mass"][:] = self.geometry.redistributed(film["x"], film["part_mass"], moved)
-        if np.array_equal(x, film["x"]):
-            return
+        stay = np.array_equal(x, film["x"])
         film["x"][:] = x
-        self._fields.show(self.geometry.operators(x))
+        self._show()
+        if stay:
+            return
         momentum, before = points.mass @ points.velocity, self._of_grid()
         points.position[:, list(self.geometry.axes)] = x[order]
         points.velocity[:] += self._of_grid() - before  # of the place where they are now
         points.mass[:] = self._slice * film["mass"][order]
         points.velocity[:] += (momentum - points.mass @ points.velocity) / points.mass.sum()
         self.slabs.left_slab[:] = 1
+
+    def _show(self) -> None:
+        """The operators where the nodes are now, and the fields that others see."""
+        self._o = self.geometry.operators(self._film["x"])
+        self._fields.show(self._o)
 
     def _of_grid(self) -> np.ndarray:
         """Velocities of the grid where the nodes are [m/s], shape (n, 3)."""

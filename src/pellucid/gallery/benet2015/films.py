@@ -12,8 +12,11 @@ from pellucid.geometry.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import label
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from pellucid.results.storage.run import Run
 
 INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
@@ -48,6 +51,15 @@ def radius_of(film: FluidFilmCase) -> float:
 def pressures_of(run: "Run") -> list[FilmPressure]:
     """The pressures on it."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
+
+
+def finish_panel(axes: "Axes", time: float) -> None:
+    """A picture of the plane of x and y at a time [s]: one scale, no lattice, names at the rim."""
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_title(f"t = {time:.2g} s")
+    label(axes, "x", "y", "m", "m")
+    axes.label_outer()
 
 
 def shapes_of(run: "Run", name: str) -> list[Ellipsoid]:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import enclosed_area, kept, shapes_of
+from pellucid.gallery.benet2015.films import enclosed_area, finish_panel, kept, shapes_of
 from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import evenly
@@ -72,11 +72,7 @@ def _passage(run: "Run") -> "Figure":
         axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
         axes.set_xlim(-8.5, 8.5)
         axes.set_ylim(grid.lower[1], grid.upper[1])
-        axes.set_aspect("equal")
-        axes.grid(False)
-        axes.set_title(f"t = {time:.2g} s")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, float(time))
     handles, names = axes.get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))  # of two walls one
     figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=3, markerscale=4.0)

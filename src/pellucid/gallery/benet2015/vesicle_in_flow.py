@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import kept
+from pellucid.gallery.benet2015.films import finish_panel, kept
 from pellucid.geometry.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
@@ -106,10 +106,6 @@ def _sections(run: "Run") -> "Figure":
             place = run.fields(name, float(time))["position"]
             near = place[np.abs(place[:, 2]) < (0.5 if name == "film" else 0.3) * cell]
             axes.plot(near[:, 0], near[:, 1], ".", color=colour, markersize=size, markeredgewidth=0, label=name)
-        axes.set_aspect("equal")
-        axes.grid(False)
-        axes.set_title(f"t = {time:.2g} s")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, float(time))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, markerscale=3.0)
     return figure

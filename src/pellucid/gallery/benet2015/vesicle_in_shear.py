@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import kept, shapes_of
+from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
@@ -86,11 +86,7 @@ def _film(run: "Run") -> "Figure":
         axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
         axes.set_xlim(-1.9, 1.9)
         axes.set_ylim(-1.9, 1.9)
-        axes.set_aspect("equal")
-        axes.grid(False)
-        axes.set_title(f"t = {time:.2g} s")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, float(time))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=4.0)
     return figure
 
