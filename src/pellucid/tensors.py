@@ -47,6 +47,24 @@ def deviator(a: Symmetric) -> Symmetric:
 
 
 @pointwise
+def stress_power(stress: Symmetric, L: Tensor) -> float:
+    """σ:L of a stress and a velocity gradient [W/m³]."""
+    normal = stress[0] * L[0] + stress[1] * L[4] + stress[2] * L[8]
+    return normal + stress[3] * (L[5] + L[7]) + stress[4] * (L[2] + L[6]) + stress[5] * (L[1] + L[3])
+
+
+@pointwise
+def end_stress_power(stress: Symmetric, L: Tensor, dt: float) -> float:
+    """σ:L' of a stress at the end of a step and the velocity gradient there, L' = L (I + Δt L)⁻¹ [W/m³]."""
+    F = (1.0 + dt * L[0], dt * L[1], dt * L[2], dt * L[3], 1.0 + dt * L[4], dt * L[5], dt * L[6], dt * L[7], 1.0 + dt * L[8])
+    P, J = piola_transform(stress, F), determinant(F)
+    total = 0.0
+    for i in range(9):
+        total += P[i] * L[i]
+    return total / J
+
+
+@pointwise
 def double_dot(a: Symmetric, b: Symmetric) -> float:
     """a : b of two symmetric tensors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])

@@ -72,21 +72,15 @@ class Brake(Condition):
 class ActiveBrake(ActiveCondition):
     def __init__(self, brake: Brake, assembly: Assembly) -> None:
         (self._field,) = (actions.field for actions in assembly.actions if actions.field.name == brake.field)
-        self._rate, self._layout = brake.rate, assembly.layout
+        self._rate, self._column = brake.rate, assembly.layout.column(BRAKE_HEAT)
         self._inside = np.zeros((self._field.grid.n_nodes, 1), bool)
         index, position = self._field.grid.where()
         self._inside[index, 0] = position[:, 0] >= brake.above
-        self._done = self._layout.no_work()
 
     def act_on_nodes(self, dt: float) -> None:
         nodes = self._field.grid.nodes
-        self._done = self._layout.no_work()
         taken = np.where(self._inside, np.expm1(-self._rate * dt) * nodes.mass[:, None] * nodes.velocity, 0.0)
-        work = self._field.add_impulses(taken, dt, self._done)
-        self._done.works[self._layout.column(BRAKE_HEAT)] = -work
-
-    def work(self) -> StepWork:
-        return self._done
+        self._field.add_impulses(taken, self._column, sign=-1.0)
 
 
 class SpinDamping(Condition):

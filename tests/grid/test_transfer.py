@@ -8,6 +8,7 @@ from small_cases import SOLID, box, place, simulation
 from pellucid.approximants import GRID_FUNCTIONS
 
 GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, -0.4, 0.2], [-0.6, 0.7, 0.2]])
+DT = 0.125  # s
 SPIN = np.array([[0.0, -0.3, 0.2], [0.3, 0.0, -0.7], [-0.2, 0.7, 0.0]])
 every_function = pytest.mark.parametrize("functions", GRID_FUNCTIONS)
 
@@ -126,7 +127,7 @@ def test_a_linear_velocity_goes_through_the_nodes(functions):
     index, position = sim.grid.where()
     before = body.points.velocity.copy()
     nodes.velocity_increment[index] = position @ GRADIENT.T
-    body.update_velocities(remap=False)
+    body.update_velocities(DT, remap=False)
     # positions and changes of order three
     assert np.abs(body.points.velocity - before - body.points.position @ GRADIENT.T).max() < 2e-14
     points = body.points
@@ -138,7 +139,7 @@ def test_a_linear_velocity_goes_through_the_nodes(functions):
 def test_momentum_mapped_anew_is_that_of_the_points(functions):
     sim = filled(functions)
     body, nodes = sim.bodies[0], sim.grid.nodes
-    body.update_velocities(remap=True)
+    body.update_velocities(DT, remap=True)
     scale = body.points.mass @ np.abs(body.points.velocity)
     assert np.abs(nodes.momentum.sum(axis=0) - body.points.mass @ body.points.velocity).max() < 1e-14 * scale.max()
 
@@ -149,7 +150,7 @@ def test_apic_carries_affine_fields_exactly():
     index, position = sim.grid.where()
     for values in (nodes.velocity, nodes.strain_velocity):
         values[index] = position @ GRADIENT.T + (1.0, -2.0, 3.0)
-    body.update_velocities(remap=True)
+    body.update_velocities(DT, remap=True)
     # gradients: velocities of order five over cells of half a metre, over a spread of the weights of at least 1e-4
     assert np.abs(body.arrays["affine"] - tensor(GRADIENT)).max() < 1e-10
     expected = body.points.position @ GRADIENT.T + (1.0, -2.0, 3.0)

@@ -73,9 +73,10 @@ def stepped(body, field, dt, act):
         body.particle_to_grid(inertia=True, force=True)
     else:
         body.predict(dt)
-    work = field.advance(dt)
+    field.advance(dt)
     if isinstance(body, GridBody):
-        body.update_velocities(remap=False)
+        work = field.works(dt)
+        body.update_velocities(dt, remap=False)
         return work
     body.correct(remap=False)
     return body.work()

@@ -8,14 +8,31 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
+from pellucid.grid import affine
 from pellucid.grid import transfer as kernels
-from pellucid.grid.points import HEATING, KINETIC, MOMENTUM_X, RATE, SPEED, STORED, InOrder, MappedPoints, PointArrays, Slabs
+from pellucid.grid.points import (
+    AFFINE,
+    AFFINE_BEFORE,
+    HEATING,
+    KINETIC,
+    LOSS,
+    LUMPING,
+    MOMENTUM_X,
+    POWER,
+    RATE,
+    SPEED,
+    STORED,
+    InOrder,
+    MappedPoints,
+    PointArrays,
+    Slabs,
+)
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.families import GridBody
+from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.reductions import ordered_sum
 
 HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
@@ -47,6 +64,7 @@ class PointsOnGrid(GridBody):
         if isinstance(velocity_transfer, Apic):
             arrays["affine"] = np.zeros((len(arrays["mass"]), 9))
         self._scratch: dict[int, np.ndarray] = {}
+        self._heat = np.zeros(len(arrays["mass"]))
         self.totals = Totals()
         self.bind()
         self.sort()
@@ -68,6 +86,7 @@ class PointsOnGrid(GridBody):
             points=self.points,
             slabs=slabs,
             affine=self._affine,
+            heat=self._heat,
             index=InOrder(),
         )
         self.mapped = Bundle(mapped)
@@ -104,14 +123,21 @@ class PointsOnGrid(GridBody):
         """Add external forces on the points [N] to those on the nodes."""
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
-    def update_velocities(self, remap: bool) -> None:
-        """New velocities; where `remap`, their momentum back on the nodes."""
+    def update_velocities(self, dt: float, remap: bool) -> None:
+        """New velocities; where `remap`, their momentum back on the nodes. What the transfer loses becomes heat."""
         if len(self._affine):
             # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
             nodes = self.grid.nodes
-            kernels.gather_affine(self.n_slabs, self.mapped, nodes.strain_velocity if self._stencil == 2 else nodes.velocity)
+            affine.gather_affine(self.n_slabs, self.mapped, nodes.strain_velocity if self._stencil == 2 else nodes.velocity)
         free = self.constraint is None
         kernels.update_velocities(self.n_slabs, self.mapped, int(remap and free))
+        sums = ordered_sum(self.slabs.sums)
+        lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
+        if len(self._affine):  # the points have moved since, and the nodes' distances from them are others
+            loss += self.totals.affine - float(sums[AFFINE_BEFORE])
+            self.totals.affine = float(sums[AFFINE])
+        kept = self._keep_heat(dt) if self.keeps_heat else 0.0
+        self.transfer_loss = TransferLoss(loss, lumping, kept)
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
             kernels.sum_momentum(self.n_slabs, self.mapped)
@@ -119,10 +145,15 @@ class PointsOnGrid(GridBody):
                 kernels.scatter_momentum(self.n_slabs, self.mapped)
         self._collect_momentum_sums()
 
+    def _keep_heat(self, dt: float) -> float:
+        """Of a body that keeps heat: take up the work of internal forces over dt [s], and of what the transfer lost what can be
+        heat, which is returned [J]."""
+        raise ValueError(f"body {self.name} keeps no heat")
+
     def _collect_momentum_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)
         totals = self.totals
-        totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
+        totals.kinetic, totals.momentum_size = float(sums[KINETIC]) + totals.affine, float(sums[SPEED])
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
     @abstractmethod
@@ -139,8 +170,10 @@ class PointsOnGrid(GridBody):
         if self.constraint is not None:
             self.constraint.prescribe_positions()
 
-    def _collect_strain_sums(self) -> None:
+    def _collect_strain_sums(self, last: bool) -> None:
+        """Totals after straining; last: after the momentum equation and not before."""
         sums = ordered_sum(self.slabs.sums)
+        self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
         self._bound_rate(float(self.slabs.sums[:, RATE].max()))
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 from pydantic import field_validator, model_validator
 
+from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import Region, Where, faults, needs_mesh
 from pellucid.grid.model import GridCase
@@ -104,6 +105,10 @@ class Support(Condition):
                 box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
                 text = f"the box contains no node: {axis} from {box}, the grid's from {nodes}"
                 yield Finding(path, text, "let the box overlap the grid")
+
+    def channels(self) -> Sequence[Channel]:
+        """What points lose that take its velocity at once, where it is within a grid and no wall."""
+        return (IMPACT_HEAT,) if self.face() is None and self.body is None else ()
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: "Assembly") -> Sequence[ActiveCondition]:

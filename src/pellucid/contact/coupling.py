@@ -18,7 +18,7 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
-NO_AFFINE = np.zeros((0, 9))
+NO_AFFINE, NO_HEAT = np.zeros((0, 9)), np.zeros(0)
 
 
 @kernel(inner=True)
@@ -81,10 +81,9 @@ class GridCoupling:
 
     def _bind_slabs(self, slabs: Slabs) -> None:
         self.slabs, self.n_slabs = slabs, len(slabs.layer) - 1
-        grid = self.velocity_field.grid
-        self.mapped = Bundle(
-            MappedPoints(self.functions, Flip(), grid.lattice, grid.nodes, self._points, slabs, NO_AFFINE, ByIndex(self._order))
-        )
+        grid, index = self.velocity_field.grid, ByIndex(self._order)
+        on_grid = self.functions, Flip(), grid.lattice, grid.nodes
+        self.mapped = Bundle(MappedPoints(*on_grid, self._points, slabs, NO_AFFINE, NO_HEAT, index))
 
     def scatter(self, force: np.ndarray | None = None) -> None:
         """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""

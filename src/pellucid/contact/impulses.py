@@ -8,7 +8,7 @@ m_b) dt) on a, friction only under compression. Constrained nodes have no mobili
 from math import sqrt
 from typing import NamedTuple
 
-from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
+from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.momentum import FIRM, ExternalAction
 from pellucid.jit import kernel, pointwise
@@ -148,23 +148,18 @@ def give(chunks, node, impulse, one, other, w1, w2, total):
 
 
 @kernel(inner=True)
-def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, gravity, dt, works):
+def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, works):
     nodes, external, moved_by_grid = side.nodes, side.external, side.moves_points
-    velocity, force, constrained = nodes.velocity, nodes.force, nodes.constrained
-    driven_mass, driven_impulse, loads = external.driven_mass, external.impulse, external.loads
-    n_loads = len(loads) if loads.shape[1] > 0 else 0
-    contact = internal = fall = support = moved = 0.0
-    first = FIRST_LOAD + len(loads) + 1  # of the impulses
+    velocity, mean_velocity, constrained = nodes.velocity, nodes.mean_velocity, nodes.constrained
+    driven_mass, driven_impulse = external.driven_mass, external.impulse
+    contact = support = moved = 0.0
+    first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         for d in range(3):
-            j, w, new = sign * impulse[e, d], mobility[e, d], velocity[I, d]
-            if w > 0.0:
-                if moved_by_grid:  # the works of other forces were taken with velocities without contact
-                    internal += 0.5 * dt * force[I, d] * w * j
-                    fall += 0.5 * dt * gravity[d] * j
-                    for k in range(n_loads):
-                        works[chunk, FIRST_LOAD + k] += 0.5 * dt * loads[k, I, d] * w * j
+            j, new = sign * impulse[e, d], velocity[I, d]
+            if mobility[e, d] > 0.0:
+                contact += j * mean_velocity[I, d] if moved_by_grid else 0.0
                 continue
             contact += j * new
             if constrained[I, d] > 0:
@@ -174,33 +169,14 @@ def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, gravity, dt, wo
                 driven_impulse[I, d] -= j / driven_mass[I, d]
                 moved -= j * new
     works[chunk, CONTACT] += contact
-    works[chunk, INTERNAL] += internal
-    works[chunk, GRAVITY] += fall
     works[chunk, SUPPORT] += support
     works[chunk, MOTION] += moved
 
 
 @kernel()
-def sum_works(chunks, side, node, mobility, impulse, sign, gravity, dt, works):
-    """What impulses change in the works of other forces; what supports and prescribed motions take is their reaction.
+def sum_works(chunks, side, node, mobility, impulse, sign, works):
+    """Works of impulses on nodes whose mean velocities are known; what supports and prescribed motions take is their reaction.
 
-    side: the bundle of a `Side`; works: rows as `pellucid.energy` has them.
+    side: the bundle of a `Side`; works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
     """
-    parallel_for(_sum_works_chunk, chunks, side, node, mobility, impulse, sign, gravity, dt, works)
-
-
-@kernel(inner=True)
-def _work_chunk(chunk, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
-        for d in range(3):
-            if mobility[e, d] > 0.0:
-                work[chunk, 0] += (
-                    0.5 * sign * impulse[e, d] * (velocity[I, d] - velocity_increment[I, d] + momentum[I, d] / mass[I])
-                )
-
-
-@kernel()
-def work_on_points(chunks, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work):
-    """Work of impulses on the points that they reach, from the momentum that these have before and after the step."""
-    parallel_for(_work_chunk, chunks, node, mobility, impulse, sign, mass, momentum, velocity, velocity_increment, work)
+    parallel_for(_sum_works_chunk, chunks, side, node, mobility, impulse, sign, works)

@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.contact import impulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.surface import ContactBody
-from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, row_length, step_work
+from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
@@ -96,22 +96,12 @@ class ContactPair:
         """On the first velocity field over this step [N s], shape (3,)."""
         return self.impulses.sum(axis=0)
 
-    def works(self, gravity: tuple[float, float, float], dt: float, row: int) -> np.ndarray:
+    def works(self, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
         works = np.zeros((self._chunks, row))
         for side, mobility, sign in zip(self._sides, self._mobility, SIGNS, strict=True):
-            impulses.sum_works(self._chunks, side, self.detection.node, mobility, self.impulses, sign, gravity, dt, works)
+            impulses.sum_works(self._chunks, side, self.detection.node, mobility, self.impulses, sign, works)
         return ordered_sum(works)
-
-    def work_on_points(self) -> float:
-        """Work of the impulses on points that the grid moves [J], after their momentum was mapped to the nodes again."""
-        work = np.zeros((self._chunks, 1))
-        for field, mobility, sign in zip(self._fields, self._mobility, SIGNS, strict=True):
-            if field.moves_points:
-                nodes = field.grid.nodes
-                moved = nodes.mass, nodes.momentum, nodes.velocity, nodes.velocity_increment
-                impulses.work_on_points(self._chunks, self.detection.node, mobility, self.impulses, sign, *moved, work)
-        return float(ordered_sum(work)[0])
 
 
 def _along(tried: Sequence[np.ndarray], found: Sequence[np.ndarray], before: Sequence[np.ndarray]) -> float:
@@ -120,7 +110,7 @@ def _along(tried: Sequence[np.ndarray], found: Sequence[np.ndarray], before: Seq
 
 
 class ContactWork(NamedTuple):
-    """What all pairs did over a step: their work, and what it changed in that of others; impulses by name, (3,) [N s]."""
+    """What all pairs did over a step: their work; impulses by name, (3,) [N s]."""
 
     work: StepWork
     impulses: dict[str, np.ndarray]
@@ -147,14 +137,16 @@ class ContactPairs:
         """The bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""
         return chain.from_iterable(pair.touching() for pair in self._pairs)
 
-    def resolve(self, gravity: tuple[float, float, float], dt: float) -> ContactWork:
-        """Impulses on the nodes after their momentum was advanced, and what they did; of their own work only that on nodes
-        that are constrained, since that on points is known when these have moved."""
+    def resolve(self) -> None:
+        """Impulses on the nodes after their momentum was advanced."""
         self._sweep(anew=False)
         self._settle(list({id(body): body for pair in self._pairs for body in pair.in_contact()}.values()))
+
+    def work(self) -> ContactWork:
+        """What the impulses did, when the mean velocities of the nodes are known."""
         total = np.zeros(self._row)
         for pair in self._pairs:
-            total += pair.works(gravity, dt, self._row)
+            total += pair.works(self._row)
         named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(step_work(total, self._columns), named)
 
@@ -190,15 +182,6 @@ class ContactPairs:
             if _along(tried, found, now) > 0.0:
                 weight, ahead = 1.0, 0.0
             last = now
-
-    def with_work_on_points(self, done: ContactWork) -> ContactWork:
-        """What was done with the work of the impulses on points, when their momentum is mapped to the nodes again.
-
-        It is that on the points themselves, not on the nodes: what a point takes of an impulse at a node and does not give back
-        to it is lost, and this is where.
-        """
-        done.work.works[CONTACT] += sum(pair.work_on_points() for pair in self._pairs)
-        return done
 
     def project(self) -> None:
         """Remove the approach from the velocities that strain the points."""

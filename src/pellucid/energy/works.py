@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, FIRST_LOAD = range(10)
+INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, TRANSFER, FIRST_LOAD = range(11)
 """Columns of a row of works that kernels of nodes and bodies fill; INTERNAL is the work of internal forces, which exchanges
 kinetic and stored energy. From FIRST_LOAD on come those of the channels of external forces."""
 
@@ -25,8 +25,8 @@ class Channel(NamedTuple):
 GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
     Channel, ("gravity_work", "support_work", "motion_work", "contact_work")
 )
-ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT = (
-    Channel(name, -1.0) for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat")
+ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT = (
+    Channel(name, -1.0) for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat", "transfer_heat")
 )
 FIXED_COLUMNS: Mapping[Channel, int] = {
     GRAVITY_WORK: GRAVITY,
@@ -37,6 +37,7 @@ FIXED_COLUMNS: Mapping[Channel, int] = {
     IMPACT_HEAT: IMPACT,
     DAMPING_HEAT: DAMPING,
     VISCOUS_HEAT: VISCOUS,
+    TRANSFER_HEAT: TRANSFER,
 }
 """Of the channels that kernels of nodes and bodies fill."""
 ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}

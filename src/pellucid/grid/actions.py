@@ -50,4 +50,4 @@ class NodalActions:
 
     def external(self) -> ExternalAction:
         """All that was asked for, as the momentum equation takes it."""
-        return ExternalAction(self._loads, self._absorption, *self._driven)
+        return ExternalAction(self._loads, self._absorption, np.zeros_like(self._absorption), *self._driven)

@@ -30,6 +30,8 @@ class Nodes(NamedTuple):
     velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
     velocity_increment: np.ndarray  # (n, 3) over the step [m/s]; of a body with its own nodes, by contact alone
     strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
+    mean_velocity: np.ndarray  # (n, 3) along which forces do work over the step [m/s]
+    increment_energy: np.ndarray  # (n,) half the square of the velocity increment [J/kg]
     constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that constrains this direction
 
 
@@ -57,9 +59,8 @@ class Grid:
         self.thin = thin
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
-        momentum, force, velocity, velocity_increment, strain_velocity = (np.zeros((n, 3)) for _ in range(5))
-        constrained = np.zeros((n, 3), np.int16)
-        self.nodes = Nodes(np.zeros(n), momentum, force, velocity, velocity_increment, strain_velocity, constrained)
+        vectors = [np.zeros((n, 3)) for _ in range(6)]  # momentum to mean_velocity
+        self.nodes = Nodes(np.zeros(n), *vectors, np.zeros(n), np.zeros((n, 3), np.int16))
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

@@ -17,7 +17,7 @@ from pellucid.energy import (
     step_work,
 )
 from pellucid.grid.lattice import Nodes
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 from pellucid.reductions import ordered_sum
@@ -46,6 +46,7 @@ class ExternalAction(NamedTuple):
 
     loads: np.ndarray  # (channels, n, 3) external forces [N], those of each channel apart
     absorption: np.ndarray  # (n, 3) rate at which an absorbing face takes momentum [1/s]
+    absorbed: np.ndarray  # (n, 3) impulse of absorbing faces over the step [N s]
     driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
     driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
     impulse: np.ndarray  # (n, 3) impulse of prescribed motions on unit driven mass over the step [m/s]
@@ -62,6 +63,18 @@ class AdvancedNodes(NamedTuple):
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
 
 
+@pointwise
+def following(external, I, d, m):
+    """How far node I of mass m [kg] follows the driven points that reach it, 0 to 1."""
+    return min(1.0, external.driven_mass[I, d] / (FIRM * m))
+
+
+@pointwise
+def driven_velocity(external, I, d):
+    """The velocity of the driven points that reach node I [m/s]."""
+    return external.driven_momentum[I, d] / external.driven_mass[I, d]
+
+
 @kernel(inner=True)
 def _advance_chunk(chunk, field, dt, small, flip):
     nodes, walls, mirror, gravity = field.nodes, field.supports.velocity, field.supports.mirror, field.gravity
@@ -70,45 +83,40 @@ def _advance_chunk(chunk, field, dt, small, flip):
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
     loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
     total_load = field.load
-    internal = fall = pushed = total = absorbed = moved = lost = 0.0
-    columns = FIRST_LOAD + len(external.loads)
-    first = columns + 1  # of the impulses
-    other = first + 3 * len(walls)
+    pushed = lost = 0.0
+    first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         if m < NOTHING:
             for d in range(3):
                 velocity[I, d] = velocity_increment[I, d] = strain_velocity[I, d] = 0.0
             continue
-        total += m
         for d in range(3):
             s = constrained[I, d]
             mapped = momentum[I, d] / m
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
             # beside their mirror image; points in a clamp take the velocity of the clamp
             v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
-            f = force[I, d]
             load = total_load[I, d] if loaded else 0.0
             light = v + dt * gravity[d]
-            new = light + dt * (f + load) / m
-            taken = given = goal = 0.0
+            new = light + dt * (force[I, d] + load) / m
             if absorbing and s == 0:
                 half = 0.5 * dt * external.absorption[I, d]  # of the mean velocity over the step: stable for any step
-                taken = m * ((new - half * v) / (1.0 + half) - new)
-                new += taken / m
+                slowed = (new - half * v) / (1.0 + half)
+                external.absorbed[I, d] = m * (slowed - new)
+                new = slowed
                 light = (light - half * v) / (1.0 + half)
             if driven and s == 0:
                 external.impulse[I, d] = 0.0
                 if external.driven_mass[I, d] > 0.0:
-                    follow = min(1.0, external.driven_mass[I, d] / (FIRM * m))
-                    goal = external.driven_momentum[I, d] / external.driven_mass[I, d]
-                    given = m * follow * (goal - new)
+                    follow, goal = following(external, I, d, m), driven_velocity(external, I, d)
+                    external.impulse[I, d] = m * follow * (goal - new) / external.driven_mass[I, d]
                     new += follow * (goal - new)
                     light += follow * (goal - light)
-                    external.impulse[I, d] = given / external.driven_mass[I, d]
             if s > 0:
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
+                lost += 0.5 * m * (wall - v) * (wall - v)
                 if mirror[s - 1]:  # FLIP hands on the increment of velocity, PIC the velocity itself
                     impulse += m * (1.0 - flip) * (wall - mapped)
                 pushed += impulse * wall
@@ -119,21 +127,8 @@ def _advance_chunk(chunk, field, dt, small, flip):
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
             strain_velocity[I, d] = new if m > small or s > 0 else light
-            mean = 0.5 * (v + strain_velocity[I, d])
-            internal += dt * f * mean
-            fall += dt * m * gravity[d] * mean
-            absorbed -= taken * mean
-            moved += given * goal
-            lost += given * (goal - mean)
-            if taken != 0.0 or load != 0.0:  # of few nodes: memory is slow
-                work[chunk, other + d] += taken + dt * load
-    work[chunk, INTERNAL] = internal
-    work[chunk, GRAVITY] = fall
     work[chunk, SUPPORT] = pushed
-    work[chunk, ABSORBED] = absorbed
-    work[chunk, MOTION] = moved
     work[chunk, IMPACT] = lost
-    work[chunk, columns] = total
 
 
 @kernel(inner=True)
@@ -147,29 +142,79 @@ def _sum_loads_chunk(chunk, field):
             field.load[I, d] = load
 
 
-@kernel(inner=True)
-def _count_load_works_chunk(chunk, field, dt):
-    """Works of external forces along the mean velocities of the advanced nodes."""
-    nodes, walls, mirror, loads = field.nodes, field.supports.velocity, field.supports.mirror, field.external.loads
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
-        m = nodes.mass[I]
-        if m < NOTHING:
-            continue
-        for d in range(3):
-            s = nodes.constrained[I, d]
-            v = walls[s - 1, d] if s > 0 and mirror[s - 1] else nodes.momentum[I, d] / m
-            mean = 0.5 * (v + nodes.strain_velocity[I, d])
-            for k in range(len(loads)):
-                field.work[chunk, FIRST_LOAD + k] += dt * loads[k, I, d] * mean
-
-
 @kernel()
 def _advance(chunks, field, dt, small, flip):
     if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
         parallel_for(_sum_loads_chunk, chunks, field)
     parallel_for(_advance_chunk, chunks, field, dt, small, flip)
-    if len(field.load) > 0:
-        parallel_for(_count_load_works_chunk, chunks, field, dt)
+
+
+@kernel(inner=True)
+def _count_works_chunk(chunk, field, dt, small):
+    nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
+    mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
+    loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
+    internal = fall = total = absorbed = moved = lost = 0.0
+    columns = FIRST_LOAD + len(external.loads)
+    others = columns + 1 + 3 * len(field.supports.velocity)
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+        m, energy = mass[I], 0.0
+        if m < NOTHING:
+            m = 0.0
+        total += m
+        for d in range(3):
+            increment, s = velocity_increment[I, d], nodes.constrained[I, d]
+            heavy = m > small or s > 0
+            load = field.load[I, d] if loaded else 0.0
+            mean = velocity[I, d] - (0.5 * increment if heavy else increment)
+            energy += 0.5 * increment * increment if heavy else 0.0
+            if s > 0:
+                mean = field.supports.velocity[s - 1, d]
+            elif driven and external.driven_mass[I, d] > 0.0:
+                given, goal = external.impulse[I, d] * external.driven_mass[I, d], driven_velocity(external, I, d)
+                follow = following(external, I, d, m)
+                other = dt * (force[I, d] + m * gravity[d] + load)
+                moved += given * goal
+                lost += (given + follow * other) * (goal - mean)
+                mean += follow * (goal - mean)
+            nodes.mean_velocity[I, d] = mean
+            if m > 0.0:
+                internal += dt * force[I, d] * mean
+                fall += dt * m * gravity[d] * mean
+                if absorbing and external.absorbed[I, d] != 0.0:
+                    absorbed -= external.absorbed[I, d] * mean
+                    work[chunk, others + d] += external.absorbed[I, d]
+                if load != 0.0:
+                    work[chunk, others + d] += dt * load
+                    for k in range(len(external.loads)):
+                        work[chunk, FIRST_LOAD + k] += dt * external.loads[k, I, d] * mean
+        nodes.increment_energy[I] = energy
+    work[chunk, INTERNAL] = internal
+    work[chunk, GRAVITY] = fall
+    work[chunk, ABSORBED] = absorbed
+    work[chunk, MOTION] = moved
+    work[chunk, IMPACT] += lost
+    work[chunk, columns] = total
+
+
+@kernel()
+def _count_works(chunks, field, dt, small):
+    parallel_for(_count_works_chunk, chunks, field, dt, small)
+
+
+@kernel(inner=True)
+def _sum_mapping_chunk(chunk, field, dt, sums):
+    nodes, total = field.nodes, 0.0
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+        for d in range(3):
+            old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
+            total += 0.5 * dt * nodes.force[I, d] * (2.0 * nodes.mean_velocity[I, d] - old - nodes.strain_velocity[I, d])
+    sums[chunk, 0] = total
+
+
+@kernel()
+def _sum_mapping(chunks, field, dt, sums):
+    parallel_for(_sum_mapping_chunk, chunks, field, dt, sums)
 
 
 @kernel(inner=True)
@@ -186,8 +231,7 @@ def _project_chunk(chunk, field):
             else:
                 v = momentum[I, d] / m if m >= NOTHING else 0.0
                 if driven and m >= NOTHING and external.driven_mass[I, d] > 0.0:
-                    goal = external.driven_momentum[I, d] / external.driven_mass[I, d]
-                    v += min(1.0, external.driven_mass[I, d] / (FIRM * m)) * (goal - v)
+                    v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
                 strain_velocity[I, d] = v
 
 
@@ -220,11 +264,29 @@ class NodalMomentum:
         load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
         self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, load, self._sums))
 
-    def advance(self, dt: float) -> StepWork:
+    def advance(self, dt: float) -> None:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""
         self._sums.fill(0.0)
         _advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
+
+    def works(self, dt: float) -> StepWork:
+        """Works of the step dt [s] and impulses of the supports, when nothing changes the velocities of the nodes any more.
+
+        Forces do work along the mean of the velocities before and after the step, so that all works together are the change of
+        kinetic energy of points that take these increments, but for what lumping loses of it (`transfer_heat`). Where a node is
+        led by a support or driven points, they work along its velocity, and the impact of what arrives there is heat. Nodes of
+        hardly any mass, where both are large and opposite, do without: there works are along the velocity before the step, and
+        no square of the increment is counted. Fills mean_velocity and increment_energy.
+        """
+        _count_works(self._chunks, self._bundle, dt, self.small_mass)
         return step_work(ordered_sum(self._sums), self._columns)
+
+    def mapping_work(self, dt: float) -> float:
+        """Of what lumping took of the kinetic energy in a step dt [s], that which the points' stress works less along
+        `strain_velocity` than the forces did along the mean velocity [J]."""
+        sums = np.zeros((self._chunks, 1))
+        _sum_mapping(self._chunks, self._bundle, dt, sums)
+        return float(ordered_sum(sums)[0])
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""

@@ -98,6 +98,7 @@ class MappedPoints(NamedTuple):
     points: PointArrays
     slabs: Slabs
     affine: np.ndarray  # (n, 9) [1/s], (0, 9) where the transfer has no use for it
+    heat: np.ndarray  # (n,) kinetic energy that the transfer of this step lost about a point [J/kg]
     index: Any  # `InOrder` or `ByIndex`
 
 
@@ -105,4 +106,20 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
 """Of points that are the nodes of elements: it is the elements that have them."""
 
 # columns of Slabs.sums
-KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, STORED, DISSIPATED, HEATING, RATE, COLUMNS = range(10)
+(
+    KINETIC,
+    MOMENTUM_X,
+    MOMENTUM_Y,
+    MOMENTUM_Z,
+    SPEED,
+    STORED,
+    DISSIPATED,
+    HEATING,
+    RATE,
+    LUMPING,
+    LOSS,
+    AFFINE_BEFORE,
+    AFFINE,
+    POWER,
+    COLUMNS,
+) = range(15)

@@ -67,6 +67,50 @@ def gather(about, lattice, field):
 
 
 @pointwise
+def gather_scalar(about, lattice, field):
+    """Σ N_I field_I of a scalar field, shape (nodes,)."""
+    wx, wy, wz = about.wx, about.wy, about.wz
+    total = 0.0
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            line = 0.0
+            for c in range(len(wz)):
+                line += wz[c] * field[node_at(about, lattice, a, b, c)]
+            total += wx[a] * wy[b] * line
+    return total
+
+
+@pointwise
+def gather_gradient(about, lattice, velocity):
+    """Gradient of the nodal velocity `velocity` [1/s], a 9-tuple."""
+    h = lattice.inverse_cell
+    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+    xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            lx = ly = lz = dx = dy = dz = 0.0
+            for c in range(len(wz)):
+                I = node_at(about, lattice, a, b, c)
+                lx += wz[c] * velocity[I, 0]
+                ly += wz[c] * velocity[I, 1]
+                lz += wz[c] * velocity[I, 2]
+                dx += gz[c] * velocity[I, 0]
+                dy += gz[c] * velocity[I, 1]
+                dz += gz[c] * velocity[I, 2]
+            w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
+            xx += gX * lx
+            xy += gY * lx
+            xz += w * dx
+            yx += gX * ly
+            yy += gY * ly
+            yz += w * dy
+            zx += gX * lz
+            zy += gY * lz
+            zz += w * dz
+    return (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
+
+
+@pointwise
 def gather_with_gradient(about, lattice, strain_velocity, velocity):
     """Gradient of the nodal velocity `strain_velocity` [1/s], a 9-tuple, and the velocity `velocity` [m/s]."""
     h = lattice.inverse_cell

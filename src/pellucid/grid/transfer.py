@@ -11,18 +11,20 @@ from typing import Any, NamedTuple
 
 from numpy import intp
 
-from pellucid.approximants.axis import affine_weights
 from pellucid.grid.points import (
     DISSIPATED,
     HEATING,
     INVERTED,
     KINETIC,
+    LOSS,
     LOST,
+    LUMPING,
     MOMENTUM_X,
     MOMENTUM_Y,
     MOMENTUM_Z,
     NOT_FINITE,
     OK,
+    POWER,
     RATE,
     SPEED,
     STORED,
@@ -38,6 +40,7 @@ from pellucid.grid.stencil import (
     node_at,
     stencil,
 )
+from pellucid.grid.transfer_heat import further_heat, lumping_heat
 from pellucid.grid.velocity_transfer import affine_of, affine_velocity, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
@@ -51,6 +54,7 @@ from pellucid.materials.law import (
     volume_growth,
 )
 from pellucid.materials.point_state import load, store
+from pellucid.tensors import end_stress_power
 
 
 class StrainedPoints(NamedTuple):
@@ -103,20 +107,25 @@ def placed(lattice, x, p, dx, dy, dz, lowest, highest):
 def _update_velocities_slab(s, mapped, remap):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
-    v = points.velocity
-    kinetic = px = py = pz = speed = 0.0
+    v, heat = points.velocity, mapped.heat
+    kinetic = px = py = pz = speed = lumping = lost = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         about = stencil(functions, lattice, points.position, p)
         new = gather(about, lattice, nodes.velocity)
         change = gather(about, lattice, nodes.velocity_increment)
+        m = points.mass[p]
+        by_lumping = lumping_heat(about, lattice, nodes, change)
+        if len(affine) == 0:
+            heat[p] = by_lumping + further_heat(transfer, about, lattice, nodes, (v[p, 0], v[p, 1], v[p, 2]), new, change)
+        lumping += m * by_lumping
+        lost += m * heat[p]
         vx = new_velocity(transfer, v[p, 0], new[0], change[0])
         vy = new_velocity(transfer, v[p, 1], new[1], change[1])
         vz = new_velocity(transfer, v[p, 2], new[2], change[2])
         v[p, 0] = vx
         v[p, 1] = vy
         v[p, 2] = vz
-        m = points.mass[p]
         vv = vx * vx + vy * vy + vz * vz
         kinetic += 0.5 * m * vv
         px += m * vx
@@ -131,40 +140,17 @@ def _update_velocities_slab(s, mapped, remap):
     slabs.sums[s, MOMENTUM_Y] = py
     slabs.sums[s, MOMENTUM_Z] = pz
     slabs.sums[s, SPEED] = speed
+    slabs.sums[s, LUMPING] = lumping
+    slabs.sums[s, LOSS] = lost
 
 
 @kernel()
 def update_velocities(n, mapped, remap):
-    """New velocities of the points; where `remap` their momentum mapped to the nodes again."""
+    """New velocities of the points; where `remap` their momentum mapped to the nodes again.
+
+    Fills `heat` (not that of APIC), and LUMPING and LOSS of the sums, with what the transfer loses of the kinetic energy.
+    """
     parallel_by_colour(_update_velocities_slab, n, mapped, remap)
-
-
-@kernel(inner=True)
-def _gather_affine_slab(s, mapped, new):
-    functions, lattice, affine, index = mapped.functions, mapped.lattice, mapped.affine, mapped.index
-    points, slabs, h = mapped.points, mapped.slabs, mapped.lattice.inverse_cell
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        about = stencil(functions, lattice, points.position, p)
-        wx, wy, wz, first, place = about.wx, about.wy, about.wz, about.first, about.place
-        bx = affine_weights(functions[0], first[0] - place[0], wx, about.gx)
-        by = affine_weights(functions[1], first[1] - place[1], wy, about.gy)
-        bz = affine_weights(functions[2], first[2] - place[2], wz, about.gz)
-        affine[p, :] = 0.0
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                for c in range(len(wz)):
-                    I = node_at(about, lattice, a, b, c)
-                    for d in range(3):
-                        affine[p, 3 * d] += h * bx[a] * wy[b] * wz[c] * new[I, d]
-                        affine[p, 3 * d + 1] += h * wx[a] * by[b] * wz[c] * new[I, d]
-                        affine[p, 3 * d + 2] += h * wx[a] * wy[b] * bz[c] * new[I, d]
-
-
-@kernel()
-def gather_affine(n, mapped, new):
-    """The affine field of the nodal velocity `new` [m/s], shape (nodes, 3), about each point, for APIC."""
-    parallel_for(_gather_affine_slab, n, mapped, new)
 
 
 @kernel(inner=True)
@@ -174,7 +160,7 @@ def _update_stress_slab(s, strained, dt, move):
     points, slabs = mapped.points, mapped.slabs
     x, v, mass, volume = points.position, points.velocity, points.mass, points.volume
     h = lattice.inverse_cell
-    stored = dissipated = heating = rate = 0.0
+    stored = dissipated = heating = power = rate = 0.0
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -196,6 +182,7 @@ def _update_stress_slab(s, strained, dt, move):
             speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
             stored += m * energy
             dissipated += m * dissipated_energy(law, state, density)
+            power += volume[p] * end_stress_power(state.stress, L, dt)
             heating += m * artificial_heating(law, state, density, L, lattice.cell)
             rate = max(rate, h * (c + speed), 2.0 * h * h * diffusivity(law, density))
             if not abs(energy + state.stress[0] + state.stress[1] + state.stress[2] + speed + c) < inf:
@@ -211,13 +198,14 @@ def _update_stress_slab(s, strained, dt, move):
     slabs.sums[s, STORED] = stored
     slabs.sums[s, DISSIPATED] = dissipated
     slabs.sums[s, HEATING] = heating
+    slabs.sums[s, POWER] = power
     slabs.sums[s, RATE] = rate
 
 
 @kernel()
 def update_stress(n, strained, dt, move):
-    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, DISSIPATED, HEATING, RATE of the
-    sums.
+    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, DISSIPATED, HEATING,
+    POWER, RATE of the sums.
 
     strained: the bundle of `StrainedPoints`.
     """

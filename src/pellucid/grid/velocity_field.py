@@ -47,23 +47,40 @@ class VelocityField:
         for array in (self.external.loads, self.external.driven_mass, self.external.driven_momentum):
             array.fill(0.0)
 
-    def advance(self, dt: float) -> StepWork | None:
-        """Advance the momentum of the nodes without contact; the work of this, or None where a body has its own nodes."""
-        work = self._momentum.advance(dt)
-        if self.moves_points:
-            return work
-        self.grid.nodes.velocity_increment.fill(0.0)
-        self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact
-        return None
+    def advance(self, dt: float) -> None:
+        """Advance the momentum of the nodes without contact and impulses of conditions."""
+        self._given: list[tuple[np.ndarray, int, float]] = []
+        self._momentum.advance(dt)
+        if not self.moves_points:
+            self.grid.nodes.velocity_increment.fill(0.0)
+            self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact
 
-    def add_impulses(self, impulse: np.ndarray, dt: float, done: StepWork) -> float:
-        """Give the nodes impulses after they were advanced; see `pellucid.grid.nodal_impulses`, also for what is returned.
+    def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0) -> None:
+        """Give the nodes impulses [N s], shape (n, 3), after they were advanced and before contact.
 
-        Raises ValueError where a body has its own nodes: it moves by its own equation of motion.
+        column: of a row of works, to which their work is added with this sign. See `pellucid.grid.nodal_impulses`. Raises
+        ValueError where a body has its own nodes: it moves by its own equation of motion.
         """
         if not self.moves_points:
             raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
-        return add_impulses(self.grid.nodes, self.external, self._pull, impulse, dt, done)
+        self._given.append((add_impulses(self.grid.nodes, self.external, impulse), column, sign))
+
+    def works(self, dt: float) -> StepWork | None:
+        """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact; None where a body
+        has its own nodes, and counts them itself."""
+        if not self.moves_points:
+            return None
+        done = self._momentum.works(dt)
+        works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
+        works[: len(done.works)] = done.works
+        for impulse, column, sign in self._given:
+            works[column] += sign * float(np.sum(impulse * self.grid.nodes.mean_velocity))
+            done.impulse[:] += impulse.sum(axis=0)
+        return done._replace(works=works)
+
+    def mapping_work(self, dt: float) -> float:
+        """See `NodalMomentum.mapping_work`."""
+        return self._momentum.mapping_work(dt)
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""

@@ -34,6 +34,12 @@ class PointMaterial(BodyMaterial):
     energy_kind: ClassVar[Literal["internal", "strain"]] = "strain"
     """Which energy it stores: the internal energy, with heat, or the strain energy, which can be had back."""
 
+    @property
+    def keeps_work(self) -> bool:
+        """Whether its points take up, as their `internal_energy`, exactly what internal forces and transfers take from the
+        kinetic energy; otherwise the law integrates its energy by itself."""
+        return False
+
     @abstractmethod
     def law(self) -> Law:
         """The law as kernels take it."""

@@ -13,10 +13,16 @@ from pellucid.jit import generic, point_function, pointwise
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
+class ConservativeEnergy(NamedTuple):
+    """The energy has grown already, by the work of the forces that moved the nodes: see `pellucid.grid.work`."""
+
+    order: int = 3  # a NamedTuple without fields has no compiled type
+
+
 class ClosedEnergy(NamedTuple):
     """Backward Euler, solved exactly."""
 
-    order: int = 1  # a NamedTuple without fields has no compiled type
+    order: int = 1
 
 
 class ExplicitEnergy(NamedTuple):
@@ -39,6 +45,7 @@ class MidpointEnergy(NamedTuple):
 
 
 ENERGY_UPDATES = {
+    "conservative": ConservativeEnergy(),
     "closed": ClosedEnergy(),
     "explicit": ExplicitEnergy(),
     "iterated": IteratedEnergy(),
@@ -62,6 +69,11 @@ def pressure(eos, density, energy):
     """P [Pa], not below the tension that the fluid bears."""
     A, B = pressure_line(eos, density)
     return max(A + B * energy, lowest_pressure(eos))
+
+
+@point_function(new_energy, ConservativeEnergy)
+def _conservative(mode, eos, energy, density, trD, old_work, other_work, dt):
+    return energy
 
 
 @point_function(new_energy, ExplicitEnergy)

@@ -63,8 +63,8 @@ class FluidMaterial(PointMaterial):
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
-    energy_update: Literal["closed", "iterated", "explicit", "midpoint"] = parameter(
-        "", "how the energy equation is solved", "closed"
+    energy_update: Literal["conservative", "closed", "iterated", "explicit", "midpoint"] = parameter(
+        "", "how the energy equation is solved", "conservative"
     )
 
     @model_validator(mode="after")
@@ -88,6 +88,11 @@ class FluidMaterial(PointMaterial):
                 f"give energy; leave it out for Stokes' value"
             )
         return self
+
+    @property
+    def keeps_work(self) -> bool:
+        """With the conservative update."""
+        return self.energy_update == "conservative"
 
     def law(self) -> NewtonianFluid:
         """The law as kernels take it."""

@@ -15,7 +15,7 @@ class ActiveCondition:
     def act_on_nodes(self, dt: float) -> None:
         """Give the nodes impulses, after their momentum was advanced over the step dt [s] and before contact.
 
-        See `VelocityField.add_impulses`, which also says what work they do.
+        See `VelocityField.add_impulses`, which also counts their work.
         """
 
     def work(self) -> StepWork | None:

@@ -7,6 +7,7 @@ explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the 
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,23 @@ from pellucid.energy import StepWork
 from pellucid.parts.body import Body, NodalSupport
 
 
+class TransferLoss(NamedTuple):
+    """Kinetic energy that the transfers of a step between points and grid lost [J]; see `pellucid.grid.transfer_heat`."""
+
+    total: float = 0.0
+    lumping: float = 0.0
+    """Of it what lumping took."""
+    kept: float = 0.0
+    """Of it what the points took up as internal energy."""
+
+
 class GridBody(Body):
     """A body whose unknowns live on the grid."""
+
+    transfer_loss = TransferLoss()
+    """Of this step."""
+    keeps_heat = False
+    """Whether its points take up what transfers and internal forces take from the kinetic energy."""
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """The nodes of the grid are constrained."""
@@ -35,7 +51,7 @@ class GridBody(Body):
         """Mass and momentum (where `inertia`) and internal forces (where `force`) to the nodes."""
 
     @abstractmethod
-    def update_velocities(self, remap: bool) -> None:
+    def update_velocities(self, dt: float, remap: bool) -> None:
         """Grid-to-particle: new velocities; where `remap`, their momentum back on the nodes."""
 
     @abstractmethod

@@ -39,7 +39,7 @@ def musl(simulation: Steppable, dt: float) -> None:
     simulation.advance(dt)  # p + dt f, supports, contact
     simulation.clear_momentum()
     for body in simulation.grid_bodies:
-        body.update_velocities(remap=True)  # v of the points, p mapped again
+        body.update_velocities(dt, remap=True)  # v of the points, p mapped again
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     simulation.project()
@@ -61,7 +61,7 @@ def usl(simulation: Steppable, dt: float) -> None:
     if simulation.has_contact:
         simulation.clear_momentum()
     for body in simulation.grid_bodies:
-        body.update_velocities(remap=simulation.has_contact)  # p again, for the work of contact
+        body.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     for body in simulation.grid_bodies:
@@ -87,7 +87,7 @@ def usf(simulation: Steppable, dt: float) -> None:
     if simulation.has_contact:
         simulation.clear_momentum()
     for body in simulation.grid_bodies:
-        body.update_velocities(remap=simulation.has_contact)
+        body.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     for body in simulation.grid_bodies:

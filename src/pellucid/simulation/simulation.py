@@ -12,9 +12,10 @@ import numpy as np
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, EnergyBudget, total_work
+from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, EnergyBudget, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS
 from pellucid.jit import set_threads
 from pellucid.parts.families import GridBody, NodalBody
@@ -26,6 +27,7 @@ from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
+from pellucid.simulation.transfer_loss import transfer_work
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -67,11 +69,16 @@ class Simulation:
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
         own = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
+        own += [TRANSFER_HEAT] if case.grid_or_none is not None else []
         layout = layout_of(case, [*own, *(channel for body in case.body for channel in body.channels())])
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
+        self._on_grid: dict[VelocityField, list[GridBody]] = {}
+        for body, field in built.values():
+            if isinstance(body, GridBody) and field is not None:
+                self._on_grid.setdefault(field, []).append(body)
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         self.threads = set_threads(threads or worthwhile_threads(self.bodies))
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
@@ -116,9 +123,12 @@ class Simulation:
 
     def advance(self, dt: float) -> None:
         """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
-        works = [field.advance(dt) for field in self.velocity_fields]
+        for field in self.velocity_fields:
+            field.advance(dt)
         self.conditions.act_on_nodes(dt)
-        self._contact = self.contact_pairs.resolve(self.case.gravity, dt)
+        self.contact_pairs.resolve()
+        works = [field.works(dt) for field in self.velocity_fields]
+        self._contact = self.contact_pairs.work()
         self._works = [*(work for work in works if work is not None), self._contact.work]
 
     def project(self) -> None:
@@ -134,11 +144,11 @@ class Simulation:
 
     def record(self, dt: float) -> None:
         """Add the step to the balance of energy and momentum."""
-        if self.has_contact:
-            self._contact = self.contact_pairs.with_work_on_points(self._contact)
         heats = (body.work() for body in self.grid_bodies)
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.nodal_bodies)]
-        works = [*self._works, *self.conditions.works(), *own]
+        last = self.case.time.scheme != "usf"
+        lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
+        works = [*self._works, *self.conditions.works(), *lost, *own]
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
 

@@ -17,6 +17,7 @@ from pellucid.bodies.fluid_film.film_forces import Film, FilmForces, in_space
 from pellucid.bodies.fluid_film.forms import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
@@ -59,7 +60,7 @@ class FilmOnGrid(PointsOnGrid):
         self.geometry, x = case.geometry()
         self.forces = FilmForces(self.geometry, case.material, case.physics(), case.initial_density)
         self._o = self.geometry.operators(x)
-        self._work = no_work(VISCOUS + 1, 0)
+        self._heat_of_viscosity = 0.0
         self._spreads = case.nodes == "even"
         self._slice = grid_case.slice_thickness() if any(grid_case.thin()) else 1.0  # curves are a metre deep
         self.areal_density = case.initial_density
@@ -111,8 +112,11 @@ class FilmOnGrid(PointsOnGrid):
         if inertia:
             transfer.scatter(self.n_slabs, self.mapped, 1, 0)
         if force:
-            film = self._film
-            self._scatter(self.forces.internal_force(self._o, film["part_mass"], film["v"]), self.grid.nodes.force)
+            self._scatter(self._internal_force(), self.grid.nodes.force)
+
+    def _internal_force(self) -> np.ndarray:
+        """On its nodes in the order of its geometry [N for each metre of depth of a curve], shape (n, d)."""
+        return self.forces.internal_force(self._o, self._film["part_mass"], self._film["v"])
 
     def add_traction(self, traction: Traction, column: int) -> None:
         """Add forces on the film's surface to those on the nodes of the grid."""
@@ -141,13 +145,14 @@ class FilmOnGrid(PointsOnGrid):
             x[order] = self.points.position[:, axes]
             moved = x - film["x"]
             film["v"][:], film["x"][:] = moved / dt, x
-            heat = dt * self._slice * dissipation(self._o, self.forces.physics, film["v"][self.geometry.nodes]).viscous
-            self._work = no_work(VISCOUS + 1, 0)
-            self._work.works[[VISCOUS, INTERNAL]] = heat  # the internal work of the grid has it too
+            heating = dissipation(self._o, self.forces.physics, film["v"][self.geometry.nodes]).viscous
+            self._heat_of_viscosity = dt * self._slice * heating
             if self._spreads:
                 self._spread(moved)
             else:
                 self._show()
+        force, velocity = (in_space(vectors, self.geometry.axes) for vectors in (self._internal_force(), film["v"]))
+        self.totals.half_power = 0.5 * self._slice * power(force, velocity)
         self.totals.stored = self._slice * self.forces.stored_energy(self._o, film["part_mass"])
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         self._bound_rate(self._signals() + fastest * self.grid.lattice.inverse_cell)
@@ -190,7 +195,9 @@ class FilmOnGrid(PointsOnGrid):
 
     def work(self) -> StepWork:
         """The heat of its viscosity."""
-        return self._work
+        done = no_work(VISCOUS + 1, 0)
+        done.works[[VISCOUS, INTERNAL]] = self._heat_of_viscosity  # the internal work of the grid has it too
+        return done
 
     # what others ask
 

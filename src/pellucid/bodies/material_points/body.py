@@ -13,6 +13,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.points import DISSIPATED, Slabs
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.grid.work import take_work
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
@@ -56,10 +57,24 @@ class MaterialPoints(PointsOnGrid):
         kernels.update_stress(self.n_slabs, self._strained, dt, int(move))
         if move:
             self.prescribe_positions()
-        self._collect_strain_sums()
+        self._collect_strain_sums(last=move)
 
-    def _collect_strain_sums(self) -> None:
-        super()._collect_strain_sums()
+    @property
+    def keeps_heat(self) -> bool:  # type: ignore[override]
+        """Where its material does and the grid strains it."""
+        return self.material.keeps_work and (self.constraint is None or self.constraint.strains)
+
+    def _keep_heat(self, dt: float) -> float:
+        sums = np.zeros((self.n_slabs, 2))
+        take_work(self.n_slabs, self.mapped, self.arrays["internal_energy"], sums, dt)
+        gained, kept = ordered_sum(sums)
+        self.totals.stored += float(gained)  # for USF, in which the points were strained before
+        return float(kept)
+
+    def _collect_strain_sums(self, last: bool) -> None:
+        super()._collect_strain_sums(last)
+        if self.material.keeps_work:
+            self.totals.half_power = 0.0  # its energy follows that of the points step by step
         if "dissipated_energy" in self.arrays:
             lost = float(ordered_sum(self.slabs.sums)[DISSIPATED])
             self.totals.parts["dissipated"] = lost

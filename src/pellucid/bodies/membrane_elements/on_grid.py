@@ -5,6 +5,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
@@ -85,9 +86,12 @@ class ElementsOnGrid(PointsOnGrid):
         if inertia:
             transfer.scatter(self.n_slabs, self.mapped, 1, 0)
         if force:
-            forces = np.zeros((self.n_points, 3))
-            self.surface.add_internal_forces(self.points.position, forces)
-            scatter_vectors(self.n_slabs, self.mapped, forces, self.grid.nodes.force)
+            scatter_vectors(self.n_slabs, self.mapped, self._internal_forces(), self.grid.nodes.force)
+
+    def _internal_forces(self) -> np.ndarray:
+        forces = np.zeros((self.n_points, 3))
+        self.surface.add_internal_forces(self.points.position, forces)
+        return forces
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Where `move`, new positions and the strains and stresses that follow; with dt = 0 the totals of the present state."""
@@ -103,6 +107,7 @@ class ElementsOnGrid(PointsOnGrid):
         moved = self.points.position - before
         velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved
         rate = self.surface.strain(self.points.position, velocity, dt, self.totals)
+        self.totals.half_power = 0.5 * power(self._internal_forces(), velocity)
         self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell))

@@ -1,5 +1,7 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
@@ -35,17 +37,22 @@ class MembraneElements(ExplicitNodes):
         """Add the forces of a pressure [Pa] along the normals over this step."""
         self.surface.add_pressure_forces(self.arrays["position"], pressure, self.motion.loads[column - FIRST_LOAD])
 
-    def predict(self, dt: float) -> None:
-        """Forces of the elements; mass, momentum and all forces to the nodes of the grid, where there is one."""
-        self.motion.internal.fill(0.0)
-        self.surface.add_internal_forces(self.arrays["position"], self.motion.internal)
-        super().predict(dt)
-
     def update(self, dt: float) -> None:
-        """New positions; strains, stresses and energies of the elements, and the bound on the step."""
+        """New positions; strains, stresses, energies and forces of the elements, and the bound on the step."""
         super().update(dt)
         rate = self.surface.strain(self.arrays["position"], self.arrays["velocity"], dt, self.totals)
+        self._find_forces()
+        self.totals.half_power = 0.5 * self.motion.power()
         self.totals.rate = max(rate, self.motion.crossing)
+
+    def _find_forces(self) -> None:
+        self.motion.internal.fill(0.0)
+        self.surface.add_internal_forces(self.arrays["position"], self.motion.internal)
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        super().restore(arrays)
+        self._find_forces()
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node, where a fault was found in this step."""

@@ -139,7 +139,7 @@ class MembranePoints(PointsOnGrid):
             kernels.strain(self.n_slabs, self._surface, dt)
         else:
             self._strain_with_mean(self._mean, dt)
-        self._collect_strain_sums()
+        self._collect_strain_sums(last=move)
         if isinstance(self.damage, Elastodamage):
             self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
         elif (recoverable := self.material.recoverable_energy(self._state.in_plane)) is not None:

@@ -12,7 +12,7 @@ from math import sqrt
 from numpy import intp
 
 from pellucid.bodies.membrane_points.point import failed, in_frame, responded, turned
-from pellucid.grid.points import HEATING, OK, RATE, STORED, place_of
+from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
 from pellucid.grid.stencil import gather_with_gradient, stencil
 from pellucid.grid.transfer import placed
 from pellucid.jit import kernel
@@ -54,11 +54,12 @@ def _strain_slab(s, surface, dt):
     points, slabs, index, fans, gradient = surface.points, surface.slabs, surface.index, surface.fans, surface.gradient
     law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
     frame, shape = state.frame, state.in_plane
-    stored = rate = 0.0
+    stored = power = rate = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         if has_failed(damage, record, p):
             energy, signal, fault = failed(surface, p)
+            new_power = 0.0
         else:
             Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
             F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), D, dt)
@@ -66,14 +67,16 @@ def _strain_slab(s, surface, dt):
                 shape[p, d] = F[d]
             for d in range(9):
                 frame[p, d] = Q[d]
-            energy, signal, fault = responded(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
+            energy, new_power, signal, fault = responded(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
         stored += energy
+        power += new_power
         rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:
             slabs.fault[s, 0] = fault
             slabs.fault[s, 1] = p
     slabs.sums[s, STORED] = stored
     slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, POWER] = power
     slabs.sums[s, RATE] = rate
 
 
@@ -129,22 +132,25 @@ def stretch(n, surface, number, torn, local, kinematics, dt):
 def _respond_slab(s, surface, number, mean, kinematics, dt):
     slabs, index, state, damage, record = surface.slabs, surface.index, surface.state, surface.damage, surface.record
     frame, shape = state.frame, state.in_plane
-    stored = rate = 0.0
+    stored = power = rate = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         if has_failed(damage, record, p):
             energy, signal, fault = failed(surface, p)
+            new_power = 0.0
         else:
             F, k, t = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), kinematics[p], frame[p]
             Q = (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8])
-            energy, signal, fault = responded(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
+            energy, new_power, signal, fault = responded(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
         stored += energy
+        power += new_power
         rate = max(rate, signal)
         if fault != OK and slabs.fault[s, 0] == OK:
             slabs.fault[s, 0] = fault
             slabs.fault[s, 1] = p
     slabs.sums[s, STORED] = stored
     slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, POWER] = power
     slabs.sums[s, RATE] = rate
 
 

@@ -14,6 +14,7 @@ from pellucid.bodies.own_nodes.kernels import (
     Drag,
     NodeForces,
 )
+from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
@@ -233,6 +234,10 @@ class NodalMotion:
         if self._grid:
             fastest = max(float(self._sums[:, FASTEST].max()), self.top_speed)
             self.crossing = fastest * self._grid.lattice.inverse_cell
+
+    def power(self) -> float:
+        """Of the internal forces as they are now [W]."""
+        return power(self.internal, self._arrays["velocity"])
 
     def fault(self) -> tuple[int, int] | None:
         """The fault of the first node whose position is no number, and the node."""

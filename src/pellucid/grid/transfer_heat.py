@@ -1,0 +1,56 @@
+"""Kinetic energy that the transfers between points and nodes lose about a point.
+
+Forces on the nodes do the work Σ m_I Δv_I·(v_I + Δv_I/2) (`NodalMomentum.works`). The kinetic energy of FLIP points changes by
+that less ½ m (Σ N |Δv|² - |Σ N Δv|²) for each of them: what lumping of the mass loses, by Jensen's inequality never less than
+nothing where the shape functions are not negative. Other transfers lose more. All is stated with differences of velocities
+alone, so that it is the same for every observer.
+"""
+
+from typing import Any
+
+from pellucid.grid.lattice import Lattice, Nodes
+from pellucid.grid.stencil import Stencil, gather_scalar, node_at
+from pellucid.grid.velocity_transfer import Apic, Blend, Flip
+from pellucid.jit import generic, point_function, pointwise
+
+
+@pointwise
+def lumping_heat(about, lattice, nodes, change):
+    """What lumping loses of unit mass of a point [J/kg] where the nodes' velocity increment is `change`."""
+    square = change[0] * change[0] + change[1] * change[1] + change[2] * change[2]
+    return gather_scalar(about, lattice, nodes.increment_energy) - 0.5 * square
+
+
+@generic
+def further_heat(transfer: Any, about: Stencil, lattice: Lattice, nodes: Nodes, v: Any, new: Any, change: Any) -> float:
+    """What the transfer loses beyond that, with v the point's velocity before the step and `new` that of the nodes [J/kg].
+
+    Not that of APIC: `gather_affine` finds what that loses in all, from the affine fields before and after the step.
+    """
+
+
+@point_function(further_heat, Flip)
+@point_function(further_heat, Apic)
+def _nothing(transfer, about, lattice, nodes, v, new, change):
+    return 0.0
+
+
+@point_function(further_heat, Blend)
+def _blend(transfer, about, lattice, nodes, v, new, change):
+    """With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less than
+    u. The sum of the last over all points is that of the m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), v_I° before the step."""
+    share = 1.0 - transfer.flip
+    dx, dy, dz = v[0] + change[0] - new[0], v[1] + change[1] - new[1], v[2] + change[2] - new[2]
+    old = (new[0] - change[0], new[1] - change[1], new[2] - change[2])
+    velocity, increment = nodes.velocity, nodes.velocity_increment
+    wx, wy, wz = about.wx, about.wy, about.wz
+    filtered = 0.0
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            for c in range(len(wz)):
+                I = node_at(about, lattice, a, b, c)
+                apart = 0.0
+                for d in range(3):
+                    apart += (velocity[I, d] - new[d]) * (velocity[I, d] - increment[I, d] - old[d])
+                filtered += wx[a] * wy[b] * wz[c] * apart
+    return share * (filtered + (1.0 - 0.5 * share) * (dx * dx + dy * dy + dz * dz))

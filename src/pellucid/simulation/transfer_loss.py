@@ -1,0 +1,28 @@
+"""What the transfers between points and grid lost of the kinetic energy in a step: heat that a body kept, or heat that left."""
+
+from collections.abc import Sequence
+
+from pellucid.energy import INTERNAL, TRANSFER, StepWork, no_work
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.families import GridBody
+
+
+def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
+    """Of the bodies on the grid of one velocity field over a step dt [s].
+
+    Bodies that keep heat take it with the work of their internal forces. Others are strained along velocities that are mapped
+    from the points again (MUSL, USF), and stress works less along these than forces did on the nodes: so what lumping takes of
+    free motion comes back in full. What contact, supports and other impulses on nodes lose by lumping does not, nor what is
+    lost otherwise: that is heat which leaves. With the momentum equation first the nodes tell which is which; with USF, and in
+    a field with a body that keeps its heat, lumping counts as if all of it came back.
+    """
+    others = [body.transfer_loss for body in bodies if not body.keeps_heat]
+    kept = [body.transfer_loss for body in bodies if body.keeps_heat]
+    lost = sum(loss.total for loss in others)
+    returned = sum(loss.lumping for loss in others)
+    if strained_last and not kept:
+        returned = field.mapping_work(dt)
+    done = no_work(TRANSFER + 1, 0)
+    done.works[INTERNAL] = -returned - sum(loss.kept for loss in kept)
+    done.works[TRANSFER] = lost - returned + sum(loss.total - loss.kept for loss in kept)
+    return done
