@@ -49,7 +49,11 @@ def two_fields(kind, friction=0.0, held=()):
 def resolved(grids, pair):
     """Masses, normals and velocities before and after, and what it came to."""
     before = [grid.nodes.velocity[:N].copy() for grid in grids]
-    work = ContactPairs([pair], 1, 0).resolve((0.0, 0.0, 0.0), 0.1)
+    pairs = ContactPairs([pair], 1, 0)
+    pairs.resolve()
+    for grid, old in zip(grids, before, strict=True):
+        grid.nodes.mean_velocity[:N] = 0.5 * (old + grid.nodes.velocity[:N])
+    work = pairs.work()
     return [grid.nodes.mass[:N] for grid in grids], before, [grid.nodes.velocity[:N] for grid in grids], work
 
 

@@ -16,7 +16,7 @@ BRAKE = FIRST_LOAD + 1
 
 
 def advanced(support=(), driven=False):
-    """A velocity field with random masses, momenta, forces and loads, advanced by a step, and impulses; some nodes are empty."""
+    """A velocity field with random masses, momenta, forces and loads after a step, and impulses; some nodes are empty."""
     tables = case(box((0, 0, 0), (4, 4, 4)), support=support)
     field = VelocityField("common", Grid(tables.grid), moves_points=True)
     nodes, n = field.grid.nodes, field.grid.n_nodes

@@ -143,9 +143,9 @@ class EnergyBudget:
         return {
             "kinetic": self.kinetic,
             **stored,
-            "staggering": self.staggering,
             **self.sums,
             "artificial_heat": self.artificial_heat,
+            "staggering": self.staggering,
             "transfer_error": self.transfer,
             "time_integration_error": self.time_integration,
         }

@@ -59,8 +59,9 @@ class Grid:
         self.thin = thin
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
-        vectors = [np.zeros((n, 3)) for _ in range(6)]  # momentum to mean_velocity
-        self.nodes = Nodes(np.zeros(n), *vectors, np.zeros(n), np.zeros((n, 3), np.int16))
+        momentum, force, velocity, velocity_increment, strain_velocity, mean_velocity = (np.zeros((n, 3)) for _ in range(6))
+        velocities = velocity, velocity_increment, strain_velocity, mean_velocity
+        self.nodes = Nodes(np.zeros(n), momentum, force, *velocities, np.zeros(n), np.zeros((n, 3), np.int16))
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

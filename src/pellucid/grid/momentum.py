@@ -166,10 +166,15 @@ def _count_works_chunk(chunk, field, dt, small):
             increment, s = velocity_increment[I, d], nodes.constrained[I, d]
             heavy = m > small or s > 0
             load = field.load[I, d] if loaded else 0.0
-            mean = velocity[I, d] - (0.5 * increment if heavy else increment)
-            energy += 0.5 * increment * increment if heavy else 0.0
+            if heavy or m == 0.0:
+                mean = mean_of_gravity = velocity[I, d] - 0.5 * increment
+                energy += 0.5 * increment * increment
+            else:
+                mean, pull = nodes.momentum[I, d] / m, dt * gravity[d]
+                mean_of_gravity = mean + 0.5 * pull
+                energy += 0.5 * pull * pull
             if s > 0:
-                mean = field.supports.velocity[s - 1, d]
+                mean = mean_of_gravity = field.supports.velocity[s - 1, d]
             elif driven and external.driven_mass[I, d] > 0.0:
                 given, goal = external.impulse[I, d] * external.driven_mass[I, d], driven_velocity(external, I, d)
                 follow = following(external, I, d, m)
@@ -177,10 +182,11 @@ def _count_works_chunk(chunk, field, dt, small):
                 moved += given * goal
                 lost += (given + follow * other) * (goal - mean)
                 mean += follow * (goal - mean)
+                mean_of_gravity = mean
             nodes.mean_velocity[I, d] = mean
             if m > 0.0:
                 internal += dt * force[I, d] * mean
-                fall += dt * m * gravity[d] * mean
+                fall += dt * m * gravity[d] * mean_of_gravity
                 if absorbing and external.absorbed[I, d] != 0.0:
                     absorbed -= external.absorbed[I, d] * mean
                     work[chunk, others + d] += external.absorbed[I, d]
@@ -203,18 +209,21 @@ def _count_works(chunks, field, dt, small):
 
 
 @kernel(inner=True)
-def _sum_mapping_chunk(chunk, field, dt, sums):
+def _sum_mapping_chunk(chunk, field, dt, small, sums):
     nodes, total = field.nodes, 0.0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
         for d in range(3):
-            old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
-            total += 0.5 * dt * nodes.force[I, d] * (2.0 * nodes.mean_velocity[I, d] - old - nodes.strain_velocity[I, d])
+            mean = nodes.mean_velocity[I, d]
+            old = mean
+            if nodes.mass[I] > small or nodes.constrained[I, d] > 0:
+                old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
+            total += 0.5 * dt * nodes.force[I, d] * (2.0 * mean - old - nodes.strain_velocity[I, d])
     sums[chunk, 0] = total
 
 
 @kernel()
-def _sum_mapping(chunks, field, dt, sums):
-    parallel_for(_sum_mapping_chunk, chunks, field, dt, sums)
+def _sum_mapping(chunks, field, dt, small, sums):
+    parallel_for(_sum_mapping_chunk, chunks, field, dt, small, sums)
 
 
 @kernel(inner=True)
@@ -275,8 +284,8 @@ class NodalMomentum:
         Forces do work along the mean of the velocities before and after the step, so that all works together are the change of
         kinetic energy of points that take these increments, but for what lumping loses of it (`transfer_heat`). Where a node is
         led by a support or driven points, they work along its velocity, and the impact of what arrives there is heat. Nodes of
-        hardly any mass, where both are large and opposite, do without: there works are along the velocity before the step, and
-        no square of the increment is counted. Fills mean_velocity and increment_energy.
+        hardly any mass, where both are large and opposite, do without: there forces but gravity work along the velocity before
+        the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy.
         """
         _count_works(self._chunks, self._bundle, dt, self.small_mass)
         return step_work(ordered_sum(self._sums), self._columns)
@@ -285,7 +294,7 @@ class NodalMomentum:
         """Of what lumping took of the kinetic energy in a step dt [s], that which the points' stress works less along
         `strain_velocity` than the forces did along the mean velocity [J]."""
         sums = np.zeros((self._chunks, 1))
-        _sum_mapping(self._chunks, self._bundle, dt, sums)
+        _sum_mapping(self._chunks, self._bundle, dt, self.small_mass, sums)
         return float(ordered_sum(sums)[0])
 
     def project(self) -> None:
