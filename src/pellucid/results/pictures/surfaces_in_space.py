@@ -27,10 +27,10 @@ PICTURES = 60  # of a film
 COLUMNS = 460  # pixels of a picture
 HEIGHT = 5.0  # of a picture, at most, and its width [inch]
 VIEW = View(-50.0, 22.0)
-ARROWS = 250  # on a surface, of which the eye sees half
+APART = 0.09  # distance of arrows, of the largest side of the surface at the start
 LONGEST = 0.1  # of the picture's width, of an arrow
 FACING = 0.25  # share of the normal towards the eye: nearer to the rim arrows would be seen end on
-AT_REST = 1e-3  # of the fastest motion of the film: what is slower is not drawn
+AT_REST = 1e-2  # of the fastest motion of the film: what is slower is not drawn
 
 
 class _Stage:
@@ -44,6 +44,7 @@ class _Stage:
         self._has_density = all("areal_density" in fields for fields in together)
         self.colours = limits([self._values(name, fields) for state in states for name, fields in state.items()])
         self.camera = camera_for(VIEW, np.concatenate([fields["position"] for fields in together]), COLUMNS, margin=0.08)
+        self._arrowed = {name: _spread(states[0][name]["position"]) for name in names}
         self._fastest = max(_fastest(fields) for fields in together)
 
     @property
@@ -81,8 +82,8 @@ class _Stage:
     def _arrows(self, axes: "Axes", name: str, fields: Fields, fastest: float) -> None:
         normal, velocity = self._normals(name, fields), fields["velocity"]
         along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal
-        seen = np.flatnonzero(normal @ self.camera.axes[2] > FACING)
-        some = seen[:: -(-2 * len(seen) // ARROWS)]
+        some = self._arrowed[name]
+        some = some[normal[some] @ self.camera.axes[2] > FACING]
         across, upward = self.camera.axes[:2]
         width = float((self.camera.high - self.camera.low)[0])
         x, y, u, v = (values[some] @ axis for values in (fields["position"], along) for axis in (across, upward))
@@ -116,3 +117,10 @@ def film_of_surfaces(run: "Run", names: Sequence[str]) -> Film:
 
 def _fastest(fields: Fields) -> float:
     return float(np.linalg.norm(fields["velocity"], axis=1).max())
+
+
+def _spread(position: np.ndarray) -> np.ndarray:
+    """Numbers of nodes about as far apart as arrows are to be."""
+    low = position.min(axis=0)
+    side = APART * float((position.max(axis=0) - low).max())
+    return np.asarray(np.sort(np.unique(((position - low) / side).astype(np.int64), axis=0, return_index=True)[1]))
