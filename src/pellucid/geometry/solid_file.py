@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.findings import Refusal
 from pellucid.geometry.mesh_files import read_mesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.tetrahedral import Tetrahedral
@@ -45,7 +46,8 @@ class SolidFile(Tetrahedral):
             )
         cells = [np.asarray(block.data, np.int64) for block in mesh.cells if block.type == "tetra"]
         if not sum(map(len, cells)):
-            raise ValueError(f"{self.path} holds no tetrahedron")
+            remedy = "save its volume elements too; a closed surface alone is filled by `mesh = { inside = { surface = ... } }`"
+            raise Refusal(f"{self.path} holds no tetrahedron", remedy)
         points = np.asarray(mesh.points, float)
         if points.shape[1] != 3:
             raise ValueError(f"{self.path} holds points in a plane; tetrahedra need three coordinates")
