@@ -114,6 +114,22 @@ by hand
 *ELSET, ELSET=upper
  7
 """
+SURFACES = """*ELSET, ELSET=_under_S1
+ 1
+*Surface, type=ELEMENT, name=under
+** a comment
+ _UNDER_S1, S1
+*SURFACE, NAME=side
+ upper, S3
+*SURFACE, NAME=two sides
+ _under_S1, S2
+ _under_S1, S4
+*SURFACE, TYPE=NODE, NAME=corners
+ tips, 1.
+*SURFACE, NAME=by number
+ 7, S1
+*STEP
+"""
 NASTRAN = """BEGIN BULK
 GRID           1              0.      0.      0.
 GRID           2              1.      0.      0.
@@ -135,6 +151,12 @@ BY_HAND = {
     ),
     "gmsh 4.1": ("msh", GMSH_41, {"floor": FLOOR, "solid body": EVERY}),
     "abaqus": ("inp", ABAQUS, {"FLOOR": FLOOR, "tips": [3, 4], "upper": [1, 2, 3, 4], "EVERY": EVERY}),
+    "abaqus, surfaces": (
+        "inp",
+        ABAQUS + SURFACES,
+        {"FLOOR": FLOOR, "tips": [3, 4], "upper": [1, 2, 3, 4], "EVERY": EVERY, "_under_S1": [0, 1, 2, 3]}
+        | {"under": [0, 1, 2], "side": [2, 3, 4], "two sides": [0, 1, 2, 3], "corners": [3, 4]},
+    ),
     "nastran": ("bdf", NASTRAN, {"7": FLOOR, "9": EVERY}),
 }
 
