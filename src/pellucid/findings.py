@@ -1,6 +1,7 @@
 """What is wrong with a case, at a place of its data."""
 
 import difflib
+import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -54,7 +55,18 @@ def listed(names: Sequence[str]) -> str:
 
 
 def hint(name: str, choices: Sequence[str]) -> str:
-    """ "did you mean ..." where one of the choices is close, else empty."""
-    close = difflib.get_close_matches(name.lower(), {choice.lower(): choice for choice in choices}, 1)
-    found = [choice for choice in choices if close and choice.lower() == close[0]]
-    return f"did you mean `{found[0]}`?" if found else ""
+    """ "did you mean ..." where one of the choices is close or the name abbreviates it, else empty."""
+    lower = {choice.lower(): choice for choice in reversed(choices)}
+    close = difflib.get_close_matches(name.lower(), lower, 1) or [
+        choice for choice in lower if len(name) > 1 and _abbreviates(name.lower(), re.split(r"\W|_", choice))
+    ]
+    return f"did you mean `{lower[min(close, key=len)]}`?" if close else ""
+
+
+def _abbreviates(name: str, words: Sequence[str]) -> bool:
+    """Whether a name is put together of beginnings of some of the words in their order: cme, max-ent, neo."""
+    name = name.lstrip("-_ ")
+    if not name or not words:
+        return not name
+    starts = [n for n in range(len(name) + 1) if words[0].startswith(name[:n])]
+    return any(_abbreviates(name[n:], words[1:]) for n in reversed(starts))

@@ -1,9 +1,13 @@
 """Meshless solids as users describe them: what is refused, and a pull as in the documents."""
 
+import tomllib
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from pellucid.case import Case
+from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
@@ -37,7 +41,7 @@ def clamped(**body):
             {"material": {"kind": "linear-elastic", **{k: TISSUE[k] for k in TISSUE if k != "kind"}}},
             "no energy of the deformation",
         ),
-        ({"mesh": {"box": BOX["box"] | {"cells": (3, 0, 3)}}}, "cells must be 1 or more along y, not 0"),
+        ({"mesh": {"box": BOX["box"] | {"cells": (3, 0, 3)}}}, r"box\.cells\.1\n.*greater than or equal to 1"),
         ({"mesh": {"box": BOX["box"] | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
         ({"points_per_cell": 5}, "points_per_cell"),
         ({"approximant": {"kind": "maximum-entropy"}}, "cell-based-maximum-entropy"),
@@ -46,6 +50,57 @@ def clamped(**body):
 def test_what_cannot_be_is_refused(body, words):
     with pytest.raises((CaseError, ValueError), match=words):
         block(body=body)
+
+
+BLOCK = """
+title = "a test"
+time = { end = 0.4 }
+[[body]]
+name = "block"
+kind = "meshless-solid"
+mesh = { box = { lower = [0, 0, 0], upper = [0.1, 0.1, 0.1], cells = [3, 3, 1] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = "3 kPa", poisson_ratio = 0.49 }
+approximant = { kind = "modified-moving-least-squares", dilatation = 1.6 }
+[[support]]
+name = "bottom"
+where = { box = { lower = [-1, -1, -0.001], upper = [1, 1, 0.001] } }
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("", "", []),
+        (
+            "-0.001], upper = [1, 1, 0.001]",
+            "0.5], upper = [1, 1, 0.6]",
+            [":12: support.bottom.where", "constrains nothing", "make it larger or move it"],
+        ),
+        (
+            "dilatation = 1.6",
+            "dilatation = 1.01",
+            [":9: body.block.approximant.dilatation = 1.01", "too few neighbours", "raise it"],
+        ),
+        ("cells = [3, 3, 1]", "cells = [0, 3, 3]", [":7: body.block.mesh.box.cells.0 = 0", "at least 1 (cubes along x, y, z"]),
+        ('"neo-hookean"', '"hgo"', [":8: body.block.material.kind", "did you mean `holzapfel-gasser-ogden`?"]),
+        ("[3, 3, 1] }", "[3, 3, 1], grading = [0, 1, 1] }", ["box.grading.0 = 0", "at least 0.001 (width of the last cube"]),
+    ],
+)
+def test_validate_finds_what_a_run_would(tmp_path, old, new, words):
+    file = tmp_path / "block.toml"
+    file.write_text(BLOCK.replace(old, new))
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == (2 if words else 0)
+    for word in words:
+        assert word in result.output
+
+
+def test_validate_finds_no_functions_only_where_that_is_quick(monkeypatch):
+    case = Case.model_validate(tomllib.loads(BLOCK.replace("1.6", "1.01")))
+    with pytest.raises(CaseError, match="too few neighbours"):
+        case.body[0].check_set_up()
+    monkeypatch.setattr("pellucid.bodies.meshless_solid.model.MOST_TRIED", 10)
+    case.body[0].check_set_up()
 
 
 def test_in_a_plane_grid_it_is_refused():

@@ -225,8 +225,9 @@ def test_a_support_and_a_motion_that_agree_or_do_not_meet_are_not_told():
 
 
 def test_without_a_grid_a_support_that_meets_no_body_is_refused():
-    with pytest.raises(CaseError, match=r"support\.0\.where(.|\n)*no node of a body lies in it"):
-        Simulation(made(BLOCK, support=[{"where": AWAY}]), threads=1)
+    with pytest.raises(ValueError, match=r"support\.0\.where(.|\n)*no node of a body lies in it"):
+        made(BLOCK, support=[{"where": AWAY}])
+    made(BLOCK, support=[{"where": {"sphere": {"centre": (0, 0, 0), "radius": 1}}}])
 
 
 @pytest.mark.parametrize(

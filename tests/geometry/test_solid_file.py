@@ -114,6 +114,22 @@ by hand
 *ELSET, ELSET=upper
  7
 """
+SURFACES = """*ELSET, ELSET=_under_S1
+ 1
+*Surface, type=ELEMENT, name=under
+** a comment
+ _UNDER_S1, S1
+*SURFACE, NAME=side
+ upper, S3
+*SURFACE, NAME=two sides
+ _under_S1, S2
+ _under_S1, S4
+*SURFACE, TYPE=NODE, NAME=corners
+ tips, 1.
+*SURFACE, NAME=by number
+ 7, S1
+*STEP
+"""
 NASTRAN = """BEGIN BULK
 GRID           1              0.      0.      0.
 GRID           2              1.      0.      0.
@@ -135,6 +151,12 @@ BY_HAND = {
     ),
     "gmsh 4.1": ("msh", GMSH_41, {"floor": FLOOR, "solid body": EVERY}),
     "abaqus": ("inp", ABAQUS, {"FLOOR": FLOOR, "tips": [3, 4], "upper": [1, 2, 3, 4], "EVERY": EVERY}),
+    "abaqus, surfaces": (
+        "inp",
+        ABAQUS + SURFACES,
+        {"FLOOR": FLOOR, "tips": [3, 4], "upper": [1, 2, 3, 4], "EVERY": EVERY, "_under_S1": [0, 1, 2, 3]}
+        | {"under": [0, 1, 2], "side": [2, 3, 4], "two sides": [0, 1, 2, 3], "corners": [3, 4]},
+    ),
     "nastran": ("bdf", NASTRAN, {"7": FLOOR, "9": EVERY}),
 }
 
@@ -233,7 +255,7 @@ def test_a_mesh_is_made_once_while_its_file_does_not_change(meshlane, tmp_path):
 def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     sheet, second, brick = (tmp_path / f"{name}.vtk" for name in ("sheet", "second", "brick"))
     meshlane.write(str(sheet), meshlane.Mesh(np.eye(3), [("triangle", np.array([[0, 1, 2]]))]))
-    with pytest.raises(ValidationError, match="holds no tetrahedron"):
+    with pytest.raises(ValidationError, match=r"holds no tetrahedron; .* is filled by `mesh = \{ inside = "):
         SolidFile(path=str(sheet))
     nodes = np.random.default_rng(1).uniform(size=(10, 3))
     meshlane.write(str(second), meshlane.Mesh(nodes, [("tetra10", np.arange(10)[None])]))
@@ -244,8 +266,14 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     meshlane.write(str(brick), meshlane.Mesh(nodes, [("hexahedron", np.arange(8)[None])]))
     with pytest.raises(ValidationError, match="holds cells of type hexahedron; a solid needs tetrahedra of four corners alone"):
         SolidFile(path=str(brick))
-    with pytest.raises(ValidationError, match="there is no file"):
+    with pytest.raises(ValidationError, match=r"there is no file .*; a relative path starts from the folder of the case file"):
         SolidFile(path=str(tmp_path / "none.msh"))
+    with pytest.raises(ValidationError, match=r"did you mean `sheet\.vtk`"):
+        SolidFile(path=str(tmp_path / "sheat.vtk"))
+    for name, why in (("poem.txt", "no format of meshes has the ending .txt"), ("poem", "its name has no ending")):
+        (tmp_path / name).write_text("a poem")
+        with pytest.raises(ValidationError, match=rf"{name} cannot be read as a mesh: {why}; save it as one of Gmsh"):
+            SolidFile(path=str(tmp_path / name))
     (tmp_path / "poem.msh").write_text("a poem")
     with pytest.raises(ValidationError, match=r"poem.msh cannot be read as a mesh"):
         SolidFile(path=str(tmp_path / "poem.msh"))
@@ -257,7 +285,7 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
         ("poem.msh", "a poem", "it does not hold what .msh files do"),
         ("foo.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET FOO\n", "not FOO"),
         ("cut.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2\n", "its text breaks off or is damaged"),
-        ("poem.abc", "a poem", "file format"),
+        ("poem.abc", "a poem", "no format of meshes has the ending .abc"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(name, text, reason, tmp_path, capfd):

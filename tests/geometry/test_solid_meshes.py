@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from pellucid.geometry.box_mesh import box_mesh
+from pellucid.geometry.box_mesh import BoxMesh, box_mesh
 from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import solid_faults
@@ -33,6 +33,22 @@ def test_its_outer_faces_are_those_of_the_box():
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     x, y, z = UPPER - LOWER
     assert area.sum() == pytest.approx(2.0 * (x * y + y * z + x * z), rel=1e-12)
+
+
+def test_a_graded_box_grows_by_a_constant_factor():
+    even = {"lower": tuple(LOWER), "upper": tuple(UPPER), "cells": (5, 3, 1)}
+    mesh = BoxMesh(**even, grading=(4.0, 0.25, 7.0)).mesh()
+    assert (BoxMesh(**even).mesh().cells == mesh.cells).all()
+    assert mesh.volumes.min() > 0.0
+    assert mesh.volumes.sum() == pytest.approx(np.prod(UPPER - LOWER), rel=1e-12)
+    corners = mesh.nodes[: 6 * 4 * 2].reshape(6, 4, 2, 3)
+    widths = [np.diff(corners[:, 0, 0, 0]), np.diff(corners[0, :, 0, 1])]
+    for width, last in zip(widths, (4.0, 0.25), strict=True):
+        assert width[-1] / width[0] == pytest.approx(last, rel=1e-12)
+        assert width[1:] / width[:-1] == pytest.approx(last ** (1.0 / (len(width) - 1)), rel=1e-12)
+    assert corners[0, 0, :, 2] == pytest.approx([LOWER[2], UPPER[2]], abs=1e-15), "one cube has no other beside it"
+    middle = mesh.nodes[6 * 4 * 2]
+    assert middle == pytest.approx(0.5 * (corners[0, 0, 0] + corners[1, 1, 1]), rel=1e-12)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])

@@ -181,6 +181,28 @@ def test_the_volume_of_a_sphere_of_quadrilaterals_converges():
     assert np.log2(np.array(short[:-1]) / short[1:]) == pytest.approx([2.0, 2.0], abs=0.1)
 
 
+def test_a_part_of_a_sphere_is_a_cap():
+    """A quarter of the cap below z = -0.8: lines of an even number of quadrilaterals lie on the planes of symmetry."""
+    sphere = {"centre": (1, 2, 3), "radius": 2.0, "divisions": 32}
+    cap = SphereSurface(**sphere, part={"lower": (1, 2, 1), "upper": (9, 9, 1.4)})
+    mesh = cap.mesh()
+    assert not cap.closed
+    assert not list(mesh_faults(mesh, closed=False))
+    assert mesh.vertices[:, :2].min(axis=0) == pytest.approx([1.0, 2.0], abs=1e-12)
+    assert np.linalg.norm(mesh.vertices - (1, 2, 3), axis=1) == pytest.approx(2.0, rel=1e-14)
+    vertices, triangles = mesh.triangulated()
+    assert (initial_frames(vertices, triangles)[:, 8] < 0.0).all(), "outward as on the whole sphere"
+    # the rim is a stair within an element of the circle at z = 1.4
+    cut = 2.0 * np.pi * 2.0 * 0.4 / 4.0
+    rim = 0.5 * np.pi * 1.2 * 2.0 * 2.0 * np.sin(np.pi / 4 / 32)
+    assert cut - 1.5 * rim < area_shares(vertices, triangles).sum() < cut
+
+
+def test_a_part_without_an_element_of_the_sphere_is_refused():
+    with pytest.raises(ValueError, match=r"of the sphere lies in `part` .* up to 0.39 m wide; make the box larger"):
+        SphereSurface(centre=(0, 0, 0), radius=1.0, divisions=4, part={"lower": (0, 0, 0.9), "upper": (0.1, 0.1, 1)})
+
+
 CYLINDER = {"start": (0, 0, 1), "end": (0, 3, 5), "radius": 0.5, "rings": 4, "along": 6}
 
 

@@ -128,7 +128,9 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if first.kind in LIMITS:
         name, words = LIMITS[first.kind]
         limit = " ".join(filter(None, (f"{first.context[name]:g}", field.get("unit"))))
-        return [Finding(path, f"must be {words} {limit}{_meaning(field, with_unit=False)}")]
+        item = isinstance(path[-1], int) and "description" not in field  # of a list, which has the meaning
+        about = _meaning(schema.field_at(path[:-1], data) if item else field, with_unit=False)
+        return [Finding(path, f"must be {words} {limit}{about}")]
     if first.kind in ("too_long", "too_short") and "max_length" in first.context:
         return [Finding(path, f"must have {first.context['max_length']} components{meaning}")]
     if first.kind == "too_short":

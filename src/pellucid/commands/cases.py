@@ -54,6 +54,8 @@ def validate(
     case = load(file)
     try:
         check_memory(case)
+        for body in case.body:
+            body.check_set_up()
     except CaseError as error:
         raise located(error, file) from None
     cells = f"grid of {' x '.join(map(str, case.grid.counts()))} cells" if case.grid_or_none else "no grid"

@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
-from pellucid.geometry.region import NOWHERE, Selectable, Where, chosen_nodes, faults
+from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, Where, chosen_nodes, faults
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
@@ -40,8 +40,7 @@ def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> No
         actions.supports = constrain_nodes(actions.field.grid, supports, found)
     for number, support in enumerate(supports):
         if number not in found and support.body is None and not assembly.actions:
-            text = "constrains nothing: no node of a body lies in it at the start"
-            raise CaseError(Problem(text, f"support.{number}.where", remedy=NOWHERE))
+            raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{number}.where", remedy=NOWHERE))
     for member, of_body in zip(owners, own, strict=True):
         member.body.add_supports(of_body)
 

@@ -8,7 +8,7 @@ from pydantic import field_validator, model_validator
 
 from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
-from pellucid.geometry.region import Region, Where, faults, needs_mesh
+from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
@@ -62,6 +62,8 @@ class Support(Condition):
             yield from self._body_problems(self.body, path, parts)
         elif self._means_a_body:
             yield from self._only_body_problems(path, parts)
+        elif parts.lacks_grid:
+            yield from self._nothing_problems((*path, "where"), parts)
         elif parts.grid is not None and isinstance(self.where, Region) and self.where.box is not None:
             yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)
 
@@ -96,6 +98,16 @@ class Support(Condition):
             yield Finding((*path, "body"), text, "leave `body` out, so that the nodes of the grid are constrained")
         elif region is not None and (nodes := body.selectable()) is not None:
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
+
+    def _nothing_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of a support of all bodies without a grid, where all their nodes are known and none lies in its region."""
+        region = self.region()
+        nodes = [body.selectable() for body in parts.of(BodyModel)]
+        known = [selectable for selectable in nodes if selectable is not None]
+        if region is None or not parts.are_sound(BodyModel) or len(known) < len(nodes):
+            return
+        if not any(chosen_nodes(region, of, parts.active_axes).any() for of in known):
+            yield Finding(path, CONSTRAINS_NOTHING, NOWHERE)
 
     @staticmethod
     def _box_problems(path: Path, lower: np.ndarray, upper: np.ndarray, grid: GridCase) -> Iterator[Finding]:

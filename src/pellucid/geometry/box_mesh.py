@@ -1,13 +1,18 @@
 """Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
 
+from typing import Annotated
+
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.tetrahedral import Tetrahedral
 from pellucid.model import Vector, parameter
 
 Counts = tuple[int, int, int]
+AtLeastOne = Annotated[int, Field(ge=1)]
+Ratio = Annotated[float, Field(ge=1e-3, le=1e3)]
+EVEN = (1.0, 1.0, 1.0)
 
 
 class BoxMesh(Tetrahedral):
@@ -15,20 +20,36 @@ class BoxMesh(Tetrahedral):
 
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner")
-    cells: Counts = parameter("", "cubes along x, y, z, of twelve tetrahedra each")
+    cells: tuple[AtLeastOne, AtLeastOne, AtLeastOne] = parameter("", "cubes along x, y, z, of twelve tetrahedra each")
+    grading: tuple[Ratio, Ratio, Ratio] = parameter(
+        "", "width of the last cube over that of the first, along x, y, z; in between it grows by a constant factor", EVEN
+    )
 
     @model_validator(mode="after")
     def _has_volume(self) -> "BoxMesh":
-        for axis, low, high, n in zip("xyz", self.lower, self.upper, self.cells, strict=True):
+        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if high <= low:
                 raise ValueError(f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m")
-            if n < 1:
-                raise ValueError(f"cells must be 1 or more along {axis}, not {n}")
         return self
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""
-        return box_mesh(np.array(self.lower), np.array(self.upper), self.cells)
+        lower, upper = np.array(self.lower), np.array(self.upper)
+        if self.grading == EVEN:
+            return box_mesh(lower, upper, self.cells)
+        mesh = box_mesh(np.zeros(3), np.array(self.cells, float), self.cells)
+        ends = [graded(n, ratio) for n, ratio in zip(self.cells, self.grading, strict=True)]
+        share = [np.interp(mesh.nodes[:, axis], np.arange(len(end)), end) for axis, end in enumerate(ends)]
+        return SimplexMesh(lower + np.stack(share, axis=1) * (upper - lower), mesh.cells)
+
+
+def graded(n: int, ratio: float) -> np.ndarray:
+    """Ends of n intervals of a length of 1, shape (n + 1,), each wider than the one before by a constant factor.
+
+    ratio: width of the last over that of the first.
+    """
+    widths = ratio ** (np.arange(n) / max(n - 1, 1))
+    return np.asarray(np.append(0.0, np.cumsum(widths)) / widths.sum())
 
 
 def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMesh:

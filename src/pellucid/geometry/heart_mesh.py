@@ -23,7 +23,10 @@ class HeartMesh(Tetrahedral):
     """
 
     size: float = parameter(
-        "m", "edge of a cube of the lattice; at 1 mm three edges or more lead through the right wall", gt=0, le=0.0035
+        "m",
+        "edge of a cube of the lattice; at 1.5 mm three edges or more lead through the right wall below the base",
+        gt=0,
+        le=0.0035,
     )
     apex_height: float = parameter("m", "height of the cap at the apex whose outer nodes are the set apex", 0.005, gt=0)
     patch_radius: float = parameter(

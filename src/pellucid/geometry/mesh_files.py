@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from pellucid.findings import Refusal
+from pellucid.findings import Refusal, hint
 from pellucid.model import Model
 
 FileState = tuple[str, int, int]
@@ -20,11 +20,15 @@ def read_mesh(path: str, what: str, readable: str) -> Any:
     readable: kinds of files that can be. What the readers print does not reach the terminal: it is told in the error, or as a
     warning where the file can be read all the same.
     """
-    if not Path(path).is_file():
-        raise ValueError(f"there is no file {path}")
+    _check_there(path)
     if find_spec("meshlane") is None:
         raise ValueError(f"reading {path} needs meshlane: pip install 'pellucid[mesh]'")
     import meshlane
+
+    endings = Path(path).name.lower().split(".")[1:]
+    if not any("." + ".".join(endings[k:]) in meshlane.extension_to_filetypes for k in range(len(endings))):
+        why = f"no format of meshes has the ending .{endings[-1]}" if endings else "its name has no ending"
+        raise Refusal(f"{path} cannot be read as {what}: {why}", f"save it as one of {readable}")
 
     said, ended = io.StringIO(), io.StringIO()
     try:
@@ -41,6 +45,14 @@ def read_mesh(path: str, what: str, readable: str) -> Any:
     return mesh
 
 
+def _check_there(path: str) -> None:
+    """Raise Refusal for a missing file."""
+    if not Path(path).is_file():
+        there = [found.name for found in Path(path).parent.glob("*")]
+        remedy = hint(Path(path).name, there) or "a relative path starts from the folder of the case file"
+        raise Refusal(f"there is no file {path}", remedy)
+
+
 def states_of_files(model: Model) -> tuple[FileState, ...]:
     """The states of all files that a model and the models in it name under the key `path`. Raises ValueError for a missing
     file."""
@@ -49,8 +61,7 @@ def states_of_files(model: Model) -> tuple[FileState, ...]:
         if isinstance(value, Model):
             states += states_of_files(value)
         elif name == "path":
-            if not Path(value).is_file():
-                raise ValueError(f"there is no file {value}")
+            _check_there(value)
             found = Path(value).stat()
             states.append((value, found.st_mtime_ns, found.st_size))
     return tuple(states)

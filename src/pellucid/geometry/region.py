@@ -23,6 +23,7 @@ REACH = 1e-9  # of the extent of a body, by which a node may lie beyond a box an
 WITHIN = 30.0
 EVERY_AXIS = (True, True, True)
 NOWHERE = "make it larger or move it"
+CONSTRAINS_NOTHING = "constrains nothing: no node of a body lies in it at the start"
 
 
 class Selectable(NamedTuple):

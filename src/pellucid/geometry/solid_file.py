@@ -1,10 +1,13 @@
 """Solids from files of tetrahedra: Gmsh, VTK, Abaqus, Nastran and what else meshlane reads, with their named sets of nodes."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.findings import Refusal
+from pellucid.geometry.abaqus_surfaces import abaqus_surfaces
 from pellucid.geometry.mesh_files import read_mesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.tetrahedral import Tetrahedral
@@ -45,11 +48,15 @@ class SolidFile(Tetrahedral):
             )
         cells = [np.asarray(block.data, np.int64) for block in mesh.cells if block.type == "tetra"]
         if not sum(map(len, cells)):
-            raise ValueError(f"{self.path} holds no tetrahedron")
+            remedy = "save its volume elements too; a closed surface alone is filled by `mesh = { inside = { surface = ... } }`"
+            raise Refusal(f"{self.path} holds no tetrahedron", remedy)
         points = np.asarray(mesh.points, float)
         if points.shape[1] != 3:
             raise ValueError(f"{self.path} holds points in a plane; tetrahedra need three coordinates")
-        return SimplexMesh(points * self.scale + np.array(self.offset), np.concatenate(cells), _sets(mesh))
+        sets = _sets(mesh)
+        if Path(self.path).suffix.lower() == ".inp":
+            sets |= abaqus_surfaces(self.path, _tetrahedra_of_sets(mesh), mesh.point_sets or {})
+        return SimplexMesh(points * self.scale + np.array(self.offset), np.concatenate(cells), sets)
 
 
 def _sets(mesh: Any) -> dict[str, np.ndarray]:
@@ -77,6 +84,17 @@ def _sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
             parts = np.split(marked, np.searchsorted(marked, ends[:-1]))
             found.setdefault(name, [part - start for part, start in zip(parts, [0, *ends[:-1]], strict=True)])
     return found
+
+
+def _tetrahedra_of_sets(mesh: Any) -> dict[str, np.ndarray]:
+    """By name, corners of the tetrahedra of sets of cells, shape (k, 4)."""
+    none = np.zeros((0, 4), np.int64)
+    return {
+        name: np.concatenate(
+            [none, *(block.data[part] for block, part in zip(mesh.cells, parts, strict=True) if block.type == "tetra")]
+        )
+        for name, parts in _sets_of_cells(mesh).items()
+    }
 
 
 def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:

@@ -87,6 +87,9 @@ class BodyModel(Part):
     def build(self, placement: "Placement") -> "Body":
         """Build the body; in a case with several, from the model that `with_others` returns."""
 
+    def check_set_up(self) -> None:
+        """Raise CaseError for what is found only while it is set up, where that is quickly told; nothing needs to be."""
+
     def owns_nodes(self, alone: bool) -> bool:
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
         return False

@@ -63,6 +63,12 @@ class StepDone(NamedTuple):
     bordered: float  # power of the constraints of volume and area [W]
 
     @property
+    def power_received(self) -> float:
+        """From loads and from what prescribes motions, volume and area [W]."""
+        leading = float(np.sum((self.prescribed + self.leading) * self.velocity))
+        return sum((power for _, power in self.loads), self.bordered + leading)
+
+    @property
     def at_rest(self) -> "StepDone":
         """The same forces without motion."""
         still = [(column, 0.0) for column, _ in self.loads]

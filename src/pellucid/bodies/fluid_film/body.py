@@ -59,6 +59,7 @@ class FluidFilm(NodalBody):
             "v": np.zeros_like(x),
             "part_mass": part_mass,
             "own_step": np.zeros(1),
+            "unspread": np.zeros_like(x),
         }
         self.areal_density = case.initial_density
         self._gravity = np.array(placement.gravity)[list(self.geometry.axes)]

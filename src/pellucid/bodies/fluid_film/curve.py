@@ -150,6 +150,10 @@ class Curve:
         masses = np.diff(PchipInterpolator(area[::SAMPLES], below)(covered))
         return Redistributed(moved, masses * (below[-1] / masses.sum()))
 
+    def can_wait(self, x: np.ndarray) -> bool:
+        """No: equal distances add less energy to a curve than its steps take from it, down to rounding."""
+        return False
+
     def _about(self, x: np.ndarray) -> np.ndarray:
         """Of the nodes of each segment, shape (e, m, 2), and the mirror images."""
         return np.asarray(x[self.nodes] * self.sign)

@@ -56,6 +56,9 @@ class FilmGeometry(Protocol):
         moved: what nodes have gone with the film, to where they are, since they were spread last [m], shape (n, d). Raises
         RunStopped where elements are too flat."""
 
+    def can_wait(self, x: np.ndarray) -> bool:
+        """Whether nodes at x [m], shape (n, d), may stay there for now where spreading them would add energy."""
+
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What its functions depend on beside the nodes, for checkpoints."""
 

@@ -56,7 +56,10 @@ def is_still(done: StepDone, span: float) -> bool:
 
 
 class OwnSteps:
-    """Moves a film: its `x`, `v`, `part_mass` and `own_step` among these arrays."""
+    """Moves a film: its `x`, `v`, `part_mass`, `own_step` and `unspread` among these arrays.
+
+    `unspread` is what nodes have gone with the film since they were spread last [m].
+    """
 
     holds_nodes = True
 
@@ -89,9 +92,8 @@ class OwnSteps:
                     arrays["v"][:] = 0.0
                     count(done.at_rest, span)
                     continue
-                self._take(done)
+                o = self._take(o, done, span)
                 count(done, span)
-                o = geometry.operators(arrays["x"])
                 self.fault = too_thin(self._balance, arrays, o)
         arrays["own_step"][0] = own
         return o
@@ -109,12 +111,25 @@ class OwnSteps:
             self.fault = "has no balance of forces: its system of equations is singular"
         return None
 
-    def _take(self, done: StepDone) -> None:
-        """The state after one of its own steps, with its nodes spread evenly."""
-        arrays, x = self._arrays, done.x
+    def _take(self, o: Operators, done: StepDone, span: float) -> Operators:
+        """Take over a step [s] that began with these operators, with nodes spread evenly; the operators at its end.
+
+        The surface through nodes that were moved along it is another one, to the order of the functions, and may store more.
+        Nodes that can wait are spread only where stored energy grows by no more than the work done on the film.
+        """
+        arrays, balance, geometry = self._arrays, self._balance, self._balance.geometry
+        mass, moved = arrays["part_mass"], arrays["unspread"] + (done.x - arrays["x"])
+        arrays["v"][:], arrays["x"][:], arrays["unspread"][:] = done.velocity, done.x, moved
         if self._how.nodes == "even":
-            x, arrays["part_mass"][:] = self._balance.geometry.redistributed(x, arrays["part_mass"], x - arrays["x"])
-        arrays["x"][:], arrays["v"][:] = x, done.velocity
+            waits, functions = geometry.can_wait(done.x), geometry.state_arrays()
+            allowed = balance.stored_energy(o, mass) + span * done.power_received if waits else inf
+            spread = geometry.redistributed(done.x, mass, moved)
+            there = geometry.operators(spread.x)
+            if not waits or balance.stored_energy(there, spread.mass) <= allowed:
+                arrays["x"][:], mass[:], arrays["unspread"][:] = *spread, 0.0
+                return there
+            geometry.restore(functions)
+        return geometry.operators(arrays["x"])
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:

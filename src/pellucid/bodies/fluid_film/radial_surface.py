@@ -65,7 +65,8 @@ class RadialSurface(TriangleSurface):
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Make the functions for nodes there."""
-        self._fit(np.array(arrays["reference"]))
+        if not np.array_equal(arrays["reference"], self._reference):
+            self._fit(np.array(arrays["reference"]))
 
     def _fit(self, x: np.ndarray) -> None:
         self._reference = x

@@ -11,6 +11,7 @@ from pellucid.geometry.vertex_normals import vertex_normals
 SMOOTHING = 0.3  # of the way to the middle of the triangles about a node, in a step
 LONGEST = 0.4  # way of a node along the surface, of the distance to its nearest neighbour
 WORST = 0.1  # quality of a triangle with which functions can still be trusted; 1 is equilateral
+WELL_SPREAD = 0.7  # quality of the worst triangle with which nodes can stay for a while where moving them would add energy
 
 
 def qualities(triangles: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.bodies.fluid_film.cell_fluxes import CellFluxes
 from pellucid.bodies.fluid_film.geometry import Redistributed, Shares
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.spreading import check_quality, way_along
+from pellucid.bodies.fluid_film.spreading import WELL_SPREAD, check_quality, qualities, way_along
 from pellucid.bodies.fluid_film.surface_rows import SurfaceTables, surface_areas, surface_operators
 from pellucid.bodies.fluid_film.walking import places_along
 from pellucid.geometry.cells import Cells
@@ -81,6 +81,10 @@ class TriangleSurface(ABC):
         new = self.through(after)
         self.renew(new)
         return Redistributed(new, self._fluxes.moved(before, after, areas, self._cell_areas(new), mass))
+
+    def can_wait(self, x: np.ndarray) -> bool:
+        """See `pellucid.bodies.fluid_film.geometry`."""
+        return bool(qualities(self.rings.triangles, self.places(x)).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
         """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""

@@ -11,7 +11,7 @@ from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.bodies.meshless_solid.skin_points import SkinPoints, skin_points
-from pellucid.bodies.meshless_solid.tables import Tables, make_tables
+from pellucid.bodies.meshless_solid.tables import Tables, at_quadrature_points, make_tables
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Refusal
 from pellucid.geometry.cells import cells_of_faces
@@ -39,6 +39,30 @@ class Approximation(Protocol):
     def averages_volume(self) -> bool: ...
 
 
+@contextmanager
+def refused(case: Approximation, key: str | None = None) -> Iterator[None]:
+    """Raise CaseError where there are no functions, or something else of this key, without one the mesh, cannot be."""
+    approximant, body = case.approximant, f"body.{case.name}"
+    try:
+        yield
+    except NoFunctions as error:
+        reach = approximant.reach
+        where = f"{body}.approximant.{reach}" if reach else f"{body}.{case.place}"
+        value = getattr(approximant, reach) if reach else None
+        raise CaseError(Problem(str(error), where, value, approximant.remedy)) from None
+    except Refusal as error:
+        text, remedy = error.reason
+        raise CaseError(Problem(text, f"{body}.{key or case.place}", remedy=remedy)) from None
+
+
+def check_functions(case: Approximation, mesh: SimplexMesh) -> None:
+    """Raise CaseError where the approximant has no functions at a quadrature point or a node."""
+    with refused(case):
+        evaluator = case.approximant.evaluator(mesh)
+        at_quadrature_points(mesh, evaluator, case.points_per_cell)
+        values_at_nodes(mesh, evaluator)
+
+
 class SolidFunctions:
     """Shape functions over a mesh, which on prescribed faces take the prescribed values where they can.
 
@@ -48,7 +72,7 @@ class SolidFunctions:
 
     def __init__(self, case: Approximation, mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
         self._case, self._mesh, self._prescribed, approximant = case, mesh, prescribed, case.approximant
-        with self._refused():
+        with refused(case):
             self.evaluator: Evaluator = approximant.evaluator(mesh)
             if self.prescribes_nodes and len(disturbed := prescribed.disturbed_faces(self.evaluator)):
                 self.evaluator = approximant.vanishing(self.evaluator, mesh, disturbed)
@@ -67,29 +91,14 @@ class SolidFunctions:
         if self.prescribes_nodes or not len(self._prescribed.nodes):
             return None
         how = position, inertia, motions, self._case.essential_conditions == "ebciem"
-        with self._refused("essential"):
+        with refused(self._case, "essential"):
             return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
         """Means of the functions over outer faces, shape (f, 3)."""
-        with self._refused():
+        with refused(self._case):
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
         """See the function."""
         return skin_points(self._mesh, self.evaluator, mass, longest, closed)
-
-    @contextmanager
-    def _refused(self, key: str | None = None) -> Iterator[None]:
-        """Raise CaseError where there are no functions, or something else of this key, without one the mesh, cannot be."""
-        approximant, body = self._case.approximant, f"body.{self._case.name}"
-        try:
-            yield
-        except NoFunctions as error:
-            reach = approximant.reach
-            where = f"{body}.approximant.{reach}" if reach else f"{body}.{self._case.place}"
-            value = getattr(approximant, reach) if reach else None
-            raise CaseError(Problem(str(error), where, value, approximant.remedy)) from None
-        except Refusal as error:
-            text, remedy = error.reason
-            raise CaseError(Problem(text, f"{body}.{key or self._case.place}", remedy=remedy)) from None

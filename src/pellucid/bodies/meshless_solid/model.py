@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 ENTRY_BYTES = 60  # of a node at a quadrature point: shape function, gradient and number, and what a step keeps of them
 QUADRATURE_BYTES = 300  # place, fit, deformation gradient
+MOST_TRIED = 10_000  # cells: their functions are found in a second
 NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
 
 
@@ -123,6 +124,14 @@ class MeshlessSolidCase(BodyModel):
             return None
         text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not follow'
         return Reason(text, "give the body its `elastic` material, which bears the load at rest")
+
+    def check_set_up(self) -> None:
+        """Too few neighbours for the functions of least squares, on meshes of up to 10 000 cells."""
+        from pellucid.bodies.meshless_solid.functions import check_functions
+
+        mesh = self.mesh.mesh()
+        if self.approximant.reach and len(mesh.cells) <= MOST_TRIED:
+            check_functions(self, mesh)
 
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""

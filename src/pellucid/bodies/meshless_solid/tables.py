@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.approximants.nodal.table import evaluate
+from pellucid.approximants.nodal.table import Rows, evaluate
 from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.bodies.meshless_solid.solid import CHUNK, PACKS, Blocks, Elastic, Functions, Solid
@@ -31,6 +31,12 @@ class Tables(NamedTuple):
     row_sums: np.ndarray
 
 
+def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> Rows:
+    """Shape functions and their gradients at so many points of each cell. Raises NoFunctions where there are none."""
+    places = np.einsum("qk,cki->cqi", TETRAHEDRON[n_points], mesh.nodes[mesh.cells]).reshape(-1, 3)
+    return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), places)
+
+
 def make_tables(
     mesh: SimplexMesh,
     evaluator: Evaluator,
@@ -46,10 +52,8 @@ def make_tables(
     about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises NoFunctions
     where the approximant has none, Refusal where it gives a node no volume or the correction cannot be found.
     """
-    shares = TETRAHEDRON[n_points]
-    places = np.einsum("qk,cki->cqi", shares, mesh.nodes[mesh.cells]).reshape(-1, 3)
     weights = np.repeat(mesh.volumes / n_points, n_points)
-    rows = evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), places)
+    rows = at_quadrature_points(mesh, evaluator, n_points)
     if consistent:
         correct(mesh, evaluator, rows, weights)
     n = len(mesh.nodes)

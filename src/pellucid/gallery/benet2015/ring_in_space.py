@@ -7,7 +7,9 @@ from scipy.interpolate import CubicSpline
 
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,3 +75,8 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     label(right, "z", "difference of the radii", "m", "mm")
     figure.suptitle(run.case.title)
     return {"profile": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The film in space as it is squeezed."""
+    return {"motion": film_of_surfaces(run, [_films(run)[1]])}

@@ -1,9 +1,22 @@
 """Translating sphere in space against the exact steady motion."""
 
+from typing import TYPE_CHECKING
+
+from pellucid.gallery.benet2015.films import film_of
 from pellucid.gallery.benet2015.translating import METRICS, figures, metrics
+from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
+
+if TYPE_CHECKING:
+    from pellucid.results.storage.run import Run
 
 CAPTIONS = {
     "translation": "Error of the velocity against time, and the tension along the axis of motion at its end and the exact one."
 }
 
-__all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]
+__all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The sphere with its density and what flows in it."""
+    return {"motion": film_of_surfaces(run, [film_of(run).name])}

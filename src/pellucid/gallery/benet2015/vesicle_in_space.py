@@ -8,7 +8,9 @@ from pellucid.gallery.benet2015 import vesicle_shapes
 from pellucid.gallery.benet2015.films import film_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.films import Film
 from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,3 +43,8 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     label(right, "distance from the axis", "z", "m", "m")
     figure.suptitle(run.case.title)
     return {"energy": figure}
+
+
+def films(run: "Run") -> dict[str, Film]:
+    """The vesicle as it comes to rest."""
+    return {"motion": film_of_surfaces(run, [film_of(run).name])}

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.results.pictures.quantities import Fields, Limits, limits, meaning, values_of
+from pellucid.results.pictures.quantities import Fields, Limits, is_film, limits, meaning, values_of
+from pellucid.results.pictures.rendering.axes import INK
 from pellucid.results.pictures.style import COLOURS, WIDTH, label, new_figure, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
@@ -47,8 +48,9 @@ def profiles(run: "Run", axis: int) -> "Figure":
 
 
 def panels_in_plane(run: "Run", quantity: str) -> "Figure":
-    """All bodies at some instants, coloured by "speed", "displacement" or "load"."""
-    described = run.stored.bodies
+    """All bodies at some instants, coloured by "speed", "displacement" or "load"; films among them are dark lines on top."""
+    described = [body for body in run.stored.bodies if not is_film(body)]
+    skins = [body.name for body in run.stored.bodies if is_film(body)]
     names = [body.name for body in described]
     times = run.times(names[0])
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
@@ -72,6 +74,8 @@ def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     for axes, bodies, shown, time in zip(panels, states, values, chosen, strict=True):
         together = np.concatenate([fields["position"] for fields in bodies])
         dots = flat.draw(axes, together, shown, width, colours)
+        for skin in skins:
+            flat.draw_skin(axes, run.fields(skin, float(time))["position"], run.cells(skin).lines)
         axes.set_title(f"t = {time:.4g} s")
     bar = figure.colorbar(dots, ax=list(panels), shrink=0.9, pad=0.01, aspect=25, extend=colours.extend)
     bar.set_label(with_unit(title, unit))
@@ -114,6 +118,14 @@ class _Flat:
         label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
         axes.label_outer()
         return dots
+
+    def draw_skin(self, axes: "Axes", position: np.ndarray, lines: np.ndarray) -> None:
+        """A film as a dark line, light at its sides, so that it stands out from every colour."""
+        from matplotlib.collections import LineCollection
+
+        for width, colour in ((3.2, "white"), (1.6, INK)):
+            drawn = LineCollection(position[:, self.flat][lines], linewidths=width, colors=colour, capstyle="round")
+            axes.add_collection(drawn)
 
 
 def _thinned(fields: Fields) -> Fields:

@@ -33,7 +33,7 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
         figures |= bodies(run)
         if not all(is_still(body) for body in run.stored.bodies):
             figures["energies"] = energies(run)
-            if run.stored.steady is None:
+            if run.stored.steady is None and has_momentum(run):
                 figures["momentum"] = momentum(run)
         if run.stored.probes:
             figures["probes"] = probes(run, beside)
@@ -101,6 +101,11 @@ def energies(run: "Run") -> "Figure":
             right.axhline(limit, color="#D55E00", linestyle="--", linewidth=1.0)
         right.annotate("limit of the warning", (times[0], warn), color="#D55E00", fontsize=8, va="bottom")
     return figure
+
+
+def has_momentum(run: "Run") -> bool:
+    """Whether anything of a run has inertia and moved."""
+    return any(np.any(run.history[f"momentum_{axis}"] != 0.0) for axis in "xyz")
 
 
 def momentum(run: "Run") -> "Figure":

@@ -8,7 +8,6 @@ import numpy as np
 
 from pellucid.progress import Progress
 from pellucid.results.pictures.case_module import drawn_by_module
-from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import house_style
 from pellucid.results.storage.files import explained, replacing
 
@@ -22,7 +21,7 @@ FILM_DPI = 96
 FRAME, HOLD = 120, 1500  # ms that a picture stays, and the last one
 COLOURS = 256
 NEARLY_WHITE = 244
-SAMPLES = 6  # pictures whose colours make the palette of the film
+SAMPLES = 6  # pictures whose pixels make the palette of the film; of more pictures it takes as many pixels, from each some
 ALIKE = 8  # levels of a channel that are one colour as the palette is chosen
 WEIGHT = 1.0 / 3.0  # power of the number of pixels with which a colour counts
 ROUNDS = 3  # in which the palette moves to the means of what it stands for
@@ -79,15 +78,15 @@ def _drawn(figure: "Figure") -> "Image":
 
 
 def _palette(pictures: "list[Image]") -> "Image":
-    """The palette of some of the pictures together. Its colours are means, which would tint white: those become white.
+    """The palette of all pictures together. Its colours are means, which would tint white: those become white.
 
     A colour counts with a power of its pixels: by their number alone the few pixels of a hot spot would go without a colour
     of their own, and orange would become the red of something large.
     """
     from PIL.Image import Quantize, fromarray
 
-    chosen = evenly(np.arange(len(pictures)), SAMPLES)
-    pixels = np.concatenate([np.asarray(pictures[k]).reshape(-1, 3) for k in chosen])
+    stride = -(-len(pictures) // SAMPLES)
+    pixels = np.concatenate([np.asarray(picture).reshape(-1, 3)[k % stride :: stride] for k, picture in enumerate(pictures)])
     red, green, blue = (pixels // ALIKE).astype(np.int64).T
     _, which, count = np.unique((red * 256 + green) * 256 + blue, return_inverse=True, return_counts=True)
     means = np.stack([np.bincount(which, channel) / count for channel in pixels.T], axis=1)

@@ -1,0 +1,145 @@
+"""A rigid ball pressed into a block by contact on the grid: its force and place against those of the exact layer.
+
+A quarter, x and y above 0, is computed; the block is as wide as high, which beside a layer without end changes the force by
+0.3 % (validation/sphere-on-layer).
+"""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.membrane_elements.model import MembraneElementsCase
+from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
+from pellucid.references.indentation import Layer, at_contact, force
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+Array = np.ndarray
+
+AT_REST = 0.9  # of the run; from then on the force is taken
+FORCE, FINE = 0.03, 0.07  # 3 % with cells of 0.07 of the ball's radius, a quarter of the radius of contact, and of second order
+BENEATH = 0.25  # of the ball's radius, within which the face lies on it
+ENERGY = 0.02  # of the energy balance at the end; contact is slow and takes little
+
+CAPTIONS = {
+    "force": "Force on the ball while it is pressed in and held: the layer's is that of slow motion.",
+    "face": "Nodes of the tissue beside the plane y = 0 at the end, and the ball.",
+}
+
+METRICS = ("force", "gap", "energy")
+
+
+class Pressed(NamedTuple):
+    """The ball, the layer, and how the ball moves."""
+
+    layer: Layer
+    radius: float  # of the ball, with half of the thickness of its membrane [m]
+    centre: float  # height of its middle at the start [m]
+
+    @classmethod
+    def of(cls, run: "Run") -> "Pressed":
+        """Those of a run."""
+        block, ball = run.case.body
+        if not isinstance(block, MeshlessSolidCase) or not isinstance(ball, MembraneElementsCase) or not ball.surface.sphere:
+            raise TypeError("the exact force is that of a sphere, a membrane of elements, on a block, a meshless solid")
+        elastic, sphere = block.material.model_dump(), ball.surface.sphere
+        low, high = block.bounds()
+        layer = Layer(elastic["young_modulus"], elastic["poisson_ratio"], float(high[2] - low[2]), bonded=True)
+        return cls(layer, sphere.radius + 0.5 * ball.thickness, sphere.centre[2])
+
+    def middle(self, run: "Run", time: float) -> float:
+        """Height of the middle of the ball at a time [m]."""
+        return float(self.centre + run.case.motion[0].functions()[2](time))
+
+    def depth(self, run: "Run", time: float) -> float:
+        """How deep the ball is in the layer at a time [m]."""
+        return max(0.0, self.layer.thickness + self.radius - self.middle(run, time))
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Force at rest, how far the face is off the ball, energy."""
+    exact, end = Pressed.of(run), float(run.history["time"][-1])
+    depth = exact.depth(run, end)
+    known, found = force(exact.layer, exact.radius, depth), _force(run)[np.asarray(run.history["time"]) > AT_REST * end].mean()
+    cell = run.case.grid.cell / exact.radius
+    begun, now = _tissue(run)
+    from_middle = now - (0.0, 0.0, exact.middle(run, end))
+    beneath = (begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)) & (np.hypot(now[:, 0], now[:, 1]) < BENEATH * exact.radius)
+    gap = float(np.mean(np.linalg.norm(from_middle[beneath], axis=1)) - exact.radius)
+    energy = abs(float(run.summary["conservation"]["energy"]))
+    return {
+        "force": Metric(
+            float(found),
+            known,
+            abs(found / known - 1.0),
+            FORCE * (cell / FINE) ** 2,
+            "N",
+            "exact, on a linear elastic layer",
+        ),
+        "gap": Metric(
+            gap,
+            0.0,
+            abs(gap),
+            0.5 * cell**2 * exact.radius,
+            "m",
+            "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell",
+        ),
+        "energy": Metric(energy, 0.0, energy, ENERGY, "", "relative error of the energy balance at the end"),
+    }
+
+
+def _force(run: "Run") -> Array:
+    """On the whole ball at each row of the history [N]."""
+    return np.asarray(4.0 * np.asarray(run.history["force"], dtype=float))
+
+
+def _tissue(run: "Run") -> tuple[Array, Array]:
+    """Places of the tissue's nodes [m] at the start and at the end, shape (n, 3) each."""
+    times = run.times("tissue")
+    begun, now = (run.fields("tissue", float(times[frame]))["position"] for frame in (0, -1))
+    return begun, now
+
+
+def figures(run: "Run") -> "dict[str, Figure]":
+    """Force against time, and the face beneath the ball."""
+    exact = Pressed.of(run)
+    return {"force": _curve(run, exact), "face": _face(run, exact)}
+
+
+def _curve(run: "Run", exact: Pressed) -> "Figure":
+    time = np.asarray(run.history["time"], dtype=float)
+    depth = np.array([exact.depth(run, float(at)) for at in time])
+    widest = np.sqrt(2.0 * exact.radius * depth.max())
+    pairs = [at_contact(exact.layer, exact.radius, float(contact)) for contact in np.linspace(1e-3, 1.0, 60) * widest]
+    levels, forces = np.array([(0.0, 0.0), *pairs]).T
+    known = np.interp(depth, levels, forces)
+    figure = new_figure(7.0, 3.6)
+    axes = figure.subplots()
+    axes.plot(1e3 * time, 1e3 * known, color="black", linewidth=1, label="layer, exact")
+    axes.plot(1e3 * time, 1e3 * _force(run), "--", color=COLOURS[1], label="contact on the grid")
+    label(axes, "time", "force on the ball", "ms", "mN")
+    axes.legend()
+    return figure
+
+
+def _face(run: "Run", exact: Pressed) -> "Figure":
+    begun, now = _tissue(run)
+    end = float(run.history["time"][-1])
+    beside = begun[:, 1] < 1e-9
+    figure = new_figure(7.0, 4.0)
+    axes = figure.subplots()
+    axes.plot(1e3 * now[beside, 0], 1e3 * now[beside, 2], ".", markersize=4, color=COLOURS[0], label="tissue")
+    angle = np.linspace(0.0, 0.25 * np.pi, 200)
+    x, z = exact.radius * np.sin(angle), exact.middle(run, end) - exact.radius * np.cos(angle)
+    axes.plot(1e3 * x, 1e3 * z, color=COLOURS[1], label="ball")
+    axes.set_aspect("equal")
+    axes.set_xlim(0.0, 700.0 * exact.radius)
+    axes.set_ylim(1e3 * (exact.layer.thickness - 0.4 * exact.radius), 1e3 * (exact.layer.thickness + 0.2 * exact.radius))
+    label(axes, "x", "z", "mm", "mm")
+    axes.legend(loc="lower right")
+    return figure
