@@ -81,10 +81,11 @@ def test_every_work_and_loss_of_a_clamped_and_driven_solid_is_booked(transfer, s
         motion=[motion],
         gravity=(0, -1.0, 0),
         scheme=scheme,
+        courant=0.2,
         end=1e3,
         **transfer,
     )
-    advance(sim, 60)
+    advance(sim, 40)
     balance = sim.energies()
     assert balance["impact_heat"] != 0.0
     assert balance["motion_work"] != 0.0

@@ -42,7 +42,7 @@ class MembraneElements(ExplicitNodes):
         super().update(dt)
         rate = self.surface.strain(self.arrays["position"], self.arrays["velocity"], dt, self.totals)
         self._find_forces()
-        self.totals.half_power = 0.5 * self.motion.power()
+        self._count_power()
         self.totals.rate = max(rate, self.motion.crossing)
 
     def _find_forces(self) -> None:

@@ -10,7 +10,7 @@ from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, PointArrays, 
 from pellucid.jit import kernel
 from pellucid.materials.damage import DamageRecord, dissipate, upright, weaken
 from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed
-from pellucid.tensors import end_stress_power, stress_power
+from pellucid.tensors import end_stress_power
 
 
 class MembraneArrays(NamedTuple):
@@ -120,17 +120,20 @@ def responded(surface, p, F, frame, c, share, D, dt, strain):
     lattice, points, law, state, thickness = surface.lattice, surface.points, surface.law, surface.state, surface.thickness
     damage, record = surface.damage, surface.record
     tx, ty, tz, sx, sy, sz, nx, ny, nz = frame
+    E11, E22, E12 = D
     v, g = points.velocity, surface.gradient[p]
     left, kept = weaken(damage, record, p, strain)
     s11, s22, s12, ratio = plane_response(law, F)
     s11, s22, s12 = left * s11, left * s22, left * s12
-    sig, L = points.stress, (g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8])
-    old_power = points.volume[p] * stress_power((sig[p, 0], sig[p, 1], sig[p, 2], sig[p, 3], sig[p, 4], sig[p, 5]), L)
+    old = state.plane_stress
+    power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
     volume = share * thickness * ratio
     density = points.mass[p] / volume
     points.volume[p] = volume
-    plane = state.plane_stress
-    plane[p, 0], plane[p, 1], plane[p, 2] = s11, s22, s12
+    state.strain_energy[p] += dt * power / density
+    dissipate(damage, record, p, state.strain_energy[p], kept)
+    old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
+    sig, L = points.stress, (g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8])
     sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
     sig[p, 1] = s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy
     sig[p, 2] = s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz
@@ -138,8 +141,6 @@ def responded(surface, p, F, frame, c, share, D, dt, strain):
     sig[p, 4] = s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx)
     sig[p, 5] = s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx)
     new_power = volume * end_stress_power((sig[p, 0], sig[p, 1], sig[p, 2], sig[p, 3], sig[p, 4], sig[p, 5]), L, dt)
-    state.strain_energy[p] += 0.5 * dt * (old_power + new_power) / points.mass[p]
-    dissipate(damage, record, p, state.strain_energy[p], kept)
     speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
     wave = plane_wave_speed(law, F, density)
     fault = OK

@@ -91,7 +91,7 @@ class MeshlessSolid(ExplicitNodes):
             self.skin.update()
         self.prescribed.displacement += dt * self.motion.rows
         self._find_forces(dt, dt > 0.0 and self._fastest.is_due())
-        self.totals.half_power = 0.5 * self.motion.power()
+        self._count_power()
         self._bound_step()
 
     def scale_inertia(self) -> None:

@@ -127,6 +127,10 @@ class ExplicitNodes(NodalBody):
         self.motion.advance_positions(dt)
         self._left_grid = self.coupling.check_positions() if self.coupling else None
 
+    def _count_power(self) -> None:
+        """Half the power of the internal forces where the step ended; none while the body is brought to rest."""
+        self.totals.half_power = 0.0 if self.relaxes else 0.5 * self.motion.power()
+
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
         self.motion.top_speed = self.constraint.top_speed if self.constraint is not None else 0.0
