@@ -55,13 +55,19 @@ def stress_power(stress: Symmetric, L: Tensor) -> float:
 
 @pointwise
 def end_stress_power(stress: Symmetric, L: Tensor, dt: float) -> float:
-    """σ:L' of a stress at the end of a step and the velocity gradient there, L' = L (I + Δt L)⁻¹ [W/m³]."""
-    F = (1.0 + dt * L[0], dt * L[1], dt * L[2], dt * L[3], 1.0 + dt * L[4], dt * L[5], dt * L[6], dt * L[7], 1.0 + dt * L[8])
-    P, J = piola_transform(stress, F), determinant(F)
-    total = 0.0
-    for i in range(9):
-        total += P[i] * L[i]
-    return total / J
+    """σ:L' of a stress at the end of a step and the velocity gradient there, L' = L (I + Δt L)⁻¹ to second order in Δt L
+    [W/m³]."""
+    xx, yy, zz = (
+        L[0] - dt * (L[0] * L[0] + L[1] * L[3] + L[2] * L[6]),
+        L[4] - dt * (L[3] * L[1] + L[4] * L[4] + L[5] * L[7]),
+        L[8] - dt * (L[6] * L[2] + L[7] * L[5] + L[8] * L[8]),
+    )
+    power = stress[0] * xx + stress[1] * yy + stress[2] * zz
+    yz, xz, xy = L[5] + L[7], L[2] + L[6], L[1] + L[3]
+    yz -= dt * (L[3] * L[2] + L[6] * L[1] + (L[5] + L[7]) * (L[4] + L[8]))
+    xz -= dt * (L[1] * L[5] + L[7] * L[3] + (L[2] + L[6]) * (L[0] + L[8]))
+    xy -= dt * (L[2] * L[7] + L[5] * L[6] + (L[1] + L[3]) * (L[0] + L[4]))
+    return power + stress[3] * yz + stress[4] * xz + stress[5] * xy
 
 
 @pointwise

@@ -67,17 +67,24 @@ def gather(about, lattice, field):
 
 
 @pointwise
-def gather_scalar(about, lattice, field):
-    """Σ N_I field_I of a scalar field, shape (nodes,)."""
+def gather_increments(about, lattice, velocity, increment, energy):
+    """Σ N_I of the nodal velocity and its increment, shape (nodes, 3), and of the energy of the latter, shape (nodes,)."""
     wx, wy, wz = about.wx, about.wy, about.wz
-    total = 0.0
+    vx = vy = vz = dx = dy = dz = e = 0.0
     for a in range(len(wx)):
         for b in range(len(wy)):
-            line = 0.0
+            w = wx[a] * wy[b]
             for c in range(len(wz)):
-                line += wz[c] * field[node_at(about, lattice, a, b, c)]
-            total += wx[a] * wy[b] * line
-    return total
+                I = node_at(about, lattice, a, b, c)
+                W = w * wz[c]
+                vx += W * velocity[I, 0]
+                vy += W * velocity[I, 1]
+                vz += W * velocity[I, 2]
+                dx += W * increment[I, 0]
+                dy += W * increment[I, 1]
+                dz += W * increment[I, 2]
+                e += W * energy[I]
+    return (vx, vy, vz), (dx, dy, dz), e
 
 
 @pointwise

@@ -35,7 +35,7 @@ from pellucid.grid.stencil import (
     add_internal_force,
     add_momentum,
     add_scalar,
-    gather,
+    gather_increments,
     gather_with_gradient,
     node_at,
     stencil,
@@ -112,10 +112,11 @@ def _update_velocities_slab(s, mapped, remap):
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         about = stencil(functions, lattice, points.position, p)
-        new = gather(about, lattice, nodes.velocity)
-        change = gather(about, lattice, nodes.velocity_increment)
+        new, change, squares = gather_increments(
+            about, lattice, nodes.velocity, nodes.velocity_increment, nodes.increment_energy
+        )
         m = points.mass[p]
-        by_lumping = lumping_heat(about, lattice, nodes, change)
+        by_lumping = lumping_heat(squares, change)
         if len(affine) == 0:
             heat[p] = by_lumping + further_heat(transfer, about, lattice, nodes, (v[p, 0], v[p, 1], v[p, 2]), new, change)
         lumping += m * by_lumping

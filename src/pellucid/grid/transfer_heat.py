@@ -9,16 +9,15 @@ alone, so that it is the same for every observer.
 from typing import Any
 
 from pellucid.grid.lattice import Lattice, Nodes
-from pellucid.grid.stencil import Stencil, gather_scalar, node_at
+from pellucid.grid.stencil import Stencil, node_at
 from pellucid.grid.velocity_transfer import Apic, Blend, Flip
 from pellucid.jit import generic, point_function, pointwise
 
 
 @pointwise
-def lumping_heat(about, lattice, nodes, change):
-    """What lumping loses of unit mass of a point [J/kg] where the nodes' velocity increment is `change`."""
-    square = change[0] * change[0] + change[1] * change[1] + change[2] * change[2]
-    return gather_scalar(about, lattice, nodes.increment_energy) - 0.5 * square
+def lumping_heat(energy, change):
+    """What lumping loses of unit mass of a point [J/kg], where the nodes' increment is `change` and its energy `energy`."""
+    return energy - 0.5 * (change[0] * change[0] + change[1] * change[1] + change[2] * change[2])
 
 
 @generic

@@ -80,6 +80,15 @@ class FluidMaterial(PointMaterial):
         return self
 
     @model_validator(mode="after")
+    def _artificial_work_is_kept(self) -> "FluidMaterial":
+        if self.keeps_work and not self.artificial_viscosity.work:
+            raise ValueError(
+                "artificial_viscosity.work = false leaves work out that the conservative energy update keeps; "
+                'add energy_update = "closed"'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _viscosity_takes_energy(self) -> "FluidMaterial":
         least = -2.0 / 3.0 * self.viscosity
         if self.second_viscosity is not None and self.second_viscosity < least * (1.0 + 1e-12):
