@@ -32,16 +32,19 @@ def run_case(
     """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
 
     `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report; an earlier
-    run in `out` is replaced. Raises `UsageError` for what is no case, and for a folder with other files in it, `RunStopped`
-    after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
+    run in `out` is replaced. Raises `UsageError` for what is no case, for a folder with other files in it or in use,
+    `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
     progress = progress or WarningsOnly()
     _check_until(until)
+    if out is not None:
+        RunFolder(out).check_replaceable()  # before the set-up, which may take long
     with _simulation(case, threads, progress) as simulation:  # before the folder is touched: a bad case erases nothing
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
-        folder.start(case)
-        return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
+        with folder.made():
+            folder.start(case)
+            return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
 
 
 def resume_case(
@@ -58,6 +61,11 @@ def resume_case(
     progress = progress or WarningsOnly()
     _check_until(until)
     folder = RunFolder(out)
+    with folder.held():
+        return _go_on(folder, until, threads, progress, report)
+
+
+def _go_on(folder: RunFolder, until: float | None, threads: int | None, progress: Progress, report: bool) -> Run:
     try:
         case = folder.read_case()
     except CaseError as error:
@@ -159,7 +167,7 @@ def _finish(
     run = Run(folder.path, temporary)
     folder.write_summary(recorder.facts, run.metrics)
     if report:
-        from pellucid.results.report.report import write_report
+        from pellucid.results.report.report import draw_report
 
-        write_report(run, progress=progress)
+        draw_report(run, progress=progress)
     return run
