@@ -12,6 +12,7 @@ from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
+from pellucid.results.storage.identity import check_bodies, check_case
 from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
@@ -70,17 +71,22 @@ def _go_on(folder: RunFolder, until: float | None, threads: int | None, progress
         case = folder.read_case()
     except CaseError as error:
         raise UsageError(_why_not_resumed(folder, error)) from error
-    with _simulation(case, threads, progress) as simulation:
-        found = checkpoint.read_latest(folder.checkpoint, progress.message)
-        if found is None:
-            progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
+    found = checkpoint.read_latest(folder.checkpoint, progress.message)
+    if found is None:
+        progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
+        with _simulation(case, threads, progress) as simulation:
             folder.start(case)
             return _finish(simulation, Recorder(folder, case), until, progress, report)
-        arrays, numbers = found
-        _same_inputs(case, numbers["recorder"].get("inputs", {}))
+    arrays, numbers = found
+    recorded = numbers["recorder"]
+    kept = recorded.get("identity", {})
+    check_case(folder.path, case, kept)
+    _same_inputs(case, recorded["inputs"])
+    with _simulation(case, threads, progress) as simulation:
+        check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
         folder.reopen()
-        return _finish(simulation, Recorder(folder, case, numbers["recorder"]), until, progress, report)
+        return _finish(simulation, Recorder(folder, case, recorded), until, progress, report)
 
 
 def _check_until(until: float | None) -> None:

@@ -83,7 +83,8 @@ class RunFolder:
             self.history.unlink(missing_ok=True)
             shutil.rmtree(self.path / "fields", ignore_errors=True)
             self.reopen()
-            write_text(self.case, _signed(dumps(case)))
+            if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
+                write_text(self.case, _signed(dumps(case)))
 
     def reopen(self) -> None:
         """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
