@@ -6,6 +6,8 @@ from functools import cache
 from tokenize import TokenError
 from typing import Any
 
+from pellucid.errors import cut
+
 COMMON = (
     "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm "
     "Hz kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
@@ -46,7 +48,9 @@ def to_si(text: str, unit: str) -> float:
     """
     import pint
 
-    said = text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+    said = cut(text, LONGEST)
+    if '"' in text or "'" in text:
+        raise UnitError(f"a quote too many in {said}")
     if not any(character.isdigit() for character in text):
         raise UnitError(f'"{said}" is no number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
     if _is_number(text):
