@@ -50,7 +50,8 @@ def write(out: Path, refinements: int = 4, spacing: float = 5.0, instants: int =
     """Frames of all bodies at equal distances over a period; `spacing` of the fluids' points [µm]."""
     case = loads(CASE.format(refinements=refinements) + "".join(map(BODY.format_map, bodies_named())))
     folder = RunFolder(out)
-    folder.start(case)
+    with folder.made():
+        folder.start(case)
     folder.fields("").parent.mkdir()
     zona, triangles = Icosphere(centre=(0, 0, 0), radius=1, refinements=refinements).triangulate()
     zona = CENTRE + RADIUS * zona

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -18,6 +19,11 @@ from pellucid.units import UnitError, to_si
         ("1e-3 s", "s", 1e-3),
         ("1 mPa*s", "Pa*s", 1e-3),
         ("20 degC", "K", 293.15),
+        ("1.5e3 kg m^-3", "kg/m^3", 1500.0),
+        ("2*kg*(cm/s)^2", "J", 2e-4),
+        ("3 (kPa)", "Pa", 3000.0),
+        ("5 m²", "m^2", 5.0),
+        ("5 %", "", 0.05),
     ],
 )
 def test_a_text_with_a_unit_becomes_its_si_number(text: str, unit: str, value: float) -> None:
@@ -44,6 +50,29 @@ def test_what_is_no_such_quantity_is_explained(text: str, unit: str, words: list
         to_si(text, unit)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "9**9**9 s",
+        "2**3 s",
+        "1 s^999999999",
+        "1 s**9**9**9",
+        "3 cm + 2 mm",
+        "1 s; import os",
+        "1" * 5000 + " s",
+        "(" * 3000 + "1" + ")" * 3000 + " s",
+        "1 s" + "*s/s" * 3000,
+        "5 " + "x" * 100_000,
+        "3 s\0",
+    ],
+)
+def test_a_text_is_parsed_and_never_calculated(text: str) -> None:
+    start = time.perf_counter()
+    with pytest.raises(UnitError, match="cannot read"):
+        to_si(text, "s")
+    assert time.perf_counter() - start < 2.0
 
 
 def test_pint_is_imported_only_where_a_unit_is_met() -> None:

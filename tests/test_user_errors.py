@@ -130,7 +130,7 @@ def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
 )
 def test_before_a_run_writes_anything(before: str, after: str, words: list[str], folder: Path) -> None:
     (folder / "out").mkdir()
-    for name in ("case.toml", "history.csv"):
+    for name in ("run.lock", "history.csv"):
         (folder / "out" / name).write_text("earlier")
     line = write(folder, before, after)
     message = told(2, "run", "case.toml", "--out", "out")

@@ -1,5 +1,6 @@
 """What can go wrong, as the user sees it; the command line turns each kind into its exit status."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -8,6 +9,9 @@ class PellucidError(Exception):
     """Base of every error that a user can cause or mend; `exit_status` is what the command line returns."""
 
     exit_status = 2
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class Problem:
 
     def message(self, source: str = "") -> str:
         """One to three lines for a person; `source` is the file's name."""
-        place = self.setting or (f"{source}:{self.line}" if source and self.line else source or "")
+        place = cut(self.setting, 200) or (f"{source}:{self.line}" if source and self.line else source or "")
         subject = self._subject()
         head = ": ".join(part for part in (place, subject or self.text) if part)
         return "\n    ".join(line for line in (head, self.text if subject else "", self.remedy) if line)
@@ -54,7 +58,7 @@ class CaseError(PellucidError):
         messages = [problem.message(self.source) for problem in self.problems]
         if len(messages) > 1:
             messages.insert(0, f"{len(messages)} errors in {self.source or 'the case'}:")
-        return "\n".join(messages)
+        return printable("\n".join(messages))
 
     def blame(self, setting: str, line: int | None = None) -> "CaseError":
         """The same problems, laid at the door of a setting."""
@@ -89,6 +93,15 @@ class Interrupted(PellucidError):
         self.exit_status = 130 if by_keyboard else 143
 
 
+CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+"""All but tabs and new lines: a terminal would obey them, and no path may have a null."""
+
+
+def printable(text: str) -> str:
+    """A text with its control characters spelt out, which a terminal would obey: all but tabs and new lines."""
+    return CONTROL.sub(lambda found: repr(found[0])[1:-1], text)
+
+
 def shown(value: object, limit: int = 60) -> str:
     """A value as a user would write it, cut to `limit` characters."""
     if isinstance(value, str):
@@ -101,4 +114,9 @@ def shown(value: object, limit: int = 60) -> str:
         text = "[" + ", ".join(shown(item, limit) for item in value) + "]"
     else:
         text = str(value)
+    return cut(printable(text), limit)
+
+
+def cut(text: str, limit: int = 60) -> str:
+    """A text, or its beginning, `limit` characters with the dots that stand for the rest."""
     return text if len(text) <= limit else text[: limit - 4] + " ..."

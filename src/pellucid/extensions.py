@@ -9,6 +9,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
+from pellucid.input_files import file_bytes
+
 GROUP = "pellucid.extensions"
 """The group of entry points under which a package names modules that register kinds."""
 
@@ -30,7 +32,7 @@ def load_file(path: str) -> None:
     Its module has the same name in every process, so that compiled kernels find its classes again. Raises ExtensionError.
     """
     try:
-        source = Path(path).read_bytes()
+        source = file_bytes(path)
     except OSError as error:
         raise ExtensionError(f"cannot read it: {error.strerror}", "name a Python file, relative to the case file") from None
     digest = hashlib.sha256(source).hexdigest()

@@ -5,6 +5,7 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from pellucid.errors import CONTROL
 from pellucid.units import check_si
 
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
@@ -27,6 +28,8 @@ class Model(BaseModel):
         extra = field.json_schema_extra
         if field.annotation in (bool, bool | None) and not isinstance(value, bool | None):
             raise ValueError("must be true or false, without quotes")  # pydantic would read "no" and 0 as false
+        if isinstance(value, str) and (strange := CONTROL.search(value)):
+            raise ValueError(f"holds the control character {strange[0]!r}, which no text may")
         if isinstance(extra, dict) and _is_numeric(field.annotation):
             return _to_si(value, str(extra.get("unit", "")))
         return value
@@ -65,3 +68,12 @@ def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
     if unknown := sorted(limits.keys() - set(LIMITS)):
         raise TypeError(f"a parameter has no limit `{unknown[0]}`; there are {', '.join(LIMITS)}")
     return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)
+
+
+LONGEST_NAME = 100
+"""Characters: names of files may have up to 255 with their endings."""
+
+
+def name_parameter(text: str, default: Any = ...) -> Any:
+    """Declare a field of a `Model` that holds a name: of a body, a column, a file."""
+    return parameter("", text, default, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=LONGEST_NAME)

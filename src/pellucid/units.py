@@ -6,6 +6,8 @@ from functools import cache
 from tokenize import TokenError
 from typing import Any
 
+from pellucid.errors import cut
+
 COMMON = (
     "m cm mm um nm km s ms us ns min h kg g mg N kN mN uN Pa kPa MPa GPa bar mbar atm psi J kJ mJ W K degC rad deg rpm "
     "Hz kHz MHz m/s mm/s km/h m/s^2 kg/m^3 g/cm^3 Pa*s mPa*s J/kg kJ/kg N/m"
@@ -14,6 +16,18 @@ COMMON = (
 _SI = r"(?:m|kg|s|A|K|mol|rad|N|Pa|J|W|Hz|V|C)(?:\^-?[1-9])?"
 _COHERENT = re.compile(rf"(?:1|{_SI})(?:[*/]{_SI})*")
 """Products of SI units: what pint need not be asked about."""
+
+
+LONGEST = 60
+"""Characters of a quantity."""
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_POWER = r"(?:\s*(?:\^|\*\*)\s*[+-]?\d)?"
+_TERM = rf"(?:[^\W\d_]\w*|1|%|°C){_POWER}"
+_TERMS = rf"{_TERM}(?:(?:\s*[*/]\s*|\s+){_TERM})*"
+_FACTOR = rf"(?:{_TERM}|\(\s*{_TERMS}\s*\){_POWER})"
+_QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*\*?\s*(?P<unit>{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)\s*")
+"""A number and products of powers of units: nothing in it is an expression that pint could calculate with."""
+_PINT_RAISES = (ArithmeticError, AssertionError, AttributeError, SyntaxError, TokenError, TypeError, ValueError)
 
 
 class UnitError(ValueError):
@@ -34,36 +48,31 @@ def to_si(text: str, unit: str) -> float:
     """
     import pint
 
+    said = cut(text, LONGEST)
     if '"' in text or "'" in text:
-        raise UnitError(f"a quote too many in {text}")  # pint reads past it
+        raise UnitError(f"a quote too many in {said}")
     if not any(character.isdigit() for character in text):
-        raise UnitError(f'"{text}" is no number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
+        raise UnitError(f'"{said}" is no number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
     if _is_number(text):
-        wanted = f'or add a unit, such as "{text.strip()} {unit}"' if unit else "it is a pure number"
-        raise UnitError(f'the text "{text}" has no unit; write {text.strip()} without quotes, {wanted}')
+        wanted = f'or add a unit, such as "{said.strip()} {unit}"' if unit else "it is a pure number"
+        raise UnitError(f'the text "{said}" has no unit; write {said.strip()} without quotes, {wanted}')
+    kind = f"a number with a unit, such as {_example(unit)}" if unit else "a number"
+    found = _QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
+    if found is None:
+        raise UnitError(f'cannot read "{said}" as {kind}')
     try:
-        quantity = _registry().Quantity(text)
+        quantity = _registry().Quantity(float(found["number"]), _registry().Unit(found["unit"]))
     except pint.UndefinedUnitError as error:
         names: Any = error.unit_names  # one name or several, whatever its annotation says
         name = names if isinstance(names, str) else str(names[0])
-        raise UnitError(f'unknown unit "{name}" in "{text}"{_suggestion(name)}') from None
-    except (
-        ArithmeticError,
-        AssertionError,
-        AttributeError,
-        SyntaxError,
-        TokenError,
-        TypeError,
-        ValueError,
-        pint.PintError,
-    ):
-        kind = f"a number with a unit, such as {_example(unit)}" if unit else "a number"
-        raise UnitError(f'cannot read "{text}" as {kind}') from None
+        raise UnitError(f'unknown unit "{name}" in "{said}"{_suggestion(name)}') from None
+    except (*_PINT_RAISES, pint.PintError):
+        raise UnitError(f'cannot read "{said}" as {kind}') from None
     try:
         return float(quantity.to(unit or "dimensionless").magnitude)
     except pint.DimensionalityError:
         raise UnitError(
-            f'"{text}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
+            f'"{said}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
         ) from None
 
 
@@ -82,7 +91,7 @@ def check_si(unit: str) -> None:
         names: Any = error.unit_names
         name = names if isinstance(names, str) else str(names[0])
         raise UnitError(f'unknown unit "{name}"{_suggestion(name)}') from None
-    except (ArithmeticError, AssertionError, AttributeError, SyntaxError, TokenError, TypeError, ValueError, pint.PintError):
+    except (*_PINT_RAISES, pint.PintError):
         raise UnitError(f'cannot read "{unit}" as a unit, such as "kg/m^3"') from None
     if abs(factor.magnitude - 1.0) > 1e-12:
         raise UnitError(

@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 import pellucid.results
 from pellucid.cli import app
 from pellucid.results.metrics import Metric
+from pellucid.results.storage.run_folder import RunFolder
 
 SUMMARY = {"end_time": 0.2, "steps": 10, "points": 100, "wall_seconds": 0.5, "point_steps_per_second": 2e3}
 
@@ -64,14 +65,14 @@ def test_a_file_names_its_folder(calls: list) -> None:
 
 
 def test_a_folder_with_other_things_is_refused_and_untouched(calls: list) -> None:
-    for names in (["thesis.tex"], ["case.toml", "notes.txt"]):
-        folder = Path(names[0]).with_suffix("")
+    for names in (["thesis.tex"], ["case.toml"], ["case.toml", "history.csv"]):
+        folder = Path("-".join(names)).with_suffix("")
         folder.mkdir()
         for name in names:
             (folder / name).write_text("mine")
         result = run("basics/sod", "--out", str(folder))
         assert result.exit_code == 2
-        assert "holds other files and no run" in result.stderr
+        assert "has other files in it than those of a run" in result.stderr
         assert sorted(item.name for item in folder.iterdir()) == sorted(names)
     assert not calls
 
@@ -95,8 +96,9 @@ def test_a_place_that_cannot_be_looked_at_is_refused(calls: list, monkeypatch: p
 
 def test_an_earlier_run_may_be_replaced(calls: list) -> None:
     Path("again").mkdir()
-    for name in ("case.toml", "history.csv"):
-        (Path("again") / name).write_text("")
+    folder = RunFolder("again")
+    with folder.made():
+        folder.start(pellucid.load("basics/sod"))
     result = run("basics/sod", "--out", "again")
     assert result.exit_code == 0
     assert "replacing the earlier run in again" in result.stderr

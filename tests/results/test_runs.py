@@ -222,6 +222,7 @@ def test_a_full_disk_ends_in_a_message_and_the_run_goes_on_later(tmp_path, expec
 
 
 def test_what_a_killed_process_left_before_the_case_was_written_is_no_obstacle(tmp_path):
+    (tmp_path / "run.lock").touch()
     (tmp_path / ".case.toml.writing").write_text("schema =")
     assert run_case(free_flight(), tmp_path, report=False).summary["steps"] == 34
 

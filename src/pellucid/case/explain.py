@@ -135,6 +135,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
         return [Finding(path, f"must have {first.context['max_length']} components{meaning}")]
     if first.kind == "too_short":
         return [Finding(path, f"must have at least {first.context['min_length']} item")]
+    if first.kind == "string_too_long":
+        return [Finding(path, f"must have at most {first.context['max_length']} characters")]
     if first.kind == "string_pattern_mismatch":
         return [Finding(path, "must begin with a letter and hold only letters, digits, - and _")]
     choices = [choice for detail in group if detail.kind == "literal_error" for choice in _choices(detail)]

@@ -10,7 +10,7 @@ from pydantic import model_validator
 from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, name_parameter, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Part, Parts
@@ -107,7 +107,7 @@ class Probe(Part):
 
     unique_name: ClassVar[bool] = True
 
-    name: str = parameter("", "name of the column", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str = name_parameter("name of the column")
     body: str | None = parameter("", "name of the body", None)
     quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction"')
     component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)

@@ -13,8 +13,10 @@ from pellucid.case.explain import problem
 from pellucid.case.lines import key_lines
 from pellucid.case.settings import find, parse_setting
 from pellucid.case.spec import Case
+from pellucid.case.toml import parsed
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
+from pellucid.input_files import file_bytes
 
 
 def load(case: "str | FilePath") -> Case:
@@ -31,7 +33,7 @@ def load(case: "str | FilePath") -> Case:
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
     """What the set-up of a run found wrong, with the line of the case or the setting that it comes from."""
     text, filename = _source(case)
-    data, lines = tomllib.loads(text), key_lines(text)
+    data, lines = parsed(text), key_lines(text)
     own = [(find(data, key), setting(key, value)) for key, value in map(parse_setting, settings)]
     coarse = [(find(data, key), ("quick", key)) for key in data.get("quick", {})] if quick else []
     problems = []
@@ -49,7 +51,7 @@ def _source(case: "str | FilePath") -> tuple[str, str]:
         return catalogue.text(str(case)), f"{case}.toml"
     path = FilePath(case)
     try:
-        return path.read_text(encoding="utf-8-sig"), str(case)
+        return file_bytes(path).decode("utf-8-sig").replace("\r\n", "\n"), str(case)
     except (FileNotFoundError, NotADirectoryError):
         remedy = "" if path.suffix == ".toml" else catalogue.suggestion(str(case))
         raise CaseError(Problem(f"there is no gallery case and no file {case}", remedy=remedy)) from None
@@ -67,7 +69,7 @@ def loads(text: str, filename: str = "", folder: str = "") -> Case:
     Raises CaseError as `load` does.
     """
     try:
-        data = tomllib.loads(text)
+        data = parsed(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError(_syntax_problem(str(error), text), filename) from None
     lines = key_lines(text)
@@ -116,8 +118,8 @@ def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
 
 def _syntax_problem(message: str, text: str) -> Problem:
     place = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", message)
-    line = int(place[1]) if place and place[1] else text.count("\n") + 1
-    where = f", at column {place[2]} of `{text.splitlines()[line - 1].strip()}`" if place and place[2] else ""
+    line = None if place is None else int(place[1]) if place[1] else text.count("\n") + 1
+    where = f", at column {place[2]} of `{text.splitlines()[line - 1].strip()}`" if line and place and place[2] else ""
     reason = message[: place.start()] if place else message
     return Problem(
         f"this is no valid TOML: {reason[:1].lower()}{reason[1:]}{where}",

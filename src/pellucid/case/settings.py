@@ -6,7 +6,8 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from pellucid.errors import CaseError, Problem, shown
+from pellucid.case.toml import DEEPEST, parsed
+from pellucid.errors import CaseError, Problem, cut, shown
 from pellucid.findings import Path
 
 _PART = re.compile(r'"([^"]*)"|\'([^\']*)\'|([^.\s"\']+)')
@@ -25,14 +26,14 @@ def parse_setting(text: str) -> tuple[str, Any]:
     read = parse_value(value.strip())
     if isinstance(read, str) and read == value.strip() and _BROKEN.search(read):
         remedy = "close every quote and bracket; for the shell put the whole setting into single quotes"
-        raise CaseError(Problem(f"`{read}` is no valid TOML", remedy=remedy, setting=f"--set {text}"))
+        raise CaseError(Problem(f"`{cut(read)}` is no valid TOML", remedy=remedy, setting=f"--set {text}"))
     return key.strip(), read
 
 
 def parse_value(text: str) -> Any:
     """Read a value in TOML syntax; what is none is plain text, so that `trilinear` and `3 kPa` need no quotes."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        return parsed(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
 
@@ -42,6 +43,8 @@ def split_key(key: str) -> list[str]:
     parts = ["".join(groups) for groups in _PART.findall(key)]
     if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
         raise CaseError(f"`{key}` is no dotted key such as grid.cell or body.driver.material.density")
+    if len(parts) > DEEPEST:
+        raise CaseError(f"`{shown(parts[0])}...` has {len(parts)} parts; a key has {DEEPEST} at most")
     return parts
 
 

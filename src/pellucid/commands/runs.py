@@ -9,13 +9,11 @@ import typer
 
 from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, read_case, read_time
 from pellucid.commands.table import print_metrics
-from pellucid.errors import CaseError, Interrupted, UsageError
+from pellucid.errors import CaseError, Interrupted
 
 if TYPE_CHECKING:
     from pellucid.case import Case
     from pellucid.results import Run
-
-LEFT_BY_A_RUN = {"history.csv", "summary.json", "checkpoint"}
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 
@@ -121,15 +119,11 @@ def unused(parent: Path, name: str) -> Path:
 
 def prepared(folder: Path) -> Path:
     """The folder, fit for a new run: an earlier run may be replaced, anything else is refused with UsageError."""
-    from pellucid.results.storage.files import usable
+    from pellucid.results.storage.run_folder import RunFolder
 
-    with usable(folder):
-        if folder.exists() and not folder.is_dir():
-            raise UsageError(f"--out {folder} is a file; name a folder for the results")
-        names = {item.name for item in folder.iterdir()} if folder.exists() else set()
-    if names:
-        if "case.toml" not in names or (len(names) > 1 and not names & LEFT_BY_A_RUN):
-            raise UsageError(f"--out {folder} holds other files and no run; name a new or empty folder")
+    chosen = RunFolder(folder)
+    chosen.check_replaceable()
+    if chosen.case.is_file():
         typer.echo(f"replacing the earlier run in {folder}", err=True)
     return folder
 

@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from pellucid.findings import Finding, Path
-from pellucid.model import parameter
+from pellucid.model import name_parameter, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
@@ -15,9 +15,7 @@ from pellucid.parts.part import Parts
 class Contact(Condition):
     """How two bodies of different velocity fields touch. Fields that no contact names touch without friction."""
 
-    name: str | None = parameter(
-        "", "name for probes of its force on the first body", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$"
-    )
+    name: str | None = name_parameter("name for probes of its force on the first body", None)
     between: tuple[str, str] = parameter("", "names of two bodies; the contact is that of their whole velocity fields")
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(
         "", "how they slide: freely, not at all while they press, or with friction", "frictionless"

@@ -11,7 +11,7 @@ from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
-from pellucid.model import Model, parameter
+from pellucid.model import Model, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
@@ -41,7 +41,7 @@ class Motion(Condition):
     """Points of a body that follow a prescribed displacement, whatever forces act on them."""
 
     unique_name: ClassVar[bool] = True
-    name: str = parameter("", "name of the motion, for probes of its reaction", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str = name_parameter("name of the motion, for probes of its reaction")
     body: str = parameter("", "name of the body")
     part: Where | None = parameter("", "only the points in this region at the start; without it the whole body", None)
     hold: tuple[Axis, ...] = parameter("", "directions along which the points stay where they are", ())

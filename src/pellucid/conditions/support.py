@@ -10,7 +10,7 @@ from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
 from pellucid.grid.model import GridCase
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition
@@ -26,7 +26,7 @@ Axis = Literal["x", "y", "z"]
 class Support(Condition):
     """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall."""
 
-    name: str | None = parameter("", "name for probes of its reaction", None, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str | None = name_parameter("name for probes of its reaction", None)
     body: str | None = parameter(
         "",
         "a body with nodes of its own: only these are constrained; without it those of the grid and of all such bodies, or "

@@ -12,7 +12,7 @@ from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, name_parameter
 from pellucid.parts.part import Part, Parts
 
 if TYPE_CHECKING:
@@ -42,8 +42,8 @@ class BodyModel(Part):
     """Whether it is a membrane, which has two sides and no volume of its own."""
 
     kind: str
-    name: str = parameter("", "name of the body, used for its files and in probes", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
-    field: str = parameter("", FIELD_MEANING, "common", pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")
+    name: str = name_parameter("name of the body, used for its files and in probes")
+    field: str = name_parameter(FIELD_MEANING, "common")
 
     if TYPE_CHECKING:  # each kind declares them among its own keys, in the order of the reference
         material: BodyMaterial

@@ -12,6 +12,7 @@ from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
+from pellucid.results.storage.identity import check_bodies, check_case
 from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
@@ -32,16 +33,19 @@ def run_case(
     """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
 
     `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report; an earlier
-    run in `out` is replaced. Raises `UsageError` for what is no case, and for a folder with other files in it, `RunStopped`
-    after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
+    run in `out` is replaced. Raises `UsageError` for what is no case, for a folder with other files in it or in use,
+    `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
     progress = progress or WarningsOnly()
     _check_until(until)
+    if out is not None:
+        RunFolder(out).check_replaceable()  # before the set-up, which may take long
     with _simulation(case, threads, progress) as simulation:  # before the folder is touched: a bad case erases nothing
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
-        folder.start(case)
-        return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
+        with folder.made():
+            folder.start(case)
+            return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
 
 
 def resume_case(
@@ -58,21 +62,31 @@ def resume_case(
     progress = progress or WarningsOnly()
     _check_until(until)
     folder = RunFolder(out)
+    with folder.held():
+        return _go_on(folder, until, threads, progress, report)
+
+
+def _go_on(folder: RunFolder, until: float | None, threads: int | None, progress: Progress, report: bool) -> Run:
     try:
         case = folder.read_case()
     except CaseError as error:
         raise UsageError(_why_not_resumed(folder, error)) from error
-    with _simulation(case, threads, progress) as simulation:
-        found = checkpoint.read_latest(folder.checkpoint, progress.message)
-        if found is None:
-            progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
+    found = checkpoint.read_latest(folder.checkpoint, progress.message)
+    if found is None:
+        progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
+        with _simulation(case, threads, progress) as simulation:
             folder.start(case)
             return _finish(simulation, Recorder(folder, case), until, progress, report)
-        arrays, numbers = found
-        _same_inputs(case, numbers["recorder"].get("inputs", {}))
+    arrays, numbers = found
+    recorded = numbers["recorder"]
+    kept = recorded.get("identity", {})
+    check_case(folder.path, case, kept)
+    _same_inputs(case, recorded["inputs"])
+    with _simulation(case, threads, progress) as simulation:
+        check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
         folder.reopen()
-        return _finish(simulation, Recorder(folder, case, numbers["recorder"]), until, progress, report)
+        return _finish(simulation, Recorder(folder, case, recorded), until, progress, report)
 
 
 def _check_until(until: float | None) -> None:
@@ -159,7 +173,7 @@ def _finish(
     run = Run(folder.path, temporary)
     folder.write_summary(recorder.facts, run.metrics)
     if report:
-        from pellucid.results.report.report import write_report
+        from pellucid.results.report.report import draw_report
 
-        write_report(run, progress=progress)
+        draw_report(run, progress=progress)
     return run

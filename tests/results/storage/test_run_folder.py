@@ -9,10 +9,16 @@ from pellucid.results.storage import run_folder
 from pellucid.results.storage.files import OutputError, explained
 
 
+def begin(path):
+    folder = run_folder.RunFolder(path)
+    with folder.made():
+        folder.start(free_flight())
+
+
 def test_a_folder_below_a_file_is_a_bad_argument(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match=r"cannot write results to .*sub: Not a directory\n.*name a folder"):
-        run_folder.RunFolder(tmp_path / "file/sub").start(free_flight())
+        begin(tmp_path / "file/sub")
 
 
 @pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOENT])
@@ -22,7 +28,7 @@ def test_a_folder_that_cannot_be_made_is_a_bad_argument(code, tmp_path, monkeypa
 
     monkeypatch.setattr(run_folder.Path, "mkdir", refuse)
     with pytest.raises(UsageError, match=os.strerror(code)) as caught:
-        run_folder.RunFolder(tmp_path / "out").start(free_flight())
+        begin(tmp_path / "out")
     assert caught.value.exit_status == 2
 
 

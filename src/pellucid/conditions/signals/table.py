@@ -2,13 +2,13 @@
 
 import csv
 from math import isfinite
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from pydantic import model_validator
 
 from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.input_files import file_bytes
 from pellucid.model import InputFile, parameter
 
 
@@ -30,7 +30,7 @@ class Table(SignalModel):
     def rows(self) -> np.ndarray:
         """The table, shape (rows, 2). Raises ValueError naming the file's line."""
         try:
-            text = Path(self.path).read_text(encoding="utf-8-sig")
+            text = file_bytes(self.path).decode("utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
             raise ValueError(f"cannot read the table {self.path}: {reason}") from None

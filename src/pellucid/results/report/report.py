@@ -3,6 +3,7 @@
 import base64
 import math
 from collections.abc import Iterable
+from contextlib import nullcontext
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -50,9 +51,15 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 
     A run `beside` is drawn into the figure of the probes, and its metrics stand beside those of the run.
 
-    Raises `UsageError` where there is no run that has ended.
+    Raises `UsageError` where there is no run that has ended, and where another process writes to its folder.
     """
     run = out if isinstance(out, Run) else Run(out)
+    with run.folder.held() if run.folder.mark.is_file() else nullcontext():  # runs of earlier versions have none
+        return draw_report(run, beside, progress)
+
+
+def draw_report(run: Run, beside: Run | None = None, progress: Progress | None = None) -> Path:
+    """The same in a folder that is held."""
     summary = run.summary
     texts = CAPTIONS | captions(run)
     progress = progress or WarningsOnly()

@@ -38,11 +38,6 @@ def replacing(path: Path) -> Iterator[Path]:
     sync(path.parent)
 
 
-def is_draft(path: Path) -> bool:
-    """Whether this is what a killed process left of a file that was being replaced."""
-    return path.name.endswith(DRAFT)
-
-
 def write_text(path: Path, text: str) -> None:
     """Write `text` to `path` atomically (UTF-8, no translation of line ends)."""
     with replacing(path) as temporary:

@@ -12,6 +12,7 @@ from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import explained, sync, write_text
+from pellucid.results.storage.identity import identity
 from pellucid.results.storage.package import package_commit, package_version
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run_folder import RunFolder
@@ -90,6 +91,7 @@ class Recorder:
             "probes": self._probes.to_data(),
             "inputs": self._inputs,
             "kinds": self._kinds,
+            "identity": identity(self.case, sim.bodies),
             "wall_seconds": self.wall_seconds(),
         }
         checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})

@@ -1,18 +1,25 @@
 """The folder of a run: where everything lies, how it is begun, and its summary."""
 
+import hashlib
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric, finite
-from pellucid.results.storage.files import explained, is_draft, usable, write_text
+from pellucid.results.storage import lock
+from pellucid.results.storage.files import explained, usable, write_text
 
 if TYPE_CHECKING:
     from pellucid.case import Case
     from pellucid.results.storage.stored_case import StoredCase
+
+
+SIGNATURE = "# written by pellucid, as SHA-256 "
+"""How the first line of a run's case begins; the digest is that of the lines below."""
 
 
 class RunFolder:
@@ -20,6 +27,7 @@ class RunFolder:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
+        self.mark = self.path / lock.NAME
         self.case = self.path / "case.toml"
         self.history = self.path / "history.csv"
         self.summary = self.path / "summary.json"
@@ -32,26 +40,51 @@ class RunFolder:
         """The file of a body's frames."""
         return self.path / "fields" / f"{body}.vtkhdf"
 
-    def start(self, case: "Case") -> None:
-        """Make the folder ready for a new run of `case`; the results of an earlier run in it are removed.
+    def check_replaceable(self) -> None:
+        """Raise `UsageError` where a new run may not be written: a file, a folder with other files, one that is in use."""
+        with usable(self.path):
+            if self.path.exists() and not self.path.is_dir():
+                raise UsageError(f"{self.path} is a file; give a folder for the results")
+            if self.path.is_dir() and not self.mark.is_file() and any(self.path.iterdir()):
+                text = f"{self.path} has other files in it than those of a run (it has no {lock.NAME})"
+                raise UsageError(f"{text}; give a new or empty folder for the results")
+            if self.case.is_file() and not _is_signed(self.case.read_bytes()):
+                text = f"{self.case} was changed since its run began"
+                raise UsageError(f"{text}; move it elsewhere, or give another folder for the results")
+        lock.refuse_held(self.path)
 
-        Raises `UsageError` for a folder with other files in it or that cannot be written to, `OutputError` for a full disk.
+    @contextmanager
+    def made(self) -> Iterator[None]:
+        """Make the folder for a new run, and keep others from writing into it. The mark is the first file in it."""
+        self.check_replaceable()
+        with explained(self.path), usable(self.path):
+            self.path.mkdir(parents=True, exist_ok=True)
+        with lock.held(self.path):
+            yield
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep others from writing into the folder of a run. Raises `UsageError` where there is no run, or one that goes on."""
+        if not self.mark.is_file():
+            missing = "case.toml" if not self.case.is_file() else f"{lock.NAME}, the first file that a run writes"
+            raise UsageError(f"there is no run in {self.path}: it has no {missing}")
+        with lock.held(self.path):
+            yield
+
+    def start(self, case: "Case") -> None:
+        """Begin a new run of `case` in a folder that is held; the results of an earlier run in it are removed.
+
+        Raises `UsageError` for a folder that cannot be written to, `OutputError` for a full disk.
         """
         from pellucid.case import dumps
 
         with explained(self.path), usable(self.path):
-            if self.path.exists() and not self.path.is_dir():
-                raise UsageError(f"{self.path} is a file; give a folder for the results")
-            if self.path.is_dir() and not self.case.is_file() and not all(map(is_draft, self.path.iterdir())):
-                raise UsageError(
-                    f"{self.path} has other files in it than those of a run; give a new or empty folder for the results"
-                )
-            self.path.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
             self.history.unlink(missing_ok=True)
             shutil.rmtree(self.path / "fields", ignore_errors=True)
             self.reopen()
-            write_text(self.case, dumps(case))
+            if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
+                write_text(self.case, _signed(dumps(case)))
 
     def reopen(self) -> None:
         """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
@@ -97,6 +130,15 @@ class RunFolder:
         if not self.ended:
             raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
         return dict(json.loads(self.summary.read_text(encoding="utf-8")))
+
+
+def _signed(text: str) -> str:
+    return f"{SIGNATURE}{hashlib.sha256(text.encode()).hexdigest()}\n{text}"
+
+
+def _is_signed(data: bytes) -> bool:
+    """Whether a case is still as a run wrote it."""
+    return data == _signed(data.partition(b"\n")[2].decode(errors="replace")).encode()
 
 
 def _json_safe(value: Any) -> Any:

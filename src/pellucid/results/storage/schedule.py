@@ -9,26 +9,30 @@ CLOSE = 1e-9
 
 @dataclass
 class Schedule:
-    """Instants 0, `interval`, 2 `interval`, ...; `next` counts them, `done` counts what was written."""
+    """Instants 0, `interval`, 2 `interval`, ...; `done` counts what was written, the last of it at `last_time` [s]."""
 
     interval: float
-    next: int = 0
     done: int = 0
     last_step: int = -1
+    last_time: float = 0.0
+
+    @property
+    def next(self) -> int:
+        """Number of the next instant: those that one step passed together are served together."""
+        return math.floor(self.last_time / self.interval + CLOSE) + 1 if self.done else 0
 
     def due(self, time: float) -> bool:
         """Whether the next instant [s] is reached."""
         return time >= (self.next - CLOSE) * self.interval
 
     def mark(self, time: float, step: int) -> None:
-        """Something was written at `time`: instants that one step passed together are served together."""
-        self.next = math.floor(time / self.interval + CLOSE) + 1
+        """Something was written at `time`."""
         self.done += 1
-        self.last_step = step
+        self.last_step, self.last_time = step, time
 
-    def to_data(self) -> dict[str, int]:
-        """What a checkpoint keeps."""
-        return {"next": self.next, "done": self.done, "last_step": self.last_step}
+    def to_data(self) -> dict[str, float]:
+        """What a checkpoint keeps; a run may go on with another interval."""
+        return {"done": self.done, "last_step": self.last_step, "last_time": self.last_time}
 
 
 def capacity(end: float, interval: float) -> int:

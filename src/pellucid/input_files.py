@@ -1,0 +1,16 @@
+"""Reading the files that users name."""
+
+import errno
+import stat
+from pathlib import Path
+
+
+def file_bytes(path: Path | str) -> bytes:
+    """What is in a file. Raises OSError, also for what is none, such as a pipe, which may never end, or for no path at all."""
+    try:
+        mode = Path(path).stat().st_mode
+    except ValueError as error:  # a null character within it
+        raise OSError(errno.EINVAL, f"its path has an {error}") from None
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+        raise OSError(errno.EINVAL, "it is a pipe or a device, not a file")
+    return Path(path).read_bytes()

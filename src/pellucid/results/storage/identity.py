@@ -1,0 +1,79 @@
+"""What a run is: a checkpoint is gone on from only by the case, the bodies and the version that it was written by."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pellucid.errors import UsageError, shown
+from pellucid.results.storage.package import package_version
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+MAY_CHANGE = (
+    *("title", "source", "description", "times", "quick", "output"),
+    *("time.end", "time.step", "time.courant", "energy.warn", "energy.stop"),
+)
+"""Keys of a case that a run may go on with in another way than it began."""
+MOST_SHOWN = 5
+
+
+def identity(case: "Case", bodies: Sequence[Any]) -> dict[str, Any]:
+    """What a checkpoint keeps of case, version and bodies, for JSON."""
+    return {"version": package_version(), "case": _fixed(case), "points": {body.name: body.n_points for body in bodies}}
+
+
+def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
+    """Raise `UsageError` that says what differs, where a run began with another case or another version."""
+    if not kept:
+        _refuse(folder, ["its checkpoint was written by an earlier version of pellucid"])
+    if kept["version"] != package_version():
+        _refuse(folder, [f"it was begun by pellucid {kept['version']}, and this is {package_version()}"])
+    _refuse(folder, _differences(kept["case"], _fixed(case)), "put the old values back to go on, or start a new run")
+
+
+def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:
+    """Raise `UsageError` where bodies have other numbers of points than in a checkpoint."""
+    before, now = kept["points"], {body.name: body.n_points for body in bodies}
+    changed = [name for name in now if before.get(name) != now[name]]
+    _refuse(folder, [f"body {name} had {before.get(name)} points and has {now[name]}" for name in changed])
+
+
+def _refuse(folder: Path, differences: Sequence[str], remedy: str = "start a new run") -> None:
+    if differences:
+        more = len(differences) - MOST_SHOWN
+        lines = [f"the run in {folder} cannot go on, because it is not what it was", *differences[:MOST_SHOWN]]
+        raise UsageError("\n    ".join([*lines, *([f"and {more} more differences"] if more > 0 else []), remedy]))
+
+
+def _fixed(case: "Case") -> dict[str, Any]:
+    data = case.to_data()
+    for key in MAY_CHANGE:
+        *way, last = key.split(".")
+        table: Any = data
+        for part in way:
+            table = table[part]
+        table.pop(last, None)
+    return data
+
+
+def _differences(before: Any, now: Any, place: str = "") -> list[str]:
+    """A line for each value that differs, by its dotted key."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        keys = dict.fromkeys([*before, *now])
+        inner = [(key, before.get(key), now.get(key)) for key in keys]
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        inner = [(_name(new, number), old, new) for number, (old, new) in enumerate(zip(before, now, strict=True))]
+    elif before == now:
+        return []
+    else:
+        return [f"{place} was {_shown(before)} and is {_shown(now)}"]
+    return [text for name, old, new in inner for text in _differences(old, new, f"{place}.{name}".lstrip("."))]
+
+
+def _name(item: Any, number: int) -> str:
+    return str(item.get("name", number)) if isinstance(item, dict) else str(number)
+
+
+def _shown(value: Any) -> str:
+    return "not there" if value is None else shown(value)

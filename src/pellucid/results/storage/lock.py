@@ -1,0 +1,83 @@
+"""The lock of a run's folder: one process at a time writes into it, and the file marks the folder as that of a run.
+
+The kernel frees the lock when the process ends, in whatever way; the file stays.
+"""
+
+import json
+import os
+import socket
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+
+from pellucid.errors import UsageError
+from pellucid.results.storage.files import usable
+
+if sys.platform != "win32":
+    import fcntl
+
+NAME = "run.lock"
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Keep every other process, and other threads of this one, from writing into a run's folder, which is there.
+
+    Raises `UsageError` with process, machine and time of the one that does.
+    """
+    with usable(folder):
+        handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        with usable(folder):
+            _take(handle, folder)
+        with suppress(OSError):  # on a full disk the lock counts all the same
+            _sign(handle)
+        yield
+    finally:
+        os.close(handle)
+
+
+def refuse_held(folder: Path) -> None:
+    """Raise `UsageError` where a process is writing into a run's folder."""
+    if (folder / NAME).is_file():
+        with usable(folder):
+            handle = os.open(folder / NAME, os.O_RDWR)
+        try:
+            _take(handle, folder)
+        finally:
+            os.close(handle)
+
+
+def _take(handle: int, folder: Path) -> None:
+    if sys.platform == "win32":  # without locks
+        return
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        text = f"{_owner(handle)} is writing to {folder}"
+        raise UsageError(f"{text}\n    wait until it has ended, or name another folder") from None
+    except OSError as error:
+        text = f"{folder} is on a disk without locks ({error.strerror}): see to it yourself that one process alone writes there"
+        warnings.warn(text, stacklevel=2)
+
+
+def _sign(handle: int) -> None:
+    signature = {
+        "pid": os.getpid(),
+        "host": socket.gethostname(),
+        "since": datetime.now().astimezone().isoformat(" ", "seconds"),
+    }
+    os.ftruncate(handle, 0)
+    os.pwrite(handle, f"{json.dumps(signature)}\n".encode(), 0)
+
+
+def _owner(handle: int) -> str:
+    """Who signed, for a sentence; a process that has only just taken the lock may not have yet."""
+    try:
+        found = json.loads(os.pread(handle, 1000, 0))
+        return f"process {int(found['pid'])} on {found['host']!s}, since {found['since']!s},"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "another process"

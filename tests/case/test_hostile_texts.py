@@ -1,0 +1,107 @@
+"""Texts that no person would write: what is too deep, too long, no text or no file is an error of the case like others."""
+
+import os
+import re
+import time
+from pathlib import Path
+
+import pytest
+from free_flight import CASE
+
+import pellucid
+from pellucid.case import loads, parse_setting
+from pellucid.errors import CaseError, UsageError
+
+DEEP, LONG = "[" * 500 + "]" * 500, "1" * 5000
+
+
+def refused(text: str, words: str, **settings: str) -> None:
+    start = time.perf_counter()
+    with pytest.raises(CaseError, match=words) as caught:
+        loads(text).with_settings(dict(parse_setting(f"{key.replace('__', '.')}={value}") for key, value in settings.items()))
+    assert time.perf_counter() - start < 5.0
+    message = str(caught.value)
+    assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", message)
+    assert len(message) < 2000
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (LONG, "a number has thousands of digits"),
+        ("1" * 4000, "time.end = 1.*must be a number"),
+        (DEEP, "more than 32 deep"),
+        ("[" * 5000 + "]" * 5000, "more than 32 deep"),
+        ("{a=" * 500 + "1" + "}" * 500, "more than 32 deep"),
+        ("1.0\na" + ".a" * 3000 + " = 1", "more than 32 deep"),
+        ('"9**9**9 s"', "cannot read"),
+        (f'"{LONG} s"', "cannot read"),
+    ],
+)
+def test_values_beyond_what_can_be_read(value: str, words: str) -> None:
+    refused(CASE.replace("end = 1.0", f"end = {value}"), f"(?s){words}")
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (LONG, "thousands of digits|cannot read|no unit"),
+        (DEEP, "no valid TOML"),
+        ("[" * 5000, "no valid TOML"),
+        ("\x1b[31m", "control"),
+    ],
+)
+def test_settings_beyond_what_can_be_read(value: str, words: str) -> None:
+    refused(CASE, words, time__end=value)
+
+
+def test_a_key_of_thousands_of_parts() -> None:
+    refused(CASE, "has 3000 parts; a key has 32 at most", **{".".join(["a"] * 3000): "1"})
+
+
+@pytest.mark.parametrize("key", ["name", "field"])
+def test_names_that_no_file_can_have(key: str) -> None:
+    refused(CASE.replace('name = "gas"', f'name = "gas"\nfield = "{"f" * 101}"'), "field.*\n.*at most 100 characters")
+    refused(CASE.replace('"gas"', f'"{"g" * 300}"'), "at most 100 characters")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"Free flight"', r'"Free \u001b[31mflight"'),
+        ('name = "gas"', r'name = "g\u001b[31mas"'),
+        ('name = "gas"', 'name = "gas"\n"\\u001b[31m" = 1'),
+        ("schema = 1", 'schema = 1\nextensions = ["a\\u0000b.py"]'),
+        ("schema = 1", 'schema = 1\nid = "\\u009b1m"'),
+    ],
+)
+def test_control_characters_do_not_reach_the_terminal(old: str, new: str) -> None:
+    refused(CASE.replace(old, new), r"control character|unknown key|null byte")
+
+
+def test_those_of_paths_do_not_either() -> None:
+    with pytest.raises(UsageError) as caught:
+        raise UsageError("no run in \x1b[2Jfolder")
+    assert str(caught.value) == r"no run in \x1b[2Jfolder"
+
+
+def test_a_pipe_is_no_case_and_no_extension(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    with pytest.raises(CaseError, match=r"cannot read .*pipe\.toml: it is a pipe or a device, not a file"):
+        pellucid.load(pipe)
+    with pytest.raises(CaseError, match="cannot read /dev/zero: it is a pipe or a device, not a file"):
+        pellucid.load("/dev/zero")
+    refused(CASE.replace("schema = 1", f'schema = 1\nextensions = ["{pipe}"]'), "it is a pipe or a device, not a file")
+
+
+def test_a_path_with_a_null_is_no_case() -> None:
+    with pytest.raises(CaseError, match=r"cannot read a\\x00b\.toml: its path has an embedded null byte"):
+        pellucid.load("a\0b.toml")
+
+
+def test_a_file_in_another_encoding_is_no_case(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_bytes(CASE.replace("Free", "Frei für").encode("latin-1"))
+    with pytest.raises(CaseError, match=r"case\.toml is no text in UTF-8"):
+        pellucid.load(path)

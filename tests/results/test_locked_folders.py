@@ -1,0 +1,74 @@
+"""Folders that a run leaves alone: one in which another process runs, and those of the user."""
+
+import os
+import signal
+import time
+from contextlib import suppress
+
+import pytest
+from free_flight import free_flight
+
+import pellucid
+from pellucid.errors import UsageError
+from pellucid.results import resume_case, run_case
+from pellucid.results.report.report import write_report
+from pellucid.results.storage.run_folder import RunFolder
+
+pytestmark = pytest.mark.usefixtures("fake")
+
+
+@pytest.fixture
+def live(tmp_path):
+    """The folder of a run that goes on in another process until the test ends."""
+    out = tmp_path / "run"
+    run_case(free_flight(), out, until=0.3, report=False)
+    ready, child = os.pipe(), os.fork()
+    if child == 0:
+        with RunFolder(out).held():
+            os.write(ready[1], b"1")
+            time.sleep(60.0)
+        os._exit(0)
+    os.read(ready[0], 1)
+    yield out, child
+    with suppress(ProcessLookupError):
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
+@pytest.mark.parametrize("command", [lambda out: run_case(free_flight(), out), resume_case, write_report])
+def test_a_folder_in_which_another_process_runs_is_left_alone(live, command):
+    out, process = live
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    with pytest.raises(
+        UsageError, match=rf"process {process} on .*, since 20.* is writing to .*run\n.*wait until it has ended"
+    ):
+        command(out)
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_the_lock_goes_with_a_killed_process(live):
+    out, process = live
+    os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    assert resume_case(out, report=False).finished
+
+
+def test_a_folder_with_a_case_of_the_user_is_left_alone(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text("# mine\n" + pellucid.dumps(free_flight()))
+    before = case.read_text()
+    with pytest.raises(UsageError, match="other files in it than those of a run"):
+        run_case(free_flight(), tmp_path)
+    with pytest.raises(UsageError, match=r"no run in .*it has no run\.lock"):
+        resume_case(tmp_path)
+    assert case.read_text() == before
+    assert list(tmp_path.iterdir()) == [case]
+
+
+def test_a_case_that_was_changed_by_hand_is_not_replaced(tmp_path):
+    run = run_case(free_flight(), tmp_path, report=False)
+    edited = run.folder.case.read_text().replace("Free flight", "Free flight, my own")
+    run.folder.case.write_text(edited)
+    with pytest.raises(UsageError, match=r"case\.toml was changed since its run began"):
+        run_case(free_flight(), tmp_path)
+    assert run.folder.case.read_text() == edited
