@@ -16,7 +16,7 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except PellucidError as error:
-            typer.echo(f"pellucid: {error}", err=True)
+            typer.echo("\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())]), err=True)
             raise typer.Exit(error.exit_status) from None
         except KeyboardInterrupt:
             typer.echo("pellucid: interrupted", err=True)

@@ -1,5 +1,7 @@
 """A simulation of free flight: small, exact, and with the interface that the results are written against."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from pellucid.case import Case, loads
@@ -83,6 +85,7 @@ class FakeSimulation:
     """Points fly freely; with `breaks_at` the run stops itself in that step."""
 
     breaks_at: int | None = None
+    place: ClassVar[dict[str, object]] = {}
 
     def __init__(self, case: Case, threads: int | None = None) -> None:
         self.case, self.threads = case, threads or 1
@@ -97,7 +100,7 @@ class FakeSimulation:
         end = self.case.time.end
         while self.time < min(end, until or end):
             if self.breaks_at == self.n_steps:
-                error = RunStopped("point 7 of gas is lost", body="gas", point=np.int64(7))
+                error = RunStopped("point 7 of gas is lost", body="gas", point=np.int64(7), **self.place)
                 recorder.failed(self, error)
                 raise error
             self.dt = min(self.case.time.step, end - self.time)

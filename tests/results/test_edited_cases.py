@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from free_flight import free_flight
 
-from pellucid.errors import UsageError
+from pellucid.errors import PellucidError, UsageError
 from pellucid.results import resume_case, run_case
 from pellucid.results.storage import checkpoint, identity
 
@@ -46,6 +46,28 @@ def test_another_case_is_refused_with_what_differs_and_nothing_is_touched(begun,
     before = results(begun)
     with pytest.raises(UsageError, match=rf"is not what it was\n(.*\n)*    {re.escape(words)}(.*\n)*.*or start a new run"):
         resume_case(begun.out)
+    assert results(begun) == before
+
+
+def test_a_run_goes_on_with_settings_and_keeps_them(begun):
+    run = resume_case(begun.out, report=False, settings={"time.end": 1.5, "time.step": 0.02, "energy.stop": 0.2})
+    assert run.summary["end_time"] == 1.5
+    assert (run.case.time.step, run.case.energy.stop) == (0.02, 0.2)
+    assert resume_case(begun.out, report=False).finished
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"grid.cell": 0.25}, "grid.cell was 0.5 and is 0.25"),
+        ({"time.end": 2.0, "body.gas.velocity": [2, 0, 0]}, "body.gas.velocity.0 was 1.0 and is 2.0"),
+        ({"time.stepp": 0.1}, "did you mean `step`"),
+    ],
+)
+def test_a_setting_that_makes_another_run_is_refused_and_nothing_is_touched(begun, settings, words):
+    before = results(begun)
+    with pytest.raises(PellucidError, match=re.escape(words)):
+        resume_case(begun.out, settings=settings)
     assert results(begun) == before
 
 

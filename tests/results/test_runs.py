@@ -13,6 +13,7 @@ from free_flight import FakeSimulation, free_flight
 import pellucid
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, resume_case, run_case
+from pellucid.results.report.report import write_report
 from pellucid.results.storage.files import OutputError
 
 pytestmark = pytest.mark.usefixtures("fake")
@@ -203,8 +204,45 @@ def test_a_run_that_stops_itself_leaves_a_forensic_dump(tmp_path, fake, monkeypa
     assert (failure["step"], failure["body"], failure["point"]) == (9, "gas", 7)
     with np.load(tmp_path / "run/forensics/state.npz") as dump:
         assert dump["gas/position"].shape == (80, 3)
-    with pytest.raises(UsageError, match="has not ended"):
-        _ = Run(tmp_path / "run").summary
+    run = Run(tmp_path / "run")
+    assert not run.finished
+    assert run.stopped == failure
+    assert run.summary["steps"] == 9
+    assert run.metrics == {}
+
+
+def test_a_run_that_stops_itself_has_a_report(tmp_path, fake, monkeypatch):
+    monkeypatch.setattr(fake, "breaks_at", 9)
+    with pytest.raises(RunStopped) as stopped:
+        run_case(free_flight(), tmp_path / "run")
+    page = (tmp_path / "run/report.html").read_text()
+    assert "the run stopped itself" in page
+    assert "point 7 of gas is lost" in page
+    assert (tmp_path / "run/figures/where_it_stopped.png").is_file()
+    assert stopped.value.__notes__ == [f"its curves and last pictures are in {tmp_path / 'run/report.html'}"]
+    monkeypatch.setattr(fake, "breaks_at", None)
+    assert resume_case(tmp_path / "run").finished
+    assert not (tmp_path / "run/figures/where_it_stopped.png").exists()
+    assert "stopped" not in (tmp_path / "run/report.html").read_text()
+
+
+def test_a_failure_with_values_that_are_no_numbers_is_strict_json(tmp_path, fake, monkeypatch):
+    monkeypatch.setattr(fake, "breaks_at", 9)
+    monkeypatch.setattr(fake, "place", {"state": {"position": [np.nan, 1.0], "speed": np.inf}})
+    with pytest.raises(RunStopped):
+        run_case(free_flight(), tmp_path / "run", report=False)
+    text = (tmp_path / "run/forensics/failure.json").read_text()
+    assert json.loads(text, parse_constant=pytest.fail)["state"] == {"position": [None, 1.0], "speed": None}
+
+
+def test_a_run_that_was_killed_has_a_report_of_what_there_is(tmp_path):
+    out = tmp_path / "run"
+    run_case(free_flight(), out, until=0.5)
+    for name in ("summary.json", "report.html"):
+        (out / name).unlink()
+    page = write_report(out).read_text()
+    assert "Interrupted or killed, after 0.51 s of 1 s" in page
+    assert "pellucid resume" in page
 
 
 def test_a_full_disk_ends_in_a_message_and_the_run_goes_on_later(tmp_path, expected):

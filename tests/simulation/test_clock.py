@@ -14,7 +14,10 @@ from pellucid.simulation.clock import COLLAPSED, Clock
 
 def body(stable, name="block"):
     """A body whose largest stable step is `stable` [s]."""
-    return SimpleNamespace(name=name, totals=SimpleNamespace(rate=1.0 / stable if np.isfinite(stable) else 0.0))
+    totals = SimpleNamespace(rate=1.0 / stable if np.isfinite(stable) else 0.0)
+    velocity = np.array([[1.0, 0.0, 0.0], [0.0, -3.0, 4.0]])
+    arrays = {"id": np.array([8, 6]), "position": np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.5]]), "velocity": velocity}
+    return SimpleNamespace(name=name, totals=totals, arrays=arrays)
 
 
 def ticked(bodies, **settings):
@@ -79,8 +82,10 @@ def test_a_collapsed_step_stops():
     clock = Clock(TimeCase(end=1.0, courant=0.5))
     clock.advance(clock.next_step([body(0.1)]))
     clock.next_step([body(0.1 * COLLAPSED * 1.01)])
-    with pytest.raises(RunStopped, match=r"body `block` collapsed to 4.95e-08 s"):
+    words = r"body `block` collapsed to 4.95e-08 s.* fastest is point 6 of body `block` at \(1, 2, 0.5\) m, with 5 m/s"
+    with pytest.raises(RunStopped, match=words) as stopped:
         clock.next_step([body(0.1 * COLLAPSED * 0.99)])
+    assert stopped.value.place == {"body": "block", "point": 6, "position": [1.0, 2.0, 0.5]}
 
 
 def test_without_any_signal_a_step_may_take_all_the_time():

@@ -1,6 +1,6 @@
 """Arguments that several commands share, and how they are read."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,6 +14,10 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Set any field, such as grid.cell=0.02; may be given often."),
 ]
+ChangedSettings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Go on with another end, step, limit or output; may be given often."),
+]
 Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run.")]
 Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: all cores).")]
 Until = Annotated[
@@ -24,12 +28,19 @@ Until = Annotated[
 
 def read_case(case: str, quick: bool, settings: list[str] | None) -> "Case":
     """The case with its quick settings, then the user's own. Raises CaseError."""
-    from pellucid.case import load, parse_setting
+    from pellucid.case import load
 
     loaded = load(case)
     if quick:
         loaded = loaded.quick_variant()
-    return loaded.with_settings(dict(parse_setting(text) for text in settings)) if settings else loaded
+    return loaded.with_settings(read_settings(settings)) if settings else loaded
+
+
+def read_settings(settings: list[str] | None) -> dict[str, Any]:
+    """The values of `--set` by their keys. Raises CaseError."""
+    from pellucid.case import parse_setting
+
+    return dict(parse_setting(text) for text in settings or ())
 
 
 def read_time(option: str, text: str | None) -> float | None:

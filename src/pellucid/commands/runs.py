@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pellucid.commands.arguments import CaseArgument, Quick, Settings, Threads, Until, read_case, read_time
+from pellucid.commands.arguments import (
+    CaseArgument,
+    ChangedSettings,
+    Quick,
+    Settings,
+    Threads,
+    Until,
+    read_case,
+    read_settings,
+    read_time,
+)
 from pellucid.commands.table import print_metrics
 from pellucid.errors import CaseError, Interrupted
 
@@ -64,7 +74,7 @@ def run(
     conclude(finished, folder)
 
 
-def resume(dir_: Folder, until: Until = None, threads: Threads = None) -> None:
+def resume(dir_: Folder, settings: ChangedSettings = None, until: Until = None, threads: Threads = None) -> None:
     """Go on with a run from its last checkpoint, bit for bit as if it had not stopped."""
     end = read_time("--until", until)
 
@@ -72,7 +82,7 @@ def resume(dir_: Folder, until: Until = None, threads: Threads = None) -> None:
     from pellucid.results import resume_case
 
     with watching() as progress, resumable(dir_):
-        finished = resume_case(dir_, until=end, threads=threads, progress=progress)
+        finished = resume_case(dir_, until=end, threads=threads, progress=progress, settings=read_settings(settings))
     conclude(finished, dir_)
 
 
@@ -101,7 +111,10 @@ def resumable(folder: Path) -> Iterator[None]:
     try:
         yield
     except Interrupted as error:
-        raise Interrupted(f"{error}\n    `pellucid resume {folder}` goes on from there", error.by_keyboard) from None
+        raise Interrupted(
+            f"{error}\n    `pellucid resume {folder}` goes on from there, `pellucid report {folder}` shows what there is",
+            error.by_keyboard,
+        ) from None
 
 
 def case_name(argument: str, case: "Case") -> str:

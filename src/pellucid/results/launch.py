@@ -7,16 +7,17 @@ from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 from pellucid.compiling import compilation_told
-from pellucid.errors import CaseError, Problem, UsageError
+from pellucid.errors import CaseError, Problem, RunStopped, UsageError
 from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
-from pellucid.results.storage.identity import check_bodies, check_case
+from pellucid.results.storage.identity import check_bodies, check_case, with_changes
 from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.run_folder import RunFolder
+from pellucid.results.storage.start import read_start
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -40,7 +41,10 @@ def run_case(
     _check_until(until)
     if out is not None:
         RunFolder(out).check_replaceable()  # before the set-up, which may take long
-    with _simulation(case, threads, progress) as simulation:  # before the folder is touched: a bad case erases nothing
+    from pellucid.case.spec import required
+
+    start = read_start(required(case), progress.message)
+    with _simulation(case, threads, progress, start) as simulation:  # before the folder is touched: a bad case erases nothing
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
         with folder.made():
@@ -54,28 +58,41 @@ def resume_case(
     threads: int | None = None,
     progress: Progress | None = None,
     report: bool = True,
+    settings: Mapping[str, object] | None = None,
 ) -> Run:
     """Go on with the run in `out` from its last checkpoint, bit for bit; from the start where it has none yet.
 
-    Raises `UsageError` where there is no run, otherwise as `run_case`.
+    `settings` change what may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output); then
+    it goes on with these. Raises `UsageError` where there is no run or a setting may not change, otherwise as `run_case`.
     """
     progress = progress or WarningsOnly()
     _check_until(until)
     folder = RunFolder(out)
     with folder.held():
-        return _go_on(folder, until, threads, progress, report)
+        return _go_on(folder, until, threads, progress, report, settings or {})
 
 
-def _go_on(folder: RunFolder, until: float | None, threads: int | None, progress: Progress, report: bool) -> Run:
+def _go_on(
+    folder: RunFolder,
+    until: float | None,
+    threads: int | None,
+    progress: Progress,
+    report: bool,
+    settings: Mapping[str, object],
+) -> Run:
     try:
         case = folder.read_case()
     except CaseError as error:
         raise UsageError(_why_not_resumed(folder, error)) from error
+    if settings:
+        case = with_changes(case, settings)
     found = checkpoint.read_latest(folder.checkpoint, progress.message)
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
-        with _simulation(case, threads, progress) as simulation:
+        with _simulation(case, threads, progress, read_start(case, progress.message)) as simulation:
             folder.start(case)
+            if settings:
+                folder.write_case(case)
             return _finish(simulation, Recorder(folder, case), until, progress, report)
     arrays, numbers = found
     recorded = numbers["recorder"]
@@ -85,6 +102,8 @@ def _go_on(folder: RunFolder, until: float | None, threads: int | None, progress
     with _simulation(case, threads, progress) as simulation:
         check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
+        if settings:
+            folder.write_case(case)
         folder.reopen()
         return _finish(simulation, Recorder(folder, case, recorded), until, progress, report)
 
@@ -95,8 +114,10 @@ def _check_until(until: float | None) -> None:
 
 
 @contextmanager
-def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterator[Any]:
-    """The simulation of a case; what is compiled for it is told."""
+def _simulation(
+    case: "Case", threads: int | None, progress: Progress, start: Mapping[str, Mapping[str, Any]] | None = None
+) -> Iterator[Any]:
+    """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told."""
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
     from pellucid.case.spec import required
@@ -106,7 +127,7 @@ def _simulation(case: "Case", threads: int | None, progress: Progress) -> Iterat
     check_memory(required(case))
     progress.begin("setting up")
     with compilation_told(progress, kernel_key(case)), laws_blamed(case):
-        yield Simulation(case, threads)
+        yield Simulation(case, threads, start=start) if start else Simulation(case, threads)
 
 
 @contextmanager
@@ -166,9 +187,16 @@ def _finish(
     report: bool,
     temporary: bool = False,
 ) -> Run:
-    simulation.run(recorder, until=until, progress=progress)
-    progress.begin("metrics")
     folder = recorder.folder
+    try:
+        simulation.run(recorder, until=until, progress=progress)
+    except RunStopped as error:
+        if recorder.facts:  # it stopped itself in a step, not while it was set up
+            folder.write_summary(recorder.facts, {})
+            if report and not temporary:
+                _report_stop(error, folder, progress)
+        raise
+    progress.begin("metrics")
     folder.write_summary(recorder.facts, {})
     run = Run(folder.path, temporary)
     folder.write_summary(recorder.facts, run.metrics)
@@ -177,3 +205,13 @@ def _finish(
 
         draw_report(run, progress=progress)
     return run
+
+
+def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> None:
+    """Draw what there is of a run that stopped itself. Never hides the error behind one of its own."""
+    from pellucid.results.report.report import draw_report
+
+    try:
+        error.add_note(f"its curves and last pictures are in {draw_report(Run(folder.path), progress=progress)}")
+    except Exception as trouble:
+        error.add_note(f"its report could not be drawn: {trouble}")

@@ -9,6 +9,7 @@ import numpy as np
 from pellucid.case.spec import STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body
+from pellucid.simulation.fastest import fastest_point
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase
@@ -44,7 +45,7 @@ class Clock:
             remaining = self.case.end / self.case.step - self.n_steps
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
         dt = min(self.case.courant * stable, self.most, self.case.end)
-        self.check_collapse(dt, name)
+        self.check_collapse(dt, name, bodies)
         remaining = self.case.end - self.time
         if remaining <= dt * (1.0 + 1e-9):
             return remaining
@@ -55,13 +56,16 @@ class Clock:
         body = max(bodies, key=lambda body: body.totals.rate)
         return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
 
-    def check_collapse(self, dt: float, name: str) -> None:
+    def check_collapse(self, dt: float, name: str, bodies: Sequence[Body]) -> None:
         """Raise RunStopped where the step that a body allows is nothing beside the largest so far."""
         self.largest = max(self.largest, dt)
         if dt < COLLAPSED * self.largest:
+            words, place = fastest_point(body for body in bodies if body.name == name)
             raise RunStopped(
                 f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{name}` collapsed to {dt:.3g} s, "
-                f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s); something moves or stiffens without bound"
+                f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s): something moves or stiffens without bound"
+                f"{', ' * bool(words)}{words}; look at what acts there, use a smaller time.courant, or load it more slowly",
+                **{"body": name} | place,
             )
 
     def span(self, dt: float) -> tuple[float, float]:

@@ -25,6 +25,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
 from pellucid.simulation.transfer_loss import part_forces, transfer_work
@@ -64,7 +65,14 @@ class Simulation:
     bodies: in the order of the case; of these `grid_bodies` have their unknowns on the grid, `nodal_bodies` nodes of their own.
     """
 
-    def __init__(self, case: "Case", threads: int | None = None, timed: bool = False) -> None:
+    def __init__(
+        self,
+        case: "Case",
+        threads: int | None = None,
+        timed: bool = False,
+        start: Mapping[str, Mapping[str, np.ndarray]] | None = None,
+    ) -> None:
+        """start: arrays of the bodies that go on from an earlier run, by name and in the order of the numbers of the points."""
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
@@ -73,6 +81,7 @@ class Simulation:
         layout = layout_of(case, [*own, *(channel for body in case.body for channel in body.channels())])
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
+        take_up(built, start or {})
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self._on_grid: dict[VelocityField, list[GridBody]] = {}
@@ -166,7 +175,7 @@ class Simulation:
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
-        self._watch.energy(self.budget, self.clock)
+        self._watch.energy(self.budget, self.clock, self.bodies)
         if self.has_contact:
             self._watch.contact(self.contact_pairs, self.clock)
 

@@ -64,7 +64,7 @@ class SteadyClock(Clock):
         """The length of the coming step of the relaxation [s]."""
         stable, name = self.stable_step(bodies)
         dt = self.case.courant * stable
-        self.check_collapse(dt, name)
+        self.check_collapse(dt, name, bodies)
         if self._step == 0:
             whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt)
             self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps))

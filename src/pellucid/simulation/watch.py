@@ -1,12 +1,15 @@
 """What is watched in a run: the energy balance, and elements that others touch. Each is warned of once."""
 
 import warnings
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import EnergyBudget
 from pellucid.errors import RunStopped
+from pellucid.parts.body import Body
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.fastest import fastest_point
 
 if TYPE_CHECKING:
     from pellucid.case import EnergyCase
@@ -23,7 +26,7 @@ class Watch:
         self.warned: set[str] = set()
         """What was warned of so far."""
 
-    def energy(self, budget: EnergyBudget, clock: Clock) -> None:
+    def energy(self, budget: EnergyBudget, clock: Clock, bodies: Sequence[Body]) -> None:
         """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last: bodies
         with steps of their own take few of the clock. Raises RunStopped above the limit."""
         error = abs(budget.energy_error())
@@ -32,7 +35,9 @@ class Watch:
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
         text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"
         if error >= self._limits.stop:
-            raise RunStopped(f"{text}, above energy.stop = {100 * self._limits.stop:g} %; {clock.against_energy_error}")
+            words, place = fastest_point(bodies)
+            limit = f"above energy.stop = {100 * self._limits.stop:g} %{', ' * bool(words)}{words}"
+            raise RunStopped(f"{text}, {limit}; {clock.against_energy_error}", **place)
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:

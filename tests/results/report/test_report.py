@@ -7,7 +7,7 @@ import pytest
 from free_flight import FakeSimulation, free_flight
 
 from pellucid.case import load
-from pellucid.errors import RunStopped, UsageError
+from pellucid.errors import UsageError
 from pellucid.results import Run, run_case
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.films import Film
@@ -108,11 +108,12 @@ def test_shows_energies_facts_and_case(page):
         assert text in page
 
 
-def test_a_run_that_has_not_ended_has_no_report(tmp_path, fake, monkeypatch):
-    monkeypatch.setattr(fake, "breaks_at", 3)
-    with pytest.raises(RunStopped, match="point 7"):
-        run_case(free_flight(), tmp_path / "run")
-    with pytest.raises(UsageError, match="has not ended"):
+def test_a_run_of_which_there_is_nothing_yet_has_no_report(tmp_path, gallery):
+    run = run_case(gallery, tmp_path / "run", until=0.1, report=False)
+    run.folder.summary.unlink()
+    rows = run.folder.history.read_text().splitlines(keepends=True)
+    run.folder.history.write_text("".join(rows[:2]))
+    with pytest.raises(UsageError, match="has no results yet"):
         write_report(tmp_path / "run")
 
 

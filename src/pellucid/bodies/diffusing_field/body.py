@@ -132,6 +132,11 @@ class DiffusingField(NodalBody):
         """Arrays of the nodes."""
         return self.arrays
 
+    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with the concentrations of an earlier run."""
+        self.arrays["concentration"][self._free] = state["concentration"][self._free]
+        self.renew_totals()
+
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         for name, array in self.arrays.items():

@@ -171,6 +171,11 @@ class FluidFilm(NodalBody):
         kept = {f"{part}.{name}": array for part, of in self._stateful().items() for name, array in of.state_arrays().items()}
         return {**self.arrays, "elapsed": np.array([self._elapsed]), **kept}
 
+    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with the nodes of an earlier run."""
+        self.restore(state)
+        self.renew_totals()
+
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         for name, array in self.arrays.items():

@@ -17,7 +17,7 @@ from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
-from pellucid.errors import RunStopped
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
@@ -26,6 +26,7 @@ from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
 from pellucid.state import with_owner
 
+HELD = 1e-9  # of the extent of a body: a displacement that is rounding
 OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
 
 
@@ -53,6 +54,7 @@ class MeshlessSolid(ExplicitNodes):
         n = len(self.mesh.nodes)
         self._volume = np.zeros(n)
         self.skin: Skin | None = None
+        self._start: Mapping[str, np.ndarray] = {}
         velocity = case.initial_velocity(self.mesh.nodes)
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
 
@@ -62,6 +64,7 @@ class MeshlessSolid(ExplicitNodes):
         Raises `CaseError` where the approximant has no functions, or the field cannot be made to follow.
         """
         motion, case, arrays = self.motion, self._case, self.arrays
+        self._check_held()
         self.prescribed = PrescribedField(self.mesh, arrays["prescribed"], motion.groups(), len(motion.rows))
         self._functions = SolidFunctions(case, self.mesh, self._law, self.prescribed)
         tables, viscous = self._functions.tables, case.viscous()
@@ -70,6 +73,8 @@ class MeshlessSolid(ExplicitNodes):
         if viscous is not None:
             wave_number = float(np.sqrt((tables.row_sums / tables.node_volume).max()))
             self._forces = ViscousForces(viscous, self.solid, case.density, wave_number)
+        for name, array in self._forces.arrays.items():
+            array[...] = self._start.get(f"history/{name}", array)
         self._volume[:] = tables.node_volume
         arrays["mass"][:] = case.density * tables.node_volume
         if self.coupling is not None:
@@ -133,9 +138,11 @@ class MeshlessSolid(ExplicitNodes):
         found = inversion(self.mesh, self.solid)
         if found is not None:
             slower = SLOWER_LOADS if self.relaxes else "load it more slowly, or use a smaller time.courant or time.step"
-            text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted {found}; {slower}, and if this does not "
+            words, node = found
+            text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted {words}; {slower}, and if this does not "
             text += "help, the load itself crushes it there"
-            raise RunStopped(text, step=n_steps, time=time, body=self.name)
+            position = self.arrays["position"][node].tolist()
+            raise RunStopped(text, step=n_steps, time=time, body=self.name, point=node, position=position)
         super().check(n_steps, time)
 
     def whereabouts(self, p: int) -> str:
@@ -202,6 +209,27 @@ class MeshlessSolid(ExplicitNodes):
         history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
         return {**super().state_arrays(), **history, **skin, **prescribed, **self._fastest.state_arrays()}
+
+    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with places, velocities and viscous stresses of an earlier run; the latter are used in `complete`."""
+        for name in ("position", "velocity"):
+            self.arrays[name][...] = state[name]
+        if self._case.viscous() is not None:
+            self._start = {name: array for name, array in state.items() if name.startswith("history/")}
+            if not self._start:
+                raise KeyError("viscous stresses")
+        if self.coupling:
+            self.coupling.sort()
+
+    def _check_held(self) -> None:
+        """Raise `CaseError` where a node begins elsewhere than where a support or motion wants the field."""
+        displacement = self.arrays["position"] - self.mesh.nodes
+        held = (self.arrays["prescribed"] > 0) & (abs(displacement) > HELD * np.ptp(self.mesh.nodes, axis=0).max())
+        if held.any():
+            node = int(np.flatnonzero(held.any(axis=1))[0])
+            text = f"node {node} of body {self.name}, {self.whereabouts(node)}, is held or led and begins displaced"
+            remedy = "the earlier run must have held it where it was at rest"
+            raise CaseError(Problem(text, "start", remedy=remedy))
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""

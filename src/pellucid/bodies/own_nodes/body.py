@@ -208,6 +208,16 @@ class ExplicitNodes(NodalBody):
         index = self.coupling.state_arrays() if self.coupling else {}
         return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index)}
 
+    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with places, velocities and elements of an earlier run."""
+        for name in ("position", "velocity"):
+            self.arrays[name][...] = state[name]
+        for name, array in self.element_arrays.items():
+            array[...] = state[f"elements/{name}"]
+        if self.coupling:
+            self.coupling.sort()
+        self.renew_totals()
+
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         for name, array in self.arrays.items():

@@ -10,6 +10,7 @@ from pellucid.results.pictures.bodies_in_space import panels_in_space
 from pellucid.results.pictures.case_module import drawn_by_module
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
+from pellucid.results.pictures.stopped import where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
 from pellucid.results.storage.files import explained, replacing
 
@@ -29,7 +30,9 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
     folder = run.folder.figures
     titles = {}
     with house_style():
-        figures = drawn_by_module(run, "figures")
+        stopped = where_it_stopped(run)
+        figures = {} if stopped is None else {"where_it_stopped": stopped}
+        figures |= drawn_by_module(run, "figures")
         figures |= bodies(run)
         if not all(is_still(body) for body in run.stored.bodies):
             figures["energies"] = energies(run)

@@ -1,13 +1,10 @@
 """`report.html`: one file that tells what was run, whether it is right, and what it looks like."""
 
 import base64
-import math
-from collections.abc import Iterable
 from contextlib import nullcontext
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +15,8 @@ from pellucid.results.pictures import figures
 from pellucid.results.pictures.case_module import captions
 from pellucid.results.pictures.films import FILM_DPI, write_films
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
+from pellucid.results.report.header import facts, header
+from pellucid.results.report.html import number, section, table_of
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.stored_case import StoredBody, StoredCase
@@ -33,6 +32,7 @@ PAGE = """<!doctype html>
 """
 
 CAPTIONS = {
+    "where_it_stopped": "The state in which the run stopped itself; a ring marks the point, and at larger scale.",
     "energies": "The energy balance and its error, relative to the energy that went through it.",
     "momentum": "Total momentum.",
     "probes": "The probes of the case.",
@@ -51,7 +51,9 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 
     A run `beside` is drawn into the figure of the probes, and its metrics stand beside those of the run.
 
-    Raises `UsageError` where there is no run that has ended, and where another process writes to its folder.
+    Of a run that stopped itself, was interrupted or killed, it shows what there is.
+
+    Raises `UsageError` where there is no run, or nothing of it yet, and where another process writes to its folder.
     """
     run = out if isinstance(out, Run) else Run(out)
     with run.folder.held() if run.folder.mark.is_file() else nullcontext():  # runs of earlier versions have none
@@ -60,22 +62,20 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 
 def draw_report(run: Run, beside: Run | None = None, progress: Progress | None = None) -> Path:
     """The same in a folder that is held."""
-    summary = run.summary
+    sections = [header(run), facts(run)]  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | captions(run)
     progress = progress or WarningsOnly()
     titles = dict.fromkeys(write_films(run, progress), "")
     progress.begin("figures")
     titles |= figures.write_figures(run, beside)
     pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]
-    sections = [
-        _header(run, summary),
-        _facts(run, summary),
-        _section("Checks", _metrics(run.metrics)) if run.metrics else "",
-        _section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
-        _section("Figures", "".join(pictures)),
-        _section("Energy balance", _balance(run)),
-        _section("Conservation", _conservation(run, summary)),
-        _section("The case", _case(run)),
+    sections += [
+        section("Checks", _metrics(run.metrics)) if run.metrics else "",
+        section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
+        section("Figures", "".join(pictures)),
+        section("Energy balance", _balance(run)),
+        section("Conservation", _conservation(run)) if run.folder.ended else "",
+        section("The case", _case(run)),
     ]
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     body = "\n".join(filter(None, sections))
@@ -83,67 +83,6 @@ def draw_report(run: Run, beside: Run | None = None, progress: Progress | None =
     with explained(run.out):
         write_text(run.folder.report, page)
     return run.folder.report
-
-
-def number(value: float, digits: int = 4, padded: bool = False) -> str:
-    """A number for the eye, with a raised power of ten where it is very large or small; `padded` keeps zeros behind."""
-    if not math.isfinite(value):
-        return "not finite"
-    if value == 0.0:
-        return "0"
-    if 1e-3 <= abs(value) < 10.0**digits:
-        text = f"{value:#.{digits}g}" if padded else f"{value:.{digits}g}"
-        return text.rstrip(".").replace("-", "−")
-    if 1e-3 <= abs(value) < 1e6:
-        return f"{value:.0f}".replace("-", "−")
-    mantissa, power = f"{value:.{digits - 1}e}".split("e")
-    shown = mantissa if padded else f"{float(mantissa):g}"
-    return f"{shown} × 10<sup>{int(power)}</sup>".replace("-", "−")
-
-
-def _header(run: Run, summary: dict[str, Any]) -> str:
-    metrics = run.metrics.values()
-    passed = sum(metric.passed for metric in metrics)
-    if not metrics:
-        badge = ""
-    elif passed == len(metrics):
-        badge = f'<p class="badge pass">all {passed} checks passed</p>'
-    else:
-        badge = f'<p class="badge fail">{len(metrics) - passed} of {len(metrics)} checks failed</p>'
-    source = f'<p class="source">{escape(run.stored.source)}</p>' if run.stored.source else ""
-    description = filter(None, map(str.strip, run.stored.description.split("\n\n")))
-    paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
-    early, end = "", number(run.stored.time.end)
-    if not run.finished:
-        early = f'<p class="note">Stopped early, at {number(summary["end_time"])} s of {end} s: nothing is judged yet.</p>'
-    name = f'<p class="id">{escape(run.stored.id)}</p>' if run.stored.id else ""
-    return f"<header>{name}<h1>{escape(run.stored.title)}</h1>{source}{badge}{early}{paragraphs}</header>"
-
-
-def _facts(run: Run, summary: dict[str, Any]) -> str:
-    commit = f" <small>({escape(summary['commit'][:10])})</small>" if summary["commit"] else ""
-    facts = [
-        ("points", f"{summary['points']:,}".replace(",", "\u202f")),
-        ("steps", f"{summary['steps']:,}".replace(",", "\u202f")),
-        ("simulated time", f"{number(summary['end_time'])} s"),
-        ("wall time", f"{number(summary['wall_seconds'], 3)} s"),
-        ("point-steps per second", f"{number(summary['point_steps_per_second'] / 1e6, 3)} million"),
-        ("threads", str(summary["threads"])),
-        ("pellucid", escape(summary["version"]) + commit),
-    ]
-    items = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts)
-    return f'<dl class="facts">{items}</dl>'
-
-
-def _section(title: str, body: str) -> str:
-    return f"<section><h2>{title}</h2>{body}</section>"
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]], kind: str = "") -> str:
-    titles = "".join(f"<th>{cell}</th>" for cell in head)
-    lines = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    table = f'<table class="{kind}"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'
-    return f'<div class="wide">{table}</div>'
 
 
 def _metrics(metrics: dict[str, Metric]) -> str:
@@ -161,7 +100,7 @@ def _metrics(metrics: dict[str, Metric]) -> str:
         ]
 
     head = ("check", "found", "reference", "error", "tolerance", "")
-    return _table(head, (row(name, metric) for name, metric in metrics.items()), "numbers last-word")
+    return table_of(head, (row(name, metric) for name, metric in metrics.items()), "numbers last-word")
 
 
 def _figure(path: Path, caption: str) -> str:
@@ -189,10 +128,10 @@ def _balance(run: Run) -> str:
         f"{number(limits.stop)}; in the first steps, when hardly any energy has moved, it says little).</p>"
     )
     moving = [name for name in figures.energy_columns(run) if np.any(run.history[name] != 0.0)]
-    return _table(head, map(row, moving), "numbers") + verdict
+    return table_of(head, map(row, moving), "numbers") + verdict
 
 
-def _conservation(run: Run, summary: dict[str, Any]) -> str:
+def _conservation(run: Run) -> str:
     def shown(error: float | None) -> str:
         return "not finite" if error is None else number(error, 3)
 
@@ -201,8 +140,8 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
         "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
         "energy": "of the energy balance at the end",
     }
-    rows = ([name, shown(error), remarks.get(name, "")] for name, error in summary["conservation"].items())
-    return _table(("quantity", "relative error", ""), rows, "numbers last-word")
+    rows = ([name, shown(error), remarks.get(name, "")] for name, error in run.summary["conservation"].items())
+    return table_of(("quantity", "relative error", ""), rows, "numbers last-word")
 
 
 def _case(run: Run) -> str:
@@ -214,7 +153,7 @@ def _case(run: Run) -> str:
     ]
     text = escape(run.folder.case.read_text(encoding="utf-8"))
     folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
-    return _table(("", ""), rows, "plain") + folded
+    return table_of(("", ""), rows, "plain") + folded
 
 
 def _analysis_row(case: StoredCase) -> list[str]:

@@ -10,8 +10,10 @@ from pellucid.results.storage.package import package_version
 if TYPE_CHECKING:
     from pellucid.case import Case
 
+TEXTS = ("title", "source", "description", "times", "quick")
 MAY_CHANGE = (
-    *("title", "source", "description", "times", "quick", "output"),
+    *TEXTS,
+    *("output",),
     *("time.end", "time.step", "time.courant", "energy.warn", "energy.stop"),
 )
 """Keys of a case that a run may go on with in another way than it began."""
@@ -30,6 +32,18 @@ def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
     if kept["version"] != package_version():
         _refuse(folder, [f"it was begun by pellucid {kept['version']}, and this is {package_version()}"])
     _refuse(folder, _differences(kept["case"], _fixed(case)), "put the old values back to go on, or start a new run")
+
+
+def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
+    """The case of a run with settings to go on with. Raises `CaseError` for an impossible one, `UsageError` for one that makes
+    another run of it."""
+    new = case.with_settings(settings)
+    differences = _differences(_fixed(case), _fixed(new))
+    if differences:
+        text = "\n    ".join(["a run goes on with its own bodies and conditions, but", *differences[:MOST_SHOWN]])
+        free = ", ".join(key for key in MAY_CHANGE if key not in TEXTS)
+        raise UsageError(f"{text}\n    what may change is {free}; start a new run for anything else")
+    return new
 
 
 def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:

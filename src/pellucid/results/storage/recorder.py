@@ -1,17 +1,14 @@
 """The recorder: writes what is due after every step. It never changes a step."""
 
-import json
 import time as clock
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
-from pellucid.results.storage.files import explained, sync, write_text
+from pellucid.results.storage.files import explained, sync
 from pellucid.results.storage.identity import identity
 from pellucid.results.storage.package import package_commit, package_version
 from pellucid.results.storage.probes import ProbeReader
@@ -99,12 +96,10 @@ class Recorder:
 
     def failed(self, sim: Any, error: RunStopped) -> None:
         """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
-        what = {"message": str(error), "step": sim.n_steps, "time": finite(sim.time)}
-        what |= error.place
+        what = {"message": str(error), "step": sim.n_steps, "time": sim.time} | error.place
+        self.facts = self._facts(sim)
         try:
-            self.folder.forensics.mkdir(exist_ok=True)
-            write_text(self.folder.forensics / "failure.json", json.dumps(what, indent=2, default=_plain) + "\n")
-            np.savez(self.folder.forensics / "state.npz", **sim.state_arrays())
+            self.folder.write_failure(what, sim.state_arrays())
         except OSError as trouble:
             error.add_note(f"the forensic dump could not be written: {trouble}")
 
@@ -169,7 +164,3 @@ def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
 def column_of(energy: str) -> str:
     """The history's column of an entry of the energy balance."""
     return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)

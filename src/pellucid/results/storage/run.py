@@ -65,7 +65,25 @@ class Run:
     @property
     def finished(self) -> bool:
         """Whether the run reached the end of its case."""
-        return self.folder.ended and bool(self.summary["end_time"] >= self.stored.time.end * (1.0 - 1e-12))
+        if not self.folder.ended or self.stopped:
+            return False
+        return bool(self.summary["end_time"] >= self.stored.time.end * (1.0 - 1e-12))
+
+    @property
+    def stopped(self) -> dict[str, Any]:
+        """Why and where the run stopped itself: message, step, time, and body, point and its state as far as they are known;
+        empty for a run that did not."""
+        return self.folder.read_failure()
+
+    @property
+    def so_far(self) -> dict[str, Any]:
+        """The summary, or, where the run has not ended, how far its history shows it to be."""
+        if self.folder.ended:
+            return self.summary
+        steps = self.history["step"]
+        if not len(steps):
+            raise UsageError(f"the run in {self.out} has no results yet")
+        return {"steps": int(steps[-1]), "end_time": float(self.history["time"][-1])}
 
     @cached_property
     def metrics(self) -> dict[str, Metric]:

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric, finite
 from pellucid.results.storage import lock
@@ -35,6 +37,7 @@ class RunFolder:
         self.figures = self.path / "figures"
         self.report = self.path / "report.html"
         self.forensics = self.path / "forensics"
+        self._failure = self.forensics / "failure.json"
 
     def fields(self, body: str) -> Path:
         """The file of a body's frames."""
@@ -76,15 +79,20 @@ class RunFolder:
 
         Raises `UsageError` for a folder that cannot be written to, `OutputError` for a full disk.
         """
-        from pellucid.case import dumps
-
         with explained(self.path), usable(self.path):
             shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
             self.history.unlink(missing_ok=True)
             shutil.rmtree(self.path / "fields", ignore_errors=True)
             self.reopen()
             if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
-                write_text(self.case, _signed(dumps(case)))
+                self.write_case(case)
+
+    def write_case(self, case: "Case") -> None:
+        """Write the resolved case."""
+        from pellucid.case import dumps
+
+        with explained(self.path), usable(self.path):
+            write_text(self.case, _signed(dumps(case)))
 
     def reopen(self) -> None:
         """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
@@ -131,6 +139,24 @@ class RunFolder:
             raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
         return dict(json.loads(self.summary.read_text(encoding="utf-8")))
 
+    def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Leave why a run stopped itself, and its whole state. Raises OSError where this cannot be written."""
+        self.forensics.mkdir(exist_ok=True)
+        write_text(self._failure, json.dumps(_json_safe(failure), indent=2, default=str, allow_nan=False) + "\n")
+        np.savez(self.forensics / "state.npz", **dict(arrays))  # type: ignore[arg-type]
+
+    def read_failure(self) -> dict[str, Any]:
+        """Why the run stopped itself; empty where it did not."""
+        return dict(json.loads(self._failure.read_text(encoding="utf-8"))) if self._failure.is_file() else {}
+
+    def read_state(self) -> dict[str, np.ndarray]:
+        """The state in which a run stopped itself, arrays as `<body>/<name>`; empty where there is none."""
+        path = self.forensics / "state.npz"
+        if not path.is_file():
+            return {}
+        with np.load(path, allow_pickle=False) as arrays:
+            return dict(arrays)
+
 
 def _signed(text: str) -> str:
     return f"{SIGNATURE}{hashlib.sha256(text.encode()).hexdigest()}\n{text}"
@@ -144,4 +170,8 @@ def _is_signed(data: bytes) -> bool:
 def _json_safe(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: _json_safe(item) for name, item in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_json_safe(item) for item in value]
     return finite(value) if isinstance(value, float) else value

@@ -1,0 +1,87 @@
+"""The state in which a run stopped itself, with a mark at the point where it was found."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.state import of_owner
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+MOST_POINTS = 30_000  # of a body
+CLOSE_UP = 0.06  # half the width of the view at larger scale, as a share of the extent of the bodies
+MARK = "#b3261e"
+
+
+def where_it_stopped(run: "Run") -> "Figure | None":
+    """All bodies as points, in space in three views, and at larger scale about the point; None where no state was left."""
+    arrays = run.folder.read_state()
+    if not arrays:
+        return None
+    positions = {body.name: _finite(of_owner(body.name, arrays)["position"]) for body in run.stored.bodies}
+    drawn = np.concatenate(list(positions.values()))
+    if not len(drawn):
+        return None
+    place = _place(run, run.stopped)
+    views = _views(run.stored.thin)
+    scales = 1 if place is None else 2
+    flat = len(views) == 1
+    figure = new_figure(height=4.2 if flat else 3.4 * scales)
+    panels = figure.subplots(1, scales, squeeze=False).T if flat else figure.subplots(scales, len(views), squeeze=False)
+    reach = CLOSE_UP * float(np.ptp(drawn, axis=0).max())
+    for row in panels:
+        for axes, view in zip(row, views, strict=True):
+            _dots(axes, positions, view)
+            if place is not None:
+                at = place[list(view)]
+                axes.plot(*at, "o", markersize=16, markerfacecolor="none", markeredgecolor=MARK, markeredgewidth=2.0)
+    if place is not None and reach > 0.0:
+        for axes, view in zip(panels[1], views, strict=True):
+            axes.set_aspect("equal", adjustable="box")
+            for limits, centre in zip((axes.set_xlim, axes.set_ylim), place[list(view)], strict=True):
+                limits(centre - reach, centre + reach)
+    panels[0, 0].legend(loc="best", markerscale=3, fontsize=8)
+    figure.suptitle(f"Where the run stopped: step {run.stopped['step']}, {_named(run.stopped)}")
+    return figure
+
+
+def _dots(axes: "Axes", positions: dict[str, np.ndarray], view: tuple[int, int]) -> None:
+    for (name, position), colour in zip(positions.items(), COLOURS * len(positions), strict=False):
+        stride = -(-len(position) // MOST_POINTS)
+        axes.plot(*position[:: max(stride, 1), list(view)].T, ".", markersize=2.0, color=colour, label=name)
+    axes.set_aspect("equal", adjustable="datalim")
+    label(axes, "xyz"[view[0]], "xyz"[view[1]], "m", "m")
+
+
+def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
+    """Pairs of axes that show where points are."""
+    wide = [axis for axis in range(3) if not thin[axis]]
+    if len(wide) == 3:
+        return [(0, 1), (0, 2), (1, 2)]
+    return [(wide[0], wide[1] if len(wide) > 1 else (wide[0] + 1) % 3)]
+
+
+def _place(run: "Run", failure: dict[str, Any]) -> np.ndarray | None:
+    """Where the point is that is named [m]; if it is nowhere any more, where the last frame had it."""
+    known = failure.get("position") or failure.get("state", {}).get("position")
+    if known and None not in known:
+        return np.array(known, dtype=float)
+    body, point = failure.get("body"), failure.get("point")
+    if body is None or point is None:
+        return None
+    last = run.fields(body)["position"]
+    return last[point] if point < len(last) and np.isfinite(last[point]).all() else None
+
+
+def _named(failure: dict[str, Any]) -> str:
+    what = [f"{word} {failure[word]}" for word in ("point", "node") if word in failure]
+    return " of ".join([*what, *([str(failure["body"])] if "body" in failure else [])]) or "no point is known"
+
+
+def _finite(position: np.ndarray) -> np.ndarray:
+    return position[np.isfinite(position).all(axis=1)]

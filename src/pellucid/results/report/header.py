@@ -1,0 +1,65 @@
+"""The head of the report: what was run, how it ended, and its numbers."""
+
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+from pellucid.results.report.html import number
+from pellucid.results.storage.run import Run
+
+
+def header(run: Run) -> str:
+    """Title, source, how it ended, what passed, description."""
+    source = f'<p class="source">{escape(run.stored.source)}</p>' if run.stored.source else ""
+    description = filter(None, map(str.strip, run.stored.description.split("\n\n")))
+    paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
+    name = f'<p class="id">{escape(run.stored.id)}</p>' if run.stored.id else ""
+    return f"<header>{name}<h1>{escape(run.stored.title)}</h1>{source}{_badge(run)}{_ending(run)}{paragraphs}</header>"
+
+
+def facts(run: Run) -> str:
+    """Size, time and speed of the run, as far as they are known."""
+    known = run.so_far
+    shown: dict[str, tuple[str, Callable[[Any], str]]] = {
+        "points": ("points", lambda value: f"{value:,}".replace(",", "\u202f")),
+        "steps": ("steps", lambda value: f"{value:,}".replace(",", "\u202f")),
+        "end_time": ("simulated time", lambda value: f"{number(value)} s"),
+        "wall_seconds": ("wall time", lambda value: f"{number(value, 3)} s"),
+        "point_steps_per_second": ("point-steps per second", lambda value: f"{number(value / 1e6, 3)} million"),
+        "threads": ("threads", str),
+        "version": ("pellucid", lambda value: escape(value) + _commit(known["commit"])),
+    }
+    items = (f"<div><dt>{title}</dt><dd>{text(known[key])}</dd></div>" for key, (title, text) in shown.items() if key in known)
+    return f'<dl class="facts">{"".join(items)}</dl>'
+
+
+def _commit(commit: str) -> str:
+    return f" <small>({escape(commit[:10])})</small>" if commit else ""
+
+
+def _badge(run: Run) -> str:
+    metrics = run.metrics.values()
+    passed = sum(metric.passed for metric in metrics)
+    if run.stopped:
+        return '<p class="badge fail">the run stopped itself</p>'
+    if not metrics:
+        return ""
+    if passed == len(metrics):
+        return f'<p class="badge pass">all {passed} checks passed</p>'
+    return f'<p class="badge fail">{len(metrics) - passed} of {len(metrics)} checks failed</p>'
+
+
+def _ending(run: Run) -> str:
+    """Why it is not at the end of the case, and how it can get there."""
+    if run.finished:
+        return ""
+    at, end = number(run.so_far["end_time"]), number(run.stored.time.end)
+    resume = f"<code>pellucid resume {escape(str(run.out))}</code>"
+    if run.stopped:
+        text = escape(run.stopped["message"]).replace("\n", "<br>")
+        why = f"{text}<br>{resume}, with <code>--set</code> for another step, takes it up from its last checkpoint."
+    elif run.folder.ended:
+        why = f"Stopped early, at {at} s of {end} s: nothing is judged yet."
+    else:
+        why = f"Interrupted or killed, after {at} s of {end} s: nothing is judged yet. {resume} goes on with it."
+    return f'<p class="note">{why}</p>'

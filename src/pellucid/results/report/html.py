@@ -1,0 +1,33 @@
+"""Parts of the report's page: numbers for the eye, sections, tables."""
+
+import math
+from collections.abc import Iterable
+
+
+def number(value: float, digits: int = 4, padded: bool = False) -> str:
+    """A number for the eye, with a raised power of ten where it is very large or small; `padded` keeps zeros behind."""
+    if not math.isfinite(value):
+        return "not finite"
+    if value == 0.0:
+        return "0"
+    if 1e-3 <= abs(value) < 10.0**digits:
+        text = f"{value:#.{digits}g}" if padded else f"{value:.{digits}g}"
+        return text.rstrip(".").replace("-", "−")
+    if 1e-3 <= abs(value) < 1e6:
+        return f"{value:.0f}".replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    shown = mantissa if padded else f"{float(mantissa):g}"
+    return f"{shown} × 10<sup>{int(power)}</sup>".replace("-", "−")
+
+
+def section(title: str, body: str) -> str:
+    """A section with its title."""
+    return f"<section><h2>{title}</h2>{body}</section>"
+
+
+def table_of(head: Iterable[str], rows: Iterable[Iterable[str]], kind: str = "") -> str:
+    """A table with a row of titles; `kind` is its class in the style sheet."""
+    titles = "".join(f"<th>{cell}</th>" for cell in head)
+    lines = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    table = f'<table class="{kind}"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'
+    return f'<div class="wide">{table}</div>'

@@ -1,0 +1,26 @@
+"""The point that moves fastest: where something runs away, it is the one to look at."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from pellucid.parts.body import Body, in_metres
+
+
+def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
+    """Which point of the bodies moves fastest, in words and as the place of a `RunStopped`; one that has no velocity any more
+    comes first. Empty where nothing moves."""
+    found: tuple[float, Body, int] | None = None
+    for body in bodies:
+        speed = np.linalg.norm(body.arrays["velocity"], axis=1)
+        speed[np.isnan(speed)] = np.inf
+        p = int(np.argmax(speed))
+        if speed[p] > (found[0] if found else 0.0):
+            found = float(speed[p]), body, p
+    if found is None:
+        return "", {}
+    speed, body, p = found
+    point, position = int(body.arrays["id"][p]), body.arrays["position"][p]
+    words = f"fastest is point {point} of body `{body.name}` at {in_metres(position)}, with {speed:.4g} m/s"
+    return words, {"body": body.name, "point": point, "position": position.tolist()}

@@ -1,0 +1,40 @@
+"""Bodies that begin in the state of an earlier run."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pellucid.errors import CaseError, Problem
+from pellucid.grid.lattice import Grid
+from pellucid.parts.body import Body, in_metres
+from pellucid.simulation.assembly import Built
+
+
+def take_up(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+    """Give bodies the arrays by which they go on, before conditions act on them. Raises `CaseError` where they do not fit."""
+    for name, state in start.items():
+        body, field = built[name]
+        if len(state["id"]) != body.n_points:
+            text = f"body {name} has {body.n_points} points here and had {len(state['id'])} in the earlier run"
+            raise CaseError(Problem(text, "start.path", remedy="describe the body as there, or leave it out of start.body"))
+        if field is not None:
+            _check_inside(name, state["position"], field.grid)
+        _give(body, state)
+
+
+def _give(body: Body, state: Mapping[str, np.ndarray]) -> None:
+    try:
+        body.take_up(state)
+    except KeyError as missing:
+        text = f"body {body.name} goes on by its {missing.args[0]}, which the earlier run does not have there"
+        remedy = "frames hold less than checkpoints: leave start.time out, or let kind and material be those of that run"
+        raise CaseError(Problem(text, "start", remedy=remedy)) from None
+
+
+def _check_inside(name: str, position: np.ndarray, grid: Grid) -> None:
+    lower = np.array(grid.lattice.lower)
+    upper = lower + np.array(grid.lattice.counts) * grid.lattice.cell
+    outside = np.flatnonzero((((position < lower) | (position > upper)) & ~np.array(grid.thin)).any(axis=1))
+    if len(outside):
+        text = f"{len(outside)} points of body {name} lie outside the grid, number {outside[0]} at"
+        raise CaseError(Problem(f"{text} {in_metres(position[outside[0]])}", "start.path", remedy="make the grid as large"))
