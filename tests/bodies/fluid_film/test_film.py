@@ -92,6 +92,37 @@ def test_a_circle_without_drag_needs_a_load_that_holds_itself():
         ran(case(loads_of=driven))
 
 
+@pytest.mark.parametrize(
+    ("shape", "balanced", "along"),
+    [
+        ("ellipse = { radius = 1, nodes = 40 }", 0.15, 0.002),
+        ("surface = { icosphere = { centre = [0, 0, 0], radius = 1, refinements = 2 } }", 1.0, 0.05),
+        ("spheroid = { radius = 1, nodes = 21 }", 1.0, 0.05),
+    ],
+)
+def test_a_small_load_that_nothing_balances_is_found_beside_one_that_is(shape, balanced, along):
+    """In a sphere p n·e n has the resultant 4π p/3 and a pressure P the size 4π P; the run stops in its first step."""
+    loads_of = PRESSURE.format(value=balanced, on="present-area")
+    loads_of += PRESSURE.format(value=along, on="present-area") + f"along = {[0, 1, 0] if balanced < 1.0 else [0, 0, 1]}\n"
+    with pytest.raises(
+        RunStopped, match=r"load\.1 of kind film-pressure: forces of .* N, .* % of the loads.*`drag`"
+    ) as stopped:
+        ran(case(shape, loads_of=loads_of))
+    told = str(stopped.value)
+    assert "step 1," in told
+    if balanced == 1.0:
+        assert "curve" not in told
+        assert "resultant of 0.209 N" in told  # 4π 0.05/3
+        assert "1.7 % of the loads" in told
+
+
+def test_the_volume_may_balance_what_the_tension_does_not():
+    """A pressure in an ellipse whose volume is kept does no work."""
+    load = PRESSURE.format(value=0.1, on="present-area")
+    _, film = ran(case("ellipse = { radius = 1, radius_y = 0.6, nodes = 40 }", 0.2, more="volume = {}", loads_of=load))
+    assert np.abs(film.arrays["velocity"]).max() < 1e-9
+
+
 def test_a_load_that_no_tension_holds_stops_the_run():
     with pytest.raises(RunStopped, match=r"stretched to 0\.0\d* of its density of rest .*no tension holds the loads"):
         ran(case(end=100.0, loads_of=PRESSURE.format(value=0.3, on="present-area"), every=1.0))

@@ -114,7 +114,7 @@ class FilmOnGrid(PointsOnGrid):
             film = self._film
             self._scatter(self.forces.internal_force(self._o, film["part_mass"], film["v"]), self.grid.nodes.force)
 
-    def add_traction(self, traction: Traction, column: int) -> None:
+    def add_traction(self, traction: Traction, column: int, label: str) -> None:
         """Add forces on the film's surface to those on the nodes of the grid."""
         force = self.forces.traction_force(self._o, self._film["part_mass"], traction, 0.0)
         self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))

@@ -9,12 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, Unbalanced
 from pellucid.bodies.fluid_film.checks import THINNEST
 from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.solver import IncompatibleLoad
 from pellucid.linear_algebra import on_one_thread
 
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
@@ -102,12 +101,9 @@ class OwnSteps:
         arrays = self._arrays
         try:
             return self._balance.step(arrays["x"], o, arrays["part_mass"], dt, self._how.time_weight, driving)
-        except IncompatibleLoad:
-            self.fault = (
-                "is driven along motions that nothing resists: without drag, its tension must balance the loads on a curve and "
-                "what holds its volume; give it a `drag`"
-            )
-        except (np.linalg.LinAlgError, RuntimeError):  # of dense and of sparse systems
+        except Unbalanced as found:
+            self.fault = str(found)
+        except np.linalg.LinAlgError:
             self.fault = "has no balance of forces: its system of equations is singular"
         return None
 

@@ -7,11 +7,16 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
 
-INCOMPATIBLE = 0.02  # of the forces, that motions without resistance may feel by the error of the geometry
-
 
 class IncompatibleLoad(Exception):
-    """The load does work on motions that nothing resists: there is no velocity at which it is balanced."""
+    """The load does work on motions that nothing resists: there is no velocity at which it is balanced.
+
+    driven: the forces that drive them [N], shape (n, d).
+    """
+
+    def __init__(self, driven: np.ndarray) -> None:
+        super().__init__("a load drives motions that nothing resists")
+        self.driven = driven
 
 
 class Border(NamedTuple):
@@ -46,6 +51,14 @@ class System(NamedTuple):
     accuracy: float  # error of the velocity that does not matter, of the velocity
     directions: np.ndarray | None = None
     """Of the components of vectors and rows at each node, shape (n, d, d), where they are not those of space."""
+
+
+def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
+    """Raise IncompatibleLoad where these forces on motions without resistance, in the directions of the system [N], shape
+    (n, d), are more than this share of the loads, both summed over the nodes."""
+    if np.linalg.norm(driven, axis=1).sum() > most * np.linalg.norm(system.load, axis=1).sum():
+        in_space = driven if system.directions is None else np.einsum("ncd,nc->nd", system.directions, driven)
+        raise IncompatibleLoad(in_space)
 
 
 class FilmSolver(Protocol):

@@ -145,7 +145,7 @@ class ThesisSteps:
         place = np.einsum("qm,emi->eqi", self._value, x[nodes])
         ratio = np.broadcast_to((density / self._balance.initial_density)[:, None], at.length.shape)
         points = SurfacePoints(in_space(place, axes), in_space(at.normal, axes), ratio)
-        loads = [(column, traction(points, driving.after)[..., axes]) for column, traction in driving.tractions]
+        loads = [(acting.column, acting.traction(points, driving.after)[..., axes]) for acting in driving.tractions]
         of_segments = (at.length * self._weight).sum(axis=1)
         of_nodes = 0.5 * (of_segments + np.roll(of_segments, 1))
         for column, force in driving.forces:
