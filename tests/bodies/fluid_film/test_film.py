@@ -234,6 +234,16 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
     [
         ({"shape": f"curve = {{ points = {[[float(i), 0.1 * (i > 5)] for i in range(8)]} }}"}, "the curve is open"),
         ({"shape": f"curve = {{ points = {[*OCTAGON[:3], OCTAGON[2], *OCTAGON[3:]]} }}"}, "coincide"),
+        ({"shape": f"curve = {{ points = {[*OCTAGON, OCTAGON[0]]} }}"}, "a closed curve does not repeat its first point"),
+        (
+            {"shape": f"curve = {{ points = {[*OCTAGON[:5], OCTAGON[0], *OCTAGON[5:]]} }}"},
+            r"points 0 and 5 coincide at \(.*\) m, and are no neighbours: a film does not touch itself",
+        ),
+        ({"shape": "ellipse = { radius = 1, radius_y = 1e-7, nodes = 40 }"}, "has two nodes at one place"),
+        (
+            {"shape": "surface = { ellipsoid = { centre = [0, 0, 0], radii = [1, 1, 1e-7], refinements = 2 } }"},
+            "has two nodes at one place",
+        ),
         ({"shape": f"curve = {{ points = {OCTAGON[::-1]} }}"}, "clockwise"),
         ({"shape": f"meridian = {{ points = {[[0, -1], *OCTAGON]} }}"}, "open"),
         ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),

@@ -9,7 +9,9 @@ from pellucid.bodies.fluid_film.drag import DragCase
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
+from pellucid.geometry.coincident import coincident
 from pellucid.geometry.film_shapes import FilmShape
+from pellucid.geometry.surface_checks import faults
 from pellucid.materials.film import FilmMaterial
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
@@ -18,7 +20,7 @@ from pellucid.parts.part import Parts
 THINNEST = 0.05  # of the density of rest
 
 
-class Film(Protocol):
+class CheckedFilm(Protocol):
     """A film, as its model describes it."""
 
     @property
@@ -52,7 +54,7 @@ class Film(Protocol):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]: ...
 
 
-def shape_problems(film: Film, path: Path) -> Iterator[Finding]:
+def shape_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
     """Findings of the shape of a film and of how its nodes span it."""
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
     if film.initial_density < THINNEST * rest:
@@ -61,14 +63,32 @@ def shape_problems(film: Film, path: Path) -> Iterator[Finding]:
     if surface is None and film.interpolation == "loop":
         text = "is for surfaces in space, and this film is described by a curve"
         yield Finding(interpolation, text, "leave it out")
-    if surface is not None and not film.shape.closed:
-        yield Finding((*path, "shape", "surface"), "is open", "a film is closed: use a surface that encloses a volume")
+    yield from _place_problems(film, (*path, "shape"))
     if surface is not None and film.interpolation == "radial" and film.material.bending_rigidity > 0.0:
         text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
         yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
 
 
-def problems_alone(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
+def _place_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+    """Findings of where its nodes are: surfaces that are open or faulty, nodes at one place."""
+    surface = film.shape.surface
+    if surface is not None:
+        place = (*path, "surface")
+        if not surface.closed:
+            yield Finding(place, "is open", "a film is closed: use a surface that encloses a volume")
+            return
+        found = [Finding(place, text, remedy) for text, remedy in faults(*surface.triangulate(), closed=True)]
+        yield from found
+        if found:
+            return
+    places = film.positions()
+    if pair := coincident(places, film.sides()):
+        at = ", ".join(f"{value:g}" for value in places[pair[0]])
+        text = f"has two nodes at one place, ({at}) m: a film does not touch itself"
+        yield Finding(path, text, "move them apart, or join them where they are one")
+
+
+def problems_alone(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that has its velocity field to itself, or no grid."""
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
         text = "is for films that share their velocity field: the velocity of others follows from their loads"
@@ -82,7 +102,7 @@ def problems_alone(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
         yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")
 
 
-def problems_in_fluid(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
+def problems_in_fluid(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that shares its velocity field with other bodies."""
     grid, shape = parts.grid, (*path, "shape")
     if grid is None:
