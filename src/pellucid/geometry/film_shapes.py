@@ -1,9 +1,9 @@
 """Where fluid films are at the start: closed curves, meridians of surfaces of revolution, closed surfaces."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.coincident import coincident
@@ -63,8 +63,8 @@ def _even(curve: np.ndarray, n: int, angle: np.ndarray, shape: Ellipse | Spheroi
 class Curve(Model):
     """A closed curve in the plane z = 0 through given places."""
 
-    points: Annotated[tuple[Place2, ...], Field(min_length=FEWEST)] = parameter(
-        "m", "x and y of its nodes, counterclockwise; the last is joined to the first"
+    points: tuple[Place2, ...] = parameter(
+        "m", "x and y of its nodes, counterclockwise; the last is joined to the first", min_length=FEWEST
     )
 
     @model_validator(mode="after")
@@ -80,8 +80,8 @@ class Curve(Model):
 class Meridian(Model):
     """A surface of revolution about the z axis with a meridian through given places."""
 
-    points: Annotated[tuple[Place2, ...], Field(min_length=FEWEST)] = parameter(
-        "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis"
+    points: tuple[Place2, ...] = parameter(
+        "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis", min_length=FEWEST
     )
 
     @model_validator(mode="after")

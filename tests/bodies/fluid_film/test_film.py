@@ -244,6 +244,7 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
             {"shape": "surface = { ellipsoid = { centre = [0, 0, 0], radii = [1, 1, 1e-7], refinements = 2 } }"},
             "has two nodes at one place",
         ),
+        ({"shape": f"curve = {{ points = {OCTAGON[:5]} }}"}, r"must have at least 8 items \(x and y of its nodes"),
         ({"shape": f"curve = {{ points = {OCTAGON[::-1]} }}"}, "clockwise"),
         ({"shape": f"meridian = {{ points = {[[0, -1], *OCTAGON]} }}"}, "open"),
         ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),
