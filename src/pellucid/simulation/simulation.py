@@ -90,7 +90,8 @@ class Simulation:
         self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else clock
         self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
         self._scheme = SCHEMES[case.time.scheme]
-        self._watch = Watch(case.energy)
+        own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
+        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
         self.timers: dict[str, float] = {}
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
             warnings.warn(text, stacklevel=2)
