@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
-FIRST_OF_OWN_STEPS = 1  # where all bodies take own steps, as short as they need: films have errors below 4e-4 from the first on
+MOVED = 0.01
+"""Of the stored energy, that must have moved before the error is judged where all bodies take steps of their own, as short as
+they need, and no more than some tens of the clock. Nodes that are spread anew span another surface, which may store 3e-4 more."""
 
 
 class Watch:
@@ -21,9 +23,10 @@ class Watch:
 
     def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool) -> None:
         """own_steps: whether all bodies take steps of their own."""
-        self._limits = limits
-        self._first_judged = FIRST_OF_OWN_STEPS if own_steps else FIRST_JUDGED
-        finer = "a lower `accuracy`, more nodes" if own_steps else "a smaller step, a finer grid" if has_grid else "a smaller step"
+        self._limits, self._own_steps = limits, own_steps
+        finer = (
+            "a lower `accuracy`, more nodes" if own_steps else "a smaller step, a finer grid" if has_grid else "a smaller step"
+        )
         self._advice = f"use {finer}, or raise energy.stop if the loss is meant"
         self.warned: set[str] = set()
         """What was warned of so far."""
@@ -32,7 +35,8 @@ class Watch:
         """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last. Raises
         RunStopped above the limit."""
         error = abs(budget.energy_error())
-        if (clock.n_steps < self._first_judged and not clock.finished(None)) or error < self._limits.warn:
+        early = budget.energy_scale < MOVED * budget.stored if self._own_steps else clock.n_steps < FIRST_JUDGED
+        if (early and not clock.finished(None)) or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
         text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"

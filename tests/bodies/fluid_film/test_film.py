@@ -254,6 +254,19 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
             {"shape": SPHEROID, "more": 'volume = { reduced = 1.2, over = 1 }\narea = "kept"'},
             "no surface holds more than a sphere",
         ),
+        (
+            {"shape": SPHEROID, "more": 'volume = { reduced = 1.0, over = 1 }\narea = "kept"'},
+            "(?s)1 is above 0.999: a sphere, which is 1, has no motion .*use at most 0.999",
+        ),
+        ({"more": TOO_MUCH.replace("1.2", "1.0")}, "1 is above 0.999: a circle"),
+        (
+            {"shape": SPHEROID, "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},
+            "(?s)0.05 would leave 0.033 m between the sides .* apart.*use at least .* times as many nodes",
+        ),
+        (
+            {"shape": "ellipse = { radius = 1, nodes = 40 }", "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},
+            r"(?s)0\.05 would leave .*use at least 0\.158",
+        ),
         ({"more": 'volume = { reduced = 0.9 }\narea = "kept"'}, "add `over = "),
         ({"more": "volume = { reduced = 0.9, over = 1 }"}, 'add area = "kept"'),
         ({"more": "volume = { over = 1 }"}, "is for a volume that changes"),

@@ -1,11 +1,12 @@
 """What does not go together in a film, by itself or in a velocity field that it shares with other bodies."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from pellucid.bodies.fluid_film.drag import DragCase
+from pellucid.bodies.fluid_film.goals import VolumeCase, reduced_to_volume
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
@@ -40,7 +41,7 @@ class CheckedFilm(Protocol):
     @property
     def shape(self) -> FilmShape: ...
     @property
-    def volume(self) -> Any: ...
+    def volume(self) -> VolumeCase | None: ...
     @property
     def area(self) -> str: ...
     @property
@@ -69,8 +70,32 @@ def shape_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
         yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
 
 
+def _thickness_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+    """A reduced volume at which the sides of a film would be closer than its nodes are apart."""
+    if film.volume is None or film.volume.reduced is None:
+        return
+    reduced, plane, in_space = film.volume.reduced, film.shape.span == "plane", film.shape.span == "space"
+    corners = film.positions()[film.sides()]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    if plane:
+        area = float(edges[:, 0].sum())
+    elif in_space:
+        area = float(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()) / 2.0
+    else:
+        area = float(2.0 * np.pi * corners[:, :, 0].mean(axis=1) @ edges[:, 0])
+    spacing, full = float(np.median(edges)), reduced_to_volume(1.0, area, plane)
+    least = 0.5 * area * spacing / full  # of a disc or a band of thickness 2 V/A, or a tube of that radius
+    if reduced >= least:
+        return
+    text = f"{reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, and its nodes are "
+    text += f"{spacing:.2g} m apart"
+    more = (least / reduced) ** (2 if in_space else 1)
+    remedy = f"use at least {np.ceil(1000.0 * least) / 1000.0:g}, or {np.ceil(11.0 * more) / 10.0:g} times as many nodes"
+    yield Finding((*path, "volume", "reduced"), text, remedy)
+
+
 def _place_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
-    """Findings of where its nodes are: surfaces that are open or faulty, nodes at one place."""
+    """Findings of where its nodes are: surfaces that are open or faulty, nodes at one place, or too few for its volume."""
     surface = film.shape.surface
     if surface is not None:
         place = (*path, "surface")
@@ -86,6 +111,8 @@ def _place_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
         at = ", ".join(f"{value:g}" for value in places[pair[0]])
         text = f"has two nodes at one place, ({at}) m: a film does not touch itself"
         yield Finding(path, text, "move them apart, or join them where they are one")
+        return
+    yield from _thickness_problems(film, path[:-1])
 
 
 def problems_alone(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
