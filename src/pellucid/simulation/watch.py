@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 MOVED = 0.01
-"""Of the stored energy, that must have moved before the error is judged where all bodies take steps of their own, as short as
-they need, and no more than some tens of the clock. Nodes that are spread anew span another surface, which may store 3e-4 more."""
+"""Of the stored energy, that must have moved before the error is judged where all bodies take steps of their own, some tens of
+the clock and each as short as it needs. Nodes that are spread anew span another surface, which may store 3e-4 more."""
 
 
 class Watch:
