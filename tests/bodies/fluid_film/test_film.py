@@ -86,6 +86,25 @@ def test_a_film_at_rest_stays_there(shape):
     assert simulation.conservation()["energy"] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("shape", "speed"),
+    [
+        ("ellipse = { radius = 1, nodes = 40 }", 0.15 / 3.0),
+        ("spheroid = { radius = 1, nodes = 21 }", 0.15 / 8.0),
+        ("surface = { icosphere = { centre = [0, 0, 0], radius = 1, refinements = 2 } }", 0.15 / 8.0),
+    ],
+)
+def test_the_first_frame_has_the_velocities_of_the_balance(shape, speed):
+    """R' = P R/(2μ+λ) of a circle, P R/(4(μ+λ)) of a sphere; nodes at poles and with five neighbours are up to 1.4e-2 off."""
+    simulation = Simulation(case(shape, loads_of=PRESSURE.format(value=0.15, on="present-area")))
+    assert simulation.time == 0.0
+    film = simulation.bodies[0]
+    outward = film.arrays["position"] / np.linalg.norm(film.arrays["position"], axis=1)[:, None]
+    assert film.arrays["velocity"] == pytest.approx(speed * outward, abs=2e-2 * speed)
+    assert np.einsum("ni,ni->n", film.arrays["velocity"], outward).mean() == pytest.approx(speed, rel=1e-3)
+    assert not film.arrays["v"].any()
+
+
 def test_a_circle_without_drag_needs_a_load_that_holds_itself():
     driven = PRESSURE.format(value=0.1, on="present-area") + "along = [0, 1, 0]\n"
     with pytest.raises(RunStopped, match=r"motions that nothing resists.*give it a `drag`"):

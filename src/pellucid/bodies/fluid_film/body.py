@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.film_forces import Film
+from pellucid.bodies.fluid_film.film_forces import BuildableFilm
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.held_nodes import HeldNodes
@@ -22,7 +22,7 @@ from pellucid.parts.families import NodalBody
 from pellucid.parts.surface_load import ActingTraction, Traction
 
 
-class FilmCase(Film, Protocol):
+class FilmCase(BuildableFilm, Protocol):
     """A film that moves by itself."""
 
     @property
@@ -115,6 +115,10 @@ class FluidFilm(NodalBody):
         """Forget the loads of the last step."""
         self._tractions.clear()
         self._forces.clear()
+
+    def show_start(self, dt: float) -> None:
+        """Show the velocities of the balance at the start."""
+        self._fields.show_velocities(self._steps.velocities_now(dt, self._elapsed, self._driving()))
 
     def predict(self, dt: float) -> None:
         """Nothing: the film moves when all loads are known."""

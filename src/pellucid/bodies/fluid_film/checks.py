@@ -45,7 +45,11 @@ class CheckedFilm(Protocol):
     @property
     def area(self) -> str: ...
     @property
+    def nodes(self) -> str: ...
+    @property
     def scheme(self) -> str: ...
+    @property
+    def time_weight(self) -> float: ...
     @property
     def has_drag(self) -> bool: ...
     @property
@@ -55,8 +59,12 @@ class CheckedFilm(Protocol):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]: ...
 
 
-def shape_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
-    """Findings of the shape of a film and of how its nodes span it."""
+def own_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+    """Findings of a film by itself: its volume, its scheme, its shape and how its nodes span it."""
+    if film.volume is not None:
+        yield from film.volume.problems((*path, "volume"), film.shape.span == "plane", film.area == "kept")
+    if film.scheme == "thesis" and (lacks := _beyond_the_thesis(film)):
+        yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
     if film.initial_density < THINNEST * rest:
         text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of that of rest, {rest:g} kg/m^2: no film is so thin"
@@ -68,6 +76,20 @@ def shape_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
     if surface is not None and film.interpolation == "radial" and film.material.bending_rigidity > 0.0:
         text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
         yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
+
+
+def _beyond_the_thesis(film: CheckedFilm) -> str:
+    """What of a film the scheme of the thesis does not have, or nothing."""
+    beyond = {
+        "surfaces: it is for closed curves in the plane": film.shape.span != "plane",
+        "drag": film.has_drag,
+        "bending": film.material.bending_rigidity > 0.0,
+        "given volume or area": film.volume is not None or film.area == "kept",
+        'nodes that go with the material: they move along the normal (nodes = "even" stands for that)': film.nodes
+        == "material",
+        "time_weight": film.time_weight != 0.5,
+    }
+    return next((what for what, is_there in beyond.items() if is_there), "")
 
 
 def _thickness_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:

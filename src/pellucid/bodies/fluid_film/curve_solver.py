@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, hstack, vstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, SharedRows
 from pellucid.bodies.fluid_film.solver import Border, Solution, System, refuse_driven
 
 FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5
@@ -68,7 +68,7 @@ class CurveSolver:
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """It keeps nothing."""
 
-    def _whole(self, squares: Sequence[Rows | SharedRows]) -> csc_matrix:
+    def _whole(self, squares: Sequence[ElementRows | SharedRows]) -> csc_matrix:
         found = [square.of_components(self._shape[1]) for square in squares]
         parts = [np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found]
         elements = np.sum(parts, axis=0)

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fluid_film.film_forces import Film, FilmForces, in_space
+from pellucid.bodies.fluid_film.film_forces import BuildableFilm, FilmForces, in_space
 from pellucid.bodies.fluid_film.forms import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.points_on_grid import PointsOnGrid
@@ -30,7 +30,7 @@ from pellucid.parts.surface_load import Traction
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
-class FilmInFluid(Film, Protocol):
+class FilmInFluid(BuildableFilm, Protocol):
     """A film that shares a velocity field."""
 
     @property

@@ -48,6 +48,10 @@ class FilmSteps(Protocol):
         count: is told each own step and its length [s].
         """
 
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """Velocities of the nodes [m/s], shape (n, d), as a step of the clock begins; zero where there is no balance, which the
+        step will tell."""
+
 
 def is_still(done: StepDone, span: float) -> bool:
     """Whether a step [s] moves nodes by no more than the rounding of their places."""
@@ -96,6 +100,15 @@ class OwnSteps:
                 self.fault = too_thin(self._balance, arrays, o)
         arrays["own_step"][0] = own
         return o
+
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """See `FilmSteps`: those of the first step of its own."""
+        x, span = self._arrays["x"], FIRST_SHARE * dt
+        volume, area = self._goals.at(elapsed + span)
+        with on_one_thread():
+            done = self._try(self._balance.geometry.operators(x), span, driving._replace(volume=volume, area=area, after=0.0))
+        self.fault = None
+        return np.zeros_like(x) if done is None or is_still(done, span) else done.velocity
 
     def _try(self, o: Operators, dt: float, driving: Driving) -> StepDone | None:
         arrays = self._arrays

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, SharedRows
 
 
 class IncompatibleLoad(Exception):
@@ -38,14 +38,14 @@ class System(NamedTuple):
 
     x: np.ndarray  # (n, d) [m]
     area: np.ndarray  # (n,) of the nodes [m²]
-    resistance: Sequence[Rows | SharedRows]  # R [N s/m]
-    stiffness: Sequence[Rows]  # S [N s/m]
+    resistance: Sequence[ElementRows | SharedRows]  # R [N s/m]
+    stiffness: Sequence[ElementRows]  # S [N s/m]
     force: np.ndarray  # (n, d) f [N]
     load: np.ndarray  # (n, d) what of it acts from outside [N]; the film's own forces do no work on rigid motions
     guess: np.ndarray  # (n, d) g [m/s], velocities about which the stiffness is zero
     known: np.ndarray  # (n, d) components that are prescribed
     velocity: np.ndarray  # (n, d) their values [m/s]
-    turning: Sequence[Rows] | None
+    turning: Sequence[ElementRows] | None
     """What the film turns by, where some motions meet no resistance: of those with the same strain rates the one is taken that
     turns least; on surfaces, that has no mean velocity and rotation."""
     accuracy: float  # error of the velocity that does not matter, of the velocity

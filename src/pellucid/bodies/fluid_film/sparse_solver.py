@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 
 from pellucid.bodies.fluid_film.assembly import Assembly
 from pellucid.bodies.fluid_film.elimination import Elimination, Factor
-from pellucid.bodies.fluid_film.nodal_sums import Rows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows
 from pellucid.bodies.fluid_film.solver import Border, Solution, System, refuse_driven
 
 WORTH = 60  # rounds that a new factor costs
@@ -65,7 +65,7 @@ class SparseSolver:
         free = np.where(known, 0.0, 1.0)
         v = np.where(known, system.velocity.ravel(), 0.0)
         A = assembly.matrix([*system.resistance, *system.stiffness])
-        pushed = assembly.gathered([Rows(s.rows, s.factor * assembly.rates(s, system.guess)) for s in system.stiffness])
+        pushed = assembly.gathered([ElementRows(s.rows, s.factor * assembly.rates(s, system.guess)) for s in system.stiffness])
         right = free * (system.force.ravel() + pushed.ravel() - A @ v)
         rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), len(v))
         goals = np.array([border.rate for border in borders]) - rows @ v

@@ -78,6 +78,12 @@ class ThesisSteps:
         arrays["own_step"][0] = own
         return self._curve.operators(arrays["x"])
 
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """See `FilmSteps`."""
+        span = FIRST_SHARE * dt
+        done = self._motion(span, driving._replace(after=0.0))[0]
+        return np.zeros_like(done.velocity) if is_still(done, span) else done.velocity
+
     def _motion(self, ahead: float, driving: Driving) -> tuple[StepDone, np.ndarray, np.ndarray]:
         """The motion now; tangential and normal velocities beside that of the centre of mass [m/s], shape (n, 2), and this.
 

@@ -8,7 +8,7 @@ from pellucid.gallery.benet2015 import vesicle_shapes
 from pellucid.gallery.benet2015.films import film_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
@@ -45,6 +45,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"energy": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The vesicle as it comes to rest."""
     return {"motion": film_of_surfaces(run, [film_of(run).name])}

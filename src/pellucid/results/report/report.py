@@ -40,8 +40,8 @@ CAPTIONS = {
     "bodies_displacement": "The bodies, coloured by how far they are from where they began.",
     "bodies_displacement_inside": "Solids cut open through the middle of the largest, coloured by how far they have moved.",
     "bodies_speed": "The bodies, coloured by speed.",
-    "bodies_load": "The bodies, coloured by pressure (fluids), by von Mises' equivalent stress (solids) or by the density in the "
-    "surface (fluid films).",
+    "bodies_load": "The bodies, coloured by pressure (fluids), von Mises' equivalent stress (solids) or density in the surface "
+    "(fluid films).",
     "bodies_speed_inside": "Solids cut open through the middle of the largest, coloured by speed.",
     "bodies_load_inside": "Solids cut open through the middle of the largest, coloured by von Mises' equivalent stress.",
     "profiles_of_points": "Every point at the end.",
@@ -193,8 +193,9 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
     def shown(error: float | None) -> str:
         return "not finite" if error is None else number(error, 3)
 
+    has_films = any(map(is_film, run.stored.bodies))
     remarks = {
-        "mass": "what flows between the nodes of films adds up" if any(map(is_film, run.stored.bodies)) else "points keep theirs",
+        "mass": "what flows between the nodes of films adds up" if has_films else "the points keep theirs",
         "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
         "energy": "of the energy balance at the end",
     }
