@@ -1,4 +1,4 @@
-"""Shapes of vesicles and their bending energies against published ones."""
+"""Shapes of vesicles and their bending energies against those of the shape equations."""
 
 from math import pi
 from typing import TYPE_CHECKING
