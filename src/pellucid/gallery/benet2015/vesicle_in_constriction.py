@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
 
 NAME = "vesicle"
-NEAREST = 1.0  # cell off the nodes of the walls: nearer ones share the functions of the film
+NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell
+SHORT = 0.01  # of its radius
 FASTEST = 1.5  # of the mean velocity between plates: the middle of the channel
 SIDEWAYS = 0.01  # of its radius: channel, flow and points are symmetric
 PANELS = 6
@@ -45,16 +46,21 @@ def metrics(run: "Run") -> dict[str, Metric]:
     through = bool(middle[-1, 0] > 0.0)
     share = float(np.interp(0.0, middle[:, 0], pushed)) if through else float("nan")
     reference, band = 0.5 * (1.0 + 1.0 / FASTEST), 0.5 * (1.0 - 1.0 / FASTEST)
-    last = float(places[-1][:, 0].min()) / radius
+    last, end = (
+        float(places[-1][:, 0].min()) / radius,
+        max(float(wall.centre()[0] + wall.radius) for wall in _walls(run)) / radius,
+    )
     nearest = min(_distance(run, place) for place in places) / run.case.grid.cell
     aside = float(np.abs(middle[:, 1]).max()) / radius
     text = "flow that took its middle into the throat, of what was between; reference: the middle of 1/1.5 and 1"
     return {
         "passage": Metric(share, reference, abs(share - reference), band, "", text),
         "beyond": Metric(
-            last, 0.0, max(0.0, -last), 0.0, "", "place of its last node at the end, in radii; behind the throat, at 0"
+            last, end, max(0.0, end - last), SHORT, "", "its last node at the end, in radii; reference: where walls end"
         ),
-        "clearance": Metric(nearest, NEAREST, max(0.0, NEAREST - nearest), 0.0, "", "least distance from the walls, in cells"),
+        "clearance": Metric(
+            nearest, NEAREST, max(0.0, NEAREST - nearest), TOUCH, "", "least distance from the walls, in cells"
+        ),
         "sideways": Metric(
             aside, 0.0, aside, SIDEWAYS, "", "largest distance of its middle from that of the channel, in radii"
         ),
