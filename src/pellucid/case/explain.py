@@ -134,7 +134,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if first.kind in ("too_long", "too_short") and "max_length" in first.context:
         return [Finding(path, f"must have {first.context['max_length']} components{meaning}")]
     if first.kind == "too_short":
-        return [Finding(path, f"must have at least {first.context['min_length']} item")]
+        least = first.context["min_length"]
+        return [Finding(path, f"must have at least {least} {'item' if least == 1 else 'items'}{meaning}")]
     if first.kind == "string_too_long":
         return [Finding(path, f"must have at most {first.context['max_length']} characters")]
     if first.kind == "string_pattern_mismatch":

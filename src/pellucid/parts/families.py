@@ -74,6 +74,10 @@ class GridBody(Body):
 class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
 
+    def show_start(self, dt: float) -> None:
+        """Before the first step dt [s], whose conditions are set: show the velocities at the start of what has no inertia."""
+        return
+
     @abstractmethod
     def predict(self, dt: float) -> None:
         """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact

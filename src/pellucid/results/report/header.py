@@ -4,8 +4,15 @@ from collections.abc import Callable
 from html import escape
 from typing import Any
 
+from pellucid.results.pictures.quantities import is_film
 from pellucid.results.report.html import number
 from pellucid.results.storage.run import Run
+from pellucid.results.storage.stored_case import StoredCase
+
+
+def are_films_alone(case: StoredCase) -> bool:
+    """Whether all bodies are films with nodes of their own, which take steps of their own and have no inertia."""
+    return case.grid is None and all(map(is_film, case.bodies))
 
 
 def header(run: Run) -> str:
@@ -19,16 +26,18 @@ def header(run: Run) -> str:
 
 def facts(run: Run) -> str:
     """Size, time and speed of the run, as far as they are known."""
-    known = run.so_far
+    known, alone = run.so_far, are_films_alone(run.stored)  # their own steps are not counted
     shown: dict[str, tuple[str, Callable[[Any], str]]] = {
-        "points": ("points", lambda value: f"{value:,}".replace(",", "\u202f")),
-        "steps": ("steps", lambda value: f"{value:,}".replace(",", "\u202f")),
+        "points": ("nodes" if alone else "points", lambda value: f"{value:,}".replace(",", "\u202f")),
+        "steps": ("steps of the clock" if alone else "steps", lambda value: f"{value:,}".replace(",", "\u202f")),
         "end_time": ("simulated time", lambda value: f"{number(value)} s"),
         "wall_seconds": ("wall time", lambda value: f"{number(value, 3)} s"),
         "point_steps_per_second": ("point-steps per second", lambda value: f"{number(value / 1e6, 3)} million"),
         "threads": ("threads", str),
         "version": ("pellucid", lambda value: escape(value) + _commit(known["commit"])),
     }
+    if alone:
+        del shown["point_steps_per_second"]
     items = (f"<div><dt>{title}</dt><dd>{text(known[key])}</dd></div>" for key, (title, text) in shown.items() if key in known)
     return f'<dl class="facts">{"".join(items)}</dl>'
 

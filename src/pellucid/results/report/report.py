@@ -14,12 +14,14 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.case_module import captions
 from pellucid.results.pictures.films import FILM_DPI, write_films
+from pellucid.results.pictures.quantities import is_film
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
-from pellucid.results.report.header import facts, header
+from pellucid.results.report.header import are_films_alone, facts, header
 from pellucid.results.report.html import number, section, table_of
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.stored_case import StoredBody, StoredCase
+from pellucid.state import FIELDS
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
@@ -39,7 +41,8 @@ CAPTIONS = {
     "bodies_displacement": "The bodies, coloured by how far they are from where they began.",
     "bodies_displacement_inside": "Solids cut open through the middle of the largest, coloured by how far they have moved.",
     "bodies_speed": "The bodies, coloured by speed.",
-    "bodies_load": "The bodies, coloured by pressure (fluids) or by von Mises' equivalent stress (solids).",
+    "bodies_load": "The bodies, coloured by pressure (fluids), von Mises' equivalent stress (solids) or density in the surface "
+    "(fluid films).",
     "bodies_speed_inside": "Solids cut open through the middle of the largest, coloured by speed.",
     "bodies_load_inside": "Solids cut open through the middle of the largest, coloured by von Mises' equivalent stress.",
     "profiles_of_points": "Every point at the end.",
@@ -135,12 +138,15 @@ def _conservation(run: Run) -> str:
     def shown(error: float | None) -> str:
         return "not finite" if error is None else number(error, 3)
 
+    has_films = any(map(is_film, run.stored.bodies))
     remarks = {
-        "mass": "the points keep theirs",
+        "mass": "what flows between the nodes of films adds up" if has_films else "the points keep theirs",
         "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
         "energy": "of the energy balance at the end",
     }
-    rows = ([name, shown(error), remarks.get(name, "")] for name, error in run.summary["conservation"].items())
+    left_out = {"momentum"} if are_films_alone(run.stored) else set()  # they have no inertia
+    errors = run.summary["conservation"].items()
+    rows = ([name, shown(error), remarks.get(name, "")] for name, error in errors if name not in left_out)
     return table_of(("quantity", "relative error", ""), rows, "numbers last-word")
 
 
@@ -160,9 +166,13 @@ def _analysis_row(case: StoredCase) -> list[str]:
     if case.steady is not None:
         steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
-    step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
-    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
-    return ["time", f"{order}, step {step}, to {number(case.time.end)} s"]
+    fixed = f"fixed at {number(case.time.step)} s" if case.time.step else ""
+    if are_films_alone(case):
+        step = f"steps of the films' own within steps {fixed or 'of the output'}"
+    else:
+        step = f"step {fixed}" if fixed else f"step Courant number {number(case.time.courant)}"
+    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer, " if case.grid else ""
+    return ["time", f"{order}{step}, to {number(case.time.end)} s"]
 
 
 def _grid_row(grid: GridCase) -> list[str]:
@@ -172,5 +182,6 @@ def _grid_row(grid: GridCase) -> list[str]:
 
 
 def _words(body: StoredBody) -> str:
-    words = (body.kind, body.material, body.equation_of_state, f"density {body.density:g} kg/m³")
+    unit = FIELDS["areal_density" if is_film(body) else "density"].unit
+    words = (body.kind, body.material, body.equation_of_state, f"density {body.density:g} {pretty(unit)}")
     return ", ".join(filter(None, words)).replace("-", " ")
