@@ -5,8 +5,10 @@ import sys
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from typer.testing import CliRunner
 
 from pellucid.case.reading import loads
+from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.solid_checks import solid_faults
@@ -238,6 +240,36 @@ def test_sets_that_name_nothing_are_kept_and_told(meshlane, tmp_path):
     path = tmp_path / "two.msh"
     path.write_text(GMSH_22.replace('2\n2 7 "floor"', '3\n2 8 "roof"\n2 7 "floor"'))
     assert [text for text, _ in solid_faults(SolidFile(path=str(path)).mesh())] == ["1 set has no node: `roof`"]
+
+
+def two_volumes(meshlane, path, shift):
+    """A file of two boxes, meshed apart, of which the upper one stands on the lower one, moved by `shift` along x."""
+    box = box_mesh(np.zeros(3), np.ones(3), (2, 2, 2))
+    nodes = np.vstack([box.nodes, box.nodes + np.array([shift, 0.0, 1.0])])
+    meshlane.write(str(path), meshlane.Mesh(nodes, [("tetra", np.vstack([box.cells, box.cells + len(box.nodes)]))]))
+
+
+def test_volumes_that_were_meshed_apart_are_refused(meshlane, tmp_path):
+    path = tmp_path / "two.msh"
+    two_volumes(meshlane, path, 0.0)
+    with pytest.warns(UserWarning, match="two.msh: the mesh is 2 pieces"), pytest.raises(CaseError) as error:
+        loads(CASE.replace("FILE", str(path)))
+    [problem] = error.value.problems
+    assert problem.key == "body.cube.mesh"
+    assert problem.text.startswith(f"{path}: 9 pairs of nodes are at one place, for example numbers ")
+    assert "merge such nodes (in Gmsh: Coherence" in problem.remedy
+
+
+def test_pieces_of_a_mesh_are_warned_of_once(meshlane, tmp_path):
+    path = tmp_path / "two.msh"
+    two_volumes(meshlane, path, 0.1)
+    file = tmp_path / "case.toml"
+    file.write_text(CASE.replace("FILE", str(path)))
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 0
+    text = f"warning: {path}: the mesh is 2 pieces that share no node, of 96 and 96 tetrahedra; no force passes between them"
+    assert result.output.count(text) == 1
+    assert result.output.count("warning: ") == 1
 
 
 def test_a_mesh_is_made_once_while_its_file_does_not_change(meshlane, tmp_path):

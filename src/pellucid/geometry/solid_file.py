@@ -35,6 +35,11 @@ class SolidFile(Tetrahedral):
         self.mesh()
         return self
 
+    @property
+    def origin(self) -> str:
+        """Its path."""
+        return self.path
+
     def make(self) -> SimplexMesh:
         """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read."""
         mesh = read_mesh(self.path, "a mesh", READABLE)

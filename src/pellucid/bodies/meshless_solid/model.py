@@ -17,7 +17,6 @@ from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
 from pellucid.geometry.spatial_order import spatial_order
 from pellucid.grid.model import GridCase
@@ -199,7 +198,7 @@ class MeshlessSolidCase(BodyModel):
         if self.essential_conditions == "direct" and not self.approximant.interpolates:
             text = f'the functions of kind "{self.approximant.kind}" do not take values that are prescribed at the nodes'
             yield Finding((*path, "essential"), text, 'use "ebciem" or "sebciem", or leave it out')
-        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self.mesh.mesh()))
+        yield from (Finding((*path, self.place), text, remedy) for text, remedy in self.mesh.faults())
         if parts.grid is not None:
             if self.essential_conditions != "direct":
                 text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"
