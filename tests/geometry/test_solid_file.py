@@ -292,11 +292,15 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     nodes = np.random.default_rng(1).uniform(size=(10, 3))
     meshlane.write(str(second), meshlane.Mesh(nodes, [("tetra10", np.arange(10)[None])]))
     with pytest.raises(
-        ValidationError, match=r"second-order tetrahedra \(tetra10\).*save the mesh with elements of first order"
+        ValidationError,
+        match=r"second-order tetrahedra \(tetra10\).* of four corners; save the mesh with elements of first order",
     ):
         SolidFile(path=str(second))
     meshlane.write(str(brick), meshlane.Mesh(nodes, [("hexahedron", np.arange(8)[None])]))
-    with pytest.raises(ValidationError, match="holds cells of type hexahedron; a solid needs tetrahedra of four corners alone"):
+    with pytest.raises(
+        ValidationError,
+        match="holds cells of type hexahedron; a solid needs tetrahedra of four corners alone; mesh its volume with tetrahedra",
+    ):
         SolidFile(path=str(brick))
     with pytest.raises(ValidationError, match=r"there is no file .*; a relative path starts from the folder of the case file"):
         SolidFile(path=str(tmp_path / "none.msh"))

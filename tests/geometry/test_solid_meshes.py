@@ -73,12 +73,13 @@ def test_every_fault_of_a_mesh_is_told():
 
     turned = mesh.cells.copy()
     turned[5] = turned[5, [1, 0, 2, 3]]
-    assert re.match(r"1 tetrahedron is inverted, the first is number 5, counted from 0 at \(", *fault(mesh.nodes, turned))
+    assert re.match(r"1 tetrahedron is inverted, the first is number 5, counted from 0, at \(", *fault(mesh.nodes, turned))
     again = [*mesh.cells, mesh.cells[3][[1, 2, 0, 3]]]
     assert re.match(r"1 tetrahedron is there twice, for example numbers 3 and 96", *fault(mesh.nodes, again))
     lonely = np.vstack([mesh.nodes, [9.0, 9.0, 9.0]])
     assert re.match(
-        r"1 node belongs to no tetrahedron, the first is number 35, counted from 0 at \(9, 9, 9\) m", *fault(lonely, mesh.cells)
+        r"1 node belongs to no tetrahedron, the first is number 35, counted from 0, at \(9, 9, 9\) m",
+        *fault(lonely, mesh.cells),
     )
     lonely[35, 0] = np.nan
     assert fault(lonely, mesh.cells) == ["node 35 (counted from 0) is at (nan, 9.0, 9.0), which is no place"]
@@ -109,7 +110,7 @@ def test_nodes_at_one_place_that_tetrahedra_do_not_share_are_told(gap):
     mesh = two_boxes(gap)
     [(text, remedy)] = solid_faults(mesh)
     named = (
-        r"9 pairs of nodes are at one place, for example numbers (\d+) and (\d+), counted from 0 at \((.*)\) m, (\S+) m apart,"
+        r"9 pairs of nodes are at one place, for example numbers (\d+) and (\d+), counted from 0, at \((.*)\) m, (\S+) m apart,"
     )
     one, other, place, distance = re.match(named, text).groups()
     assert mesh.nodes[int(one)] == pytest.approx(np.array(place.split(", "), float), abs=1e-6)

@@ -34,7 +34,7 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _place(position: np.ndarray) -> str:
-    return " at ({:.6g}, {:.6g}, {:.6g}) m".format(*position)
+    return ", at ({:.6g}, {:.6g}, {:.6g}) m".format(*position)
 
 
 def _count(n: int, verb: str, verbs: str) -> str:

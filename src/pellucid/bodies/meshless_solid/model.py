@@ -12,7 +12,7 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
 from pellucid.energy import DAMPING_HEAT, Channel
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
@@ -117,12 +117,12 @@ class MeshlessSolidCase(BodyModel):
         """What a drag on its nodes takes."""
         return (DAMPING_HEAT,) if self.damping > 0.0 else ()
 
-    def why_not_relaxed(self, alone: bool) -> Reason | None:
+    def why_not_relaxed(self, alone: bool) -> Finding | None:
         """A viscous material: the time in which it creeps is not that of the relaxation."""
         if not isinstance(self.material, ViscoelasticMaterial):
             return None
         text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not follow'
-        return Reason(text, "give the body its `elastic` material, which bears the load at rest")
+        return Finding(("material", "kind"), text, "give the body its `elastic` material, which bears the load at rest")
 
     def check_set_up(self) -> None:
         """Too few neighbours for the functions of least squares, on meshes of up to 10 000 cells."""
