@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
 
 METRICS = ("strain_energy", "excess_energy", "excess_force", "least_volume", "ebc_residual_nodes", "ebc_residual_between")
+ON_KNOWN_MESHES = ("excess_energy", "excess_force")  # that of the quick variant
 
 CAPTIONS = {"cylinder_indentation": "Force of the indenter and strain energy against its depth, at the equilibria."}
 
