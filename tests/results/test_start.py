@@ -106,7 +106,7 @@ def test_bodies_of_every_family_go_on(tmp_path, case):
     for body in (body.name for body in case.body):
         before, now = first.fields(body), second.fields(body, 0.0)
         assert before.keys() == now.keys()
-        for name in before:
+        for name in before.keys() - ({"velocity"} if case.grid_or_none is None else set()):  # of films, by loads that are new
             scale = max(abs(before[name]).max(), 1e-300)
             np.testing.assert_allclose(now[name], before[name], rtol=0.0, atol=1e-9 * scale, err_msg=f"{body} {name}")
 

@@ -28,13 +28,13 @@ def half_lost(moved):
 )
 def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(has_grid, advice):
     watch = Watch(EnergyCase(), False, has_grid)
-    watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1))
+    watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1), [])
     with pytest.raises(RunStopped, match=advice):
-        watch.energy(half_lost(5.0), clock(FIRST_JUDGED))
+        watch.energy(half_lost(5.0), clock(FIRST_JUDGED), [])
 
 
 def test_bodies_with_steps_of_their_own_are_judged_once_energy_has_moved():
     watch = Watch(EnergyCase(), True, False)
-    watch.energy(half_lost(0.9 * MOVED), clock(5))
+    watch.energy(half_lost(0.9 * MOVED), clock(5), [])
     with pytest.raises(RunStopped, match="use a lower `accuracy`, more nodes, or raise"):
-        watch.energy(half_lost(1.1 * MOVED), clock(1))
+        watch.energy(half_lost(1.1 * MOVED), clock(1), [])
