@@ -1,6 +1,10 @@
 """Makes the modules of this folder that hold no tests (`algebra`, `small_cases`) importable from the tests below it."""
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("without a clock", deadline=None)  # how long an example takes depends on what else runs
+settings.load_profile("without a clock")
 
 
 @pytest.fixture
