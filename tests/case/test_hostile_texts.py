@@ -29,7 +29,7 @@ def refused(text: str, words: str, **settings: str) -> None:
     ("value", "words"),
     [
         (LONG, "a number has thousands of digits"),
-        ("1" * 4000, "time.end = 1.*must be a number"),
+        ("1" * 4000, "time.end = 1.*must be at most 1e.18"),
         (DEEP, "more than 32 deep"),
         ("[" * 5000 + "]" * 5000, "more than 32 deep"),
         ("{a=" * 500 + "1" + "}" * 500, "more than 32 deep"),
@@ -57,6 +57,10 @@ def test_settings_beyond_what_can_be_read(value: str, words: str) -> None:
 
 def test_a_key_of_thousands_of_parts() -> None:
     refused(CASE, "has 3000 parts; a key has 32 at most", **{".".join(["a"] * 3000): "1"})
+
+
+def test_counts_that_no_number_holds() -> None:
+    refused(CASE.replace("[5, 4, 1]", f"[{'1' * 400}, 4, 1]"), r"points_per_cell.*\n.*must be at most 1e\+18")
 
 
 @pytest.mark.parametrize("key", ["name", "field"])

@@ -1,5 +1,6 @@
 """Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
 
+from math import prod
 from typing import Annotated
 
 import numpy as np
@@ -31,6 +32,10 @@ class BoxMesh(Tetrahedral):
             if high <= low:
                 raise ValueError(f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m")
         return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        return 2.0 * prod(map(float, self.cells))
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""
