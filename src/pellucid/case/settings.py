@@ -88,7 +88,7 @@ def _step(here: Any, part: str, path: Path) -> str | int:
         return part
     if not isinstance(here, list):
         raise CaseError(f"`{place}` is {shown(here)}, not a table: it has no `{part}`")
-    if part.isdecimal() and int(part) < len(here):
+    if part in map(str, range(len(here))):
         return int(part)
     names = [str(item["name"]) for item in here if isinstance(item, dict) and "name" in item]
     if part in names:
