@@ -159,7 +159,7 @@ def _damaged(rng: random.Random, kind: str) -> tuple[str, list[str], dict[str, b
     if kind == "settings":
         return origin, [_setting(rng, text) for _ in range(rng.randint(1, 3))], {}
     if kind == "files of a case":
-        name, case, data = rng.choice(_files())
+        name, case, data = rng.choice(cases_with_files())
         named = rng.choice([name] * 9 + ["", ".", "..", "/", "/dev/zero", "missing.stl", "case.toml", "x" * 300 + ".stl"])
         return name, [], {"case.toml": case.replace("FILE", named).encode(), name: _bytes(rng, data)}
     if kind == "bytes of a case":
@@ -244,7 +244,7 @@ def _keys(text: str) -> list[str]:
 
 
 @cache
-def _files() -> list[tuple[str, str, bytes]]:
+def cases_with_files() -> list[tuple[str, str, bytes]]:
     """Files that cases name, each with a case."""
     from tempfile import TemporaryDirectory
 

@@ -97,9 +97,7 @@ class FakeSimulation:
         end = self.case.time.end
         while self.time < min(end, until or end):
             if self.breaks_at == self.n_steps:
-                error = RunStopped(
-                    "point 7 of gas is lost", body="gas", point=np.int64(7), position=np.array([0.5, np.nan, np.inf])
-                )
+                error = RunStopped("point 7 of gas is lost", body="gas", point=np.int64(7))
                 recorder.failed(self, error)
                 raise error
             self.dt = min(self.case.time.step, end - self.time)

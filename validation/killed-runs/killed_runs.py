@@ -12,14 +12,24 @@ import tempfile
 import time
 from pathlib import Path
 
-PELLUCID = [sys.executable, "-m", "pellucid"]
 CASE = Path(__file__).parent / "two-blocks.toml"  # with a checkpoint at every step
-RUN = [*PELLUCID, "run", CASE, "--threads", "1"]
+BEGIN = "import pellucid, sys; pellucid.run(pellucid.load(sys.argv[1]), sys.argv[2], threads=1, report={})"
+GO_ON = "import sys; from pellucid.results import resume_case; resume_case(sys.argv[1], threads=1, report={})"
+REPORTS = 4
+"""One run in so many draws its figures and its report, which take longer than the steps."""
 OF_THE_MACHINE = ("wall_seconds", "point_steps_per_second")
 COLUMNS = (
-    *("trial", "seconds", "phase", "rows", "frames written", "checkpoints", "draft"),
+    *("trial", "report", "seconds", "phase", "rows", "frames written", "checkpoints", "draft"),
     *("second kill [s]", "phase then", "same bits", "missing or left"),
 )
+
+
+def begin(out: Path, report: bool) -> list[str | Path]:
+    return [sys.executable, "-c", BEGIN.format(report), CASE, out]
+
+
+def go_on(out: Path, report: bool) -> list[str | Path]:
+    return [sys.executable, "-c", GO_ON.format(report), out]
 
 
 def started(command: list[str | Path]) -> subprocess.Popen:
@@ -66,38 +76,39 @@ def state(out: Path) -> tuple[str, int, bool, int, bool]:
     return next(name for name, there in phases.items() if there), rows, (out / "fields").exists(), len(checkpoints), draft
 
 
-def trial(number: int, folder: Path, duration: float, whole: dict[str, object], files: set[str]) -> dict[str, object]:
+def trial(number: int, folder: Path, duration: float, whole: Path) -> dict[str, object]:
     """One run, killed once or twice, and resumed; begun again where it had not yet begun."""
     rng, out = random.Random(number), folder / f"run-{number}"
-    run, resume = [*RUN, "--out", out], [*PELLUCID, "resume", out, "--threads", "1"]
+    report = number % REPORTS == 0
     seconds = rng.uniform(0.2, 1.0) * duration
-    killed_after(run, seconds)
-    row: dict[str, object] = dict(zip(COLUMNS, (number, f"{seconds:.3f}", *state(out)), strict=False))
+    killed_after(begin(out, report), seconds)
+    row: dict[str, object] = dict(zip(COLUMNS, (number, report, f"{seconds:.3f}", *state(out)), strict=False))
     row |= {"second kill [s]": "", "phase then": ""}
     begun = (out / "case.toml").exists()
     if begun and rng.random() < 0.5:
         seconds = rng.uniform(0.2, 1.0) * duration
-        killed_after(resume, seconds)
+        killed_after(go_on(out, report), seconds)
         row |= {"second kill [s]": f"{seconds:.3f}", "phase then": state(out)[0]}
-    ended = subprocess.run(resume if begun else run, capture_output=True, text=True)
+    ended = subprocess.run((go_on if begun else begin)(out, report), capture_output=True, text=True)
     if ended.returncode:
         print(number, ended.stderr, flush=True)
         return row | {"same bits": False, "missing or left": f"exit status {ended.returncode}"}
-    wrong = sorted(files ^ names(out))
-    return row | {"same bits": results(out) == whole, "missing or left": " ".join(wrong)}
+    wrong = sorted(names(whole) ^ names(out))
+    return row | {"same bits": results(out) == results(whole), "missing or left": " ".join(wrong)}
 
 
 def trials(numbers: range, folder: Path) -> list[dict[str, object]]:
-    """The unbroken run, then the trials."""
-    out = folder / "whole"
-    for _ in range(2):  # the first may compile
-        begun = time.monotonic()
-        subprocess.run([*RUN, "--out", out], check=True, capture_output=True)
-        duration = time.monotonic() - begun
-    whole, files = results(out), names(out)
+    """The unbroken runs, with a report and without, then the trials."""
+    durations, whole = {}, {report: folder / f"whole-{report}" for report in (True, False)}
+    for report, out in whole.items():
+        for _ in range(2):  # the first may compile
+            begun = time.monotonic()
+            subprocess.run(begin(out, report), check=True, capture_output=True)
+            durations[report] = time.monotonic() - begun
     rows = []
     for number in numbers:
-        rows.append(trial(number, folder, duration, whole, files))
+        report = number % REPORTS == 0
+        rows.append(trial(number, folder, durations[report], whole[report]))
         print(rows[-1], flush=True)
     return rows
 

@@ -45,7 +45,9 @@ def read_mesh(path: str, what: str, readable: str) -> Any:
     except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets, or end the program
         found = said.getvalue() if isinstance(error, SystemExit) else str(error)
         reason = cut(" ".join(found.split()).rstrip("."), LONGEST) or f"it does not hold what {Path(path).suffix} files do"
-        if not isinstance(error, SystemExit | meshlane.ReadError):
+        if isinstance(error, OSError) and error.strerror:
+            reason = error.strerror
+        elif not isinstance(error, SystemExit | meshlane.ReadError):
             reason = f"its text breaks off or is damaged ({type(error).__name__})"  # whose message may have what is in the file
         raise Refusal(f"{path} cannot be read as {what}: {reason}", f"save it as one of {readable}") from None
     if noted := " ".join((said.getvalue() + ended.getvalue()).split()):

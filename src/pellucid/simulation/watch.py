@@ -1,6 +1,7 @@
 """What is watched in a run: the energy balance, and elements that others touch. Each is warned of once."""
 
 import warnings
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pellucid.contact.pairs import ContactPairs
@@ -27,6 +28,10 @@ class Watch:
         """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last: bodies
         with steps of their own take few of the clock. Raises RunStopped above the limit."""
         error = abs(budget.energy_error())
+        if not isfinite(error):
+            text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is no finite number"
+            causes = f"kinetic {budget.kinetic:.3g} J, stored {budget.stored:.3g} J"
+            raise RunStopped(f"{text} ({causes}); {clock.against_energy_error}")
         if (clock.n_steps < FIRST_JUDGED and not clock.finished(None)) or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"

@@ -107,7 +107,7 @@ class Recorder:
         what |= error.place
         try:
             self.folder.forensics.mkdir(exist_ok=True)
-            write_text(self.folder.forensics / "failure.json", json.dumps(_strict(what), indent=2, allow_nan=False) + "\n")
+            write_text(self.folder.forensics / "failure.json", json.dumps(what, indent=2, default=_plain) + "\n")
             np.savez(self.folder.forensics / "state.npz", **sim.state_arrays())
         except OSError as trouble:
             error.add_note(f"the forensic dump could not be written: {trouble}")
@@ -191,14 +191,5 @@ def column_of(energy: str) -> str:
     return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
 
 
-def _strict(value: Any) -> Any:
-    """What JSON can hold, which has no word for numbers that are not finite: null stands for them."""
-    if isinstance(value, (np.ndarray, np.generic)):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(name): _strict(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_strict(item) for item in value]
-    if isinstance(value, float):
-        return finite(value)
-    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)
