@@ -46,6 +46,8 @@ def _is_numeric(annotation: Any) -> bool:
 def _to_si(value: Any, unit: str) -> Any:
     if isinstance(value, bool):
         raise ValueError("must be a number, not a boolean")  # pydantic would read true as 1
+    if isinstance(value, int) and abs(value) > LARGEST:
+        raise ValueError(f"must be at most {LARGEST:.0e}; write a larger number with a point")  # no float may hold it
     if isinstance(value, str):
         from pellucid.units import to_si  # pint is heavy: only where a unit string enters
 
@@ -55,6 +57,8 @@ def _to_si(value: Any, unit: str) -> Any:
     return value
 
 
+LARGEST = 10**18
+"""Whole number: what is counted fits into 64 bits."""
 LIMITS = ("gt", "ge", "lt", "le", "min_length", "max_length", "pattern", "alias")
 """What `parameter` passes on to pydantic."""
 

@@ -136,3 +136,14 @@ def test_every_bad_setting_is_reported(text: str) -> None:
     with pytest.raises(CaseError) as caught:
         loads(text).with_settings({"grid.cell": -1, "time.end": -2, "body.drop.material.density": 0})
     assert "3 errors" in str(caught.value)
+
+
+@pytest.mark.parametrize("setting", [f"body.{'1' * 5000}.name=x", "body.drop.material.density.0=1"])
+def test_a_key_that_leads_nowhere_is_told(text: str, setting: str) -> None:
+    with pytest.raises(CaseError, match="has no"):
+        loads(text).with_settings(dict([parse_setting(setting)]))
+
+
+def test_a_kind_within_what_another_setting_has_made_a_list_or_number(text: str) -> None:
+    with pytest.raises(CaseError):
+        loads(text).with_settings({"body.drop.material.kind": "fluid", "body": 3})

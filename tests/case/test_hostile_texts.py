@@ -29,7 +29,7 @@ def refused(text: str, words: str, **settings: str) -> None:
     ("value", "words"),
     [
         (LONG, "a number has thousands of digits"),
-        ("1" * 4000, "time.end = 1.*must be a number"),
+        ("1" * 4000, "time.end = 1.*must be at most 1e.18"),
         (DEEP, "more than 32 deep"),
         ("[" * 5000 + "]" * 5000, "more than 32 deep"),
         ("{a=" * 500 + "1" + "}" * 500, "more than 32 deep"),
@@ -57,6 +57,10 @@ def test_settings_beyond_what_can_be_read(value: str, words: str) -> None:
 
 def test_a_key_of_thousands_of_parts() -> None:
     refused(CASE, "has 3000 parts; a key has 32 at most", **{".".join(["a"] * 3000): "1"})
+
+
+def test_counts_that_no_number_holds() -> None:
+    refused(CASE.replace("[5, 4, 1]", f"[{'1' * 400}, 4, 1]"), r"points_per_cell.*\n.*must be at most 1e\+18")
 
 
 @pytest.mark.parametrize("key", ["name", "field"])
@@ -105,3 +109,11 @@ def test_a_file_in_another_encoding_is_no_case(tmp_path: Path) -> None:
     path.write_bytes(CASE.replace("Free", "Frei für").encode("latin-1"))
     with pytest.raises(CaseError, match=r"case\.toml is no text in UTF-8"):
         pellucid.load(path)
+
+
+@pytest.mark.parametrize("radius", [50.0, 1e200])
+def test_a_membrane_far_beyond_the_grid(radius: float) -> None:
+    """The cells about it are more than whole numbers can count."""
+    case = pellucid.load("gan2011/piezo-icsi")
+    with pytest.raises(CaseError, match=r"along x the body reaches from .*, outside the grid: 0 to 0\.00015 m"):
+        case.with_settings({"body.0.surface.icosphere.radius": radius})

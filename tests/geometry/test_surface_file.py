@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from pellucid import load
 from pellucid.case import dumps, loads
@@ -18,7 +19,7 @@ FORMATS = {
     "obj": ("obj", {}),
     "ply": ("ply", {"binary": False}),
     "binary ply": ("ply", {"binary": True}),
-    "gmsh": ("msh", {}),
+    "gmsh": ("msh", {"file_format": "gmsh"}),
     "vtk": ("vtk", {}),
     "vtu": ("vtu", {}),
 }
@@ -127,3 +128,30 @@ def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "meshlane", None)
     with pytest.raises(ValueError, match=r"needs meshlane; pip install 'pellucid\[mesh\]'"):
         SurfaceFile(path=str(tmp_path / "a.stl"))
+
+
+def test_corners_that_are_no_points_of_the_file_are_told(tmp_path):
+    pytest.importorskip("meshlane")
+    path = tmp_path / "flap.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n")
+    with pytest.raises(
+        ValidationError, match=r"flap\.obj: triangle 1, counted from 0, has a corner that is none of the file's 3"
+    ):
+        SurfaceFile(path=str(path))
+
+
+def test_a_damaged_file_is_named_without_what_is_in_it(tmp_path):
+    pytest.importorskip("meshlane")
+    path = tmp_path / "secret.obj"
+    path.write_text("v my very secret words\n")
+    with pytest.raises(ValidationError, match=r"secret\.obj cannot be read as a surface: its text breaks off") as caught:
+        SurfaceFile(path=str(path))
+    assert "very" not in str(caught.value)
+
+
+def test_a_mesh_of_another_program_with_the_ending_of_gmsh_is_refused_at_once(tmp_path):
+    pytest.importorskip("meshlane")
+    path = tmp_path / "ball.msh"
+    path.write_text("(10 (0 1 9 0))\n(10 (1 1 9 1 3)(\n0 0 0\n")  # whose own reader does not end where the text breaks off
+    with pytest.raises(ValidationError, match=r"ball\.msh cannot be read as a surface"):
+        SurfaceFile(path=str(path))

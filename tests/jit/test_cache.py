@@ -7,6 +7,9 @@ import sys
 
 import pytest
 
+from pellucid.errors import UsageError
+from pellucid.jit import cache_folder
+
 SHAPES = '''
 from typing import NamedTuple
 from pellucid.jit import generic, kernel, pointwise
@@ -87,6 +90,7 @@ def run(tmp_path):
         assert done.returncode == 0, done.stderr
         value, *found = json.loads(done.stdout)
         assert found in ([0, 1], [1, 0])
+        call.said = done.stderr
         return value, found == [1, 0]
 
     def edit(name, old, new):
@@ -146,18 +150,41 @@ def test_a_law_that_is_not_there_does_not_stand_in_the_way(run, tmp_path):
     assert run(LAW + RUN) == (36.0, False)
 
 
-def test_a_damaged_file_is_compiled_anew(run, tmp_path):
+@pytest.mark.parametrize("damage", [lambda data: data[:100], lambda data: b"", lambda data: data[:-9] + b"x" + data[-8:]])
+def test_a_damaged_file_is_compiled_anew_and_told_once(run, tmp_path, damage):
     run()
-    for file in (tmp_path / "cache").rglob("*.nbc"):
-        file.write_bytes(file.read_bytes()[:100])
+    files = list((tmp_path / "cache").rglob("*.nbc"))
+    for file in files:
+        file.write_bytes(damage(file.read_bytes()))
     assert run() == (36.0, False)
+    assert len(files) > 1
+    assert run.said.count("its bytes do not match its digest): it is compiled anew") == 1
     assert run() == (36.0, True)
+    assert not run.said
 
 
-def test_without_a_place_to_write_kernels_are_compiled(run, tmp_path):
+def test_without_a_place_to_write_kernels_are_compiled_and_that_is_told_once(run, tmp_path):
     (tmp_path / "cache").write_text("a file where the folder would be")
-    assert run() == (36.0, False)
-    assert run() == (36.0, False)
+    for _ in range(2):
+        assert run() == (36.0, False)
+        assert run.said.count("compiled kernels cannot be kept in") == 1
+
+
+def test_on_a_full_disk_kernels_are_compiled_and_nothing_half_written_stays(run, tmp_path):
+    full = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    full += "resource.setrlimit(resource.RLIMIT_FSIZE, (600, 600))\nfrom law import Hexagon\n"  # bytes, of a file
+    assert run(full + RUN) == (36.0, False)
+    assert run.said.count("compiled kernels cannot be kept in") == 1
+    assert "File too large" in run.said
+    assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file() and "counts" not in path.parts]
+
+
+def test_without_a_home_the_folder_must_be_named(monkeypatch):
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pellucid.jit.folder.Path.home", lambda: (_ for _ in ()).throw(RuntimeError))
+    with pytest.raises(UsageError, match="no home folder for compiled kernels: name a folder"):
+        cache_folder()
 
 
 DRIVER = """

@@ -1,5 +1,6 @@
 """Folders that a run leaves alone: one in which another process runs, and those of the user."""
 
+import errno
 import os
 import signal
 import time
@@ -12,6 +13,8 @@ import pellucid
 from pellucid.errors import UsageError
 from pellucid.results import resume_case, run_case
 from pellucid.results.report.report import write_report
+from pellucid.results.storage import lock
+from pellucid.results.storage.files import OutputError
 from pellucid.results.storage.run_folder import RunFolder
 
 pytestmark = pytest.mark.usefixtures("fake")
@@ -51,6 +54,15 @@ def test_the_lock_goes_with_a_killed_process(live):
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
     assert resume_case(out, report=False).finished
+
+
+def test_a_disk_without_room_for_the_lock_ends_in_a_message(tmp_path, monkeypatch):
+    def full(*_arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(lock.os, "open", full)
+    with pytest.raises(OutputError, match=r"No space left on device\n.*make room and start again"):
+        run_case(free_flight(), tmp_path / "run")
 
 
 def test_a_folder_with_a_case_of_the_user_is_left_alone(tmp_path):

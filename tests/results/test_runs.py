@@ -259,6 +259,22 @@ def test_a_full_disk_ends_in_a_message_and_the_run_goes_on_later(tmp_path, expec
     assert results(out) == expected
 
 
+@pytest.mark.parametrize(("name", "what"), [("history.csv", "rows"), ("fields/gas.vtkhdf", "frames")])
+def test_a_file_that_was_changed_since_its_checkpoint_is_told_and_nothing_is_cut(tmp_path, name, what):
+    out = tmp_path / "run"
+    run = run_case(free_flight(), out, until=0.5, report=False)
+    path, old = out / name, (b"0.12" if what == "rows" else run.fields("gas", 0.27)["velocity"][3].tobytes())
+    data = path.read_bytes()
+    assert data.count(old) >= 1
+    changed = data.replace(old, old[:-1] + bytes([old[-1] ^ 1]), 1)
+    path.write_bytes(changed)
+    with pytest.raises(OutputError, match=rf"does not hold the \d {what} that were written before the checkpoint"):
+        resume_case(out)
+    assert path.read_bytes() == changed
+    path.write_bytes(data)
+    assert resume_case(out, report=False).finished
+
+
 def test_what_a_killed_process_left_before_the_case_was_written_is_no_obstacle(tmp_path):
     (tmp_path / "run.lock").touch()
     (tmp_path / ".case.toml.writing").write_text("schema =")

@@ -114,6 +114,15 @@ def test_a_large_energy_error_warns_and_stops():
         advance(lossy(warn=0.05, stop=0.1), FIRST_JUDGED)
 
 
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_balance_that_is_no_number_stops_the_run_at_once(wrong):
+    sim = lossy()
+    sim.step()
+    sim.budget.sums[next(iter(sim.budget.sums))] = wrong
+    with pytest.raises(RunStopped, match=r"step 2, time .* s: the energy balance is no finite number \(kinetic .* J, stored"):
+        sim.step()
+
+
 def test_early_steps_are_not_judged():
     sim = lossy(warn=1e-9, stop=1e-8)
     advance(sim, FIRST_JUDGED - 1)

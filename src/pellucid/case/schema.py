@@ -31,10 +31,13 @@ class Schema:
         return node
 
     def keys_at(self, path: Path, data: Any) -> list[str]:
-        """The keys that the table at `path` may have."""
+        """The keys that the table at `path` may have; none where there is no table."""
         value = data
-        for part in path:
-            value = value[part]
+        try:
+            for part in path:
+                value = value[part]
+        except (TypeError, LookupError):
+            return []
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
     def kinds(self, node: dict[str, Any]) -> list[str]:

@@ -42,7 +42,7 @@ def split_key(key: str) -> list[str]:
     """The parts of a dotted key; quotes keep dots inside a part together."""
     parts = ["".join(groups) for groups in _PART.findall(key)]
     if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
-        raise CaseError(f"`{key}` is no dotted key such as grid.cell or body.driver.material.density")
+        raise CaseError(f"`{cut(key)}` is no dotted key such as grid.cell or body.driver.material.density")
     if len(parts) > DEEPEST:
         raise CaseError(f"`{shown(parts[0])}...` has {len(parts)} parts; a key has {DEEPEST} at most")
     return parts
@@ -87,14 +87,13 @@ def _step(here: Any, part: str, path: Path) -> str | int:
     if isinstance(here, dict):
         return part
     if not isinstance(here, list):
-        raise CaseError(f"`{place}` is {shown(here)}, not a table: it has no `{part}`")
-    if part.isdecimal() and int(part) < len(here):
+        raise CaseError(f"`{cut(place)}` is {shown(here)}, not a table: it has no `{cut(part)}`")
+    if part in map(str, range(len(here))):
         return int(part)
     names = [str(item["name"]) for item in here if isinstance(item, dict) and "name" in item]
     if part in names:
         return names.index(part)
     close = difflib.get_close_matches(part, names, 1)
     listed = f"items are named {', '.join(names)}" if names else f"it has {len(here)} items, numbered from 0"
-    raise CaseError(
-        Problem(f"`{place}` has no item `{part}`; {listed}", remedy=f"did you mean `{place}.{close[0]}`?" if close else "")
-    )
+    remedy = f"did you mean `{place}.{close[0]}`?" if close else ""
+    raise CaseError(Problem(f"`{cut(place)}` has no item `{cut(part)}`; {listed}", remedy=remedy))

@@ -1,5 +1,6 @@
 """Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
 
+from math import prod
 from typing import Annotated
 
 import numpy as np
@@ -33,6 +34,10 @@ class BoxMesh(Tetrahedral):
                 text = f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m"
                 raise Refusal(text, "exchange the two, or move one of them")
         return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        return 2.0 * prod(map(float, self.cells))
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""

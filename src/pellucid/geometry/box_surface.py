@@ -39,6 +39,11 @@ class BoxSurface(Meshed):
         """Whether no face is open."""
         return len(self._faces) == len(FACES)
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        x, y, z = map(float, self.points)
+        return 2.0 * (x * y + y * z + z * x)
+
     def mesh(self) -> Mesh:
         """The points in the order x, y, z, the last one fastest; the faces in the order of their names."""
         lattice, quads = lattice_faces(self.points, self._faces)

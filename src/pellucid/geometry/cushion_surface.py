@@ -35,6 +35,10 @@ class CushionSurface(CushionDimensions, Meshed):
         """Whether it is whole."""
         return not self.halved
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 2.0 * self.points[0] * self.points[1]
+
     def mesh(self) -> Mesh:
         """The upper sheet row by row along y, then the points of the lower one that are not on its edges."""
         x, y = (np.linspace(0.0 if axis in self.halved else -1.0, 1.0, n) for axis, n in zip("xy", self.points, strict=True))

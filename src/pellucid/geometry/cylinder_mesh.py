@@ -22,6 +22,10 @@ class CylinderMesh(Tetrahedral):
     across: int = parameter("", "cubes across the diameter, of twelve tetrahedra each", ge=1)
     along: int = parameter("", "cubes along the axis", ge=1)
 
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        return 2.0 * self.across**2 * self.along
+
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra; the square [-1, 1]² becomes the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
         square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))

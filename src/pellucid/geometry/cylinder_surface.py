@@ -34,6 +34,10 @@ class CylinderSurface(Meshed):
         """Whether both ends have lids."""
         return not self.open
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 6.0 * self.rings * (self.along + self.rings)
+
     def mesh(self) -> Mesh:
         """The mantle in lines along the axis, then what the lid at the start adds, then that at the end."""
         axis = np.array(self.end) - np.array(self.start)

@@ -27,6 +27,10 @@ class Disc(Meshed):
             raise ValueError("normal is zero; give a direction such as [0, 0, 1]")
         return value
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 3.0 * self.rings * (self.rings + 1.0) + 1.0
+
     def mesh(self) -> Mesh:
         """The centre, then ring by ring outward; edges of triangles are between 1 and 1.45 times radius / rings long."""
         first, second = two_across(np.array(self.normal))

@@ -21,6 +21,10 @@ class EllipsoidSurface(Meshed):
 
     closed: ClassVar[bool] = True
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 10.0 * 4.0**self.refinements + 2.0
+
     def mesh(self) -> Mesh:
         """Normals point outward."""
         sphere = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=self.refinements).mesh()

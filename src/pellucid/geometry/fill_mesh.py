@@ -1,5 +1,7 @@
 """Tetrahedra that fill any shape."""
 
+from math import prod
+
 import numpy as np
 from pydantic import model_validator
 
@@ -28,6 +30,11 @@ class FillMesh(Tetrahedral):
     def _can_be_made(self) -> "FillMesh":
         self.mesh()
         return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        lower, upper = self.shape.geometry().bounds()
+        return 2.0 * prod(extent / self.size + 1.0 for extent in (upper - lower).tolist())
 
     def make(self) -> SimplexMesh:
         """A lattice whose middle is that of the shape. Raises ValueError where it is too coarse or too fine."""

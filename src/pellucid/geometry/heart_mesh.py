@@ -12,6 +12,7 @@ from pellucid.model import parameter
 LEFT, LEFT_WALL = np.array([0.022, 0.022, 0.045]), 0.005  # semi-axes of the cavity, and the thickness about it [m]
 RIGHT, RIGHT_WALL = np.array([0.032, 0.023, 0.043]), 0.004
 OFFSET = np.array([0.010, 0.0, 0.0])  # of the middle of the right ventricle [m]
+WIDTH, HEIGHT = 0.07, 0.062  # of all of it [m]
 BASE = 0.010  # height of the plane that ends the heart [m]
 PATCH_HEIGHT = -0.015  # of the middle of the patch [m]
 
@@ -45,6 +46,11 @@ class HeartMesh(Tetrahedral):
                 text = f"`{key}` = {getattr(self, key):g} m reaches no outer node of this mesh: the set {name} has none"
                 raise Refusal(text, f"let `{key}` be {least * 1.01:.3g} m or more, or make `size` smaller")
         return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        across = WIDTH / self.size
+        return 2.0 * across * across * (HEIGHT / self.size)
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra; the base is flat, other boundary nodes lie on the ellipsoids."""

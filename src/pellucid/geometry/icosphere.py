@@ -18,6 +18,10 @@ class Icosphere(Meshed):
 
     closed: ClassVar[bool] = True
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 10.0 * 4.0**self.refinements + 2.0
+
     def mesh(self) -> Mesh:
         """Normals point outward."""
         vertices, triangles = _icosahedron()

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from importlib.util import find_spec
+from math import prod
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -43,6 +44,11 @@ class InsideMesh(Tetrahedral):
     def _can_be_made(self) -> "InsideMesh":
         self.mesh()
         return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        corners = self.surface.mesh().vertices
+        return prod(extent / self.size + 1.0 for extent in np.ptp(corners, axis=0).tolist())
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""

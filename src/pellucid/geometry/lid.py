@@ -20,6 +20,10 @@ class Lid(Meshed):
 
     closed: ClassVar[bool] = False
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return float(self.points[0]) * self.points[1]
+
     def mesh(self) -> Mesh:
         """The points row by row along the second axis."""
         axis, upper = AXES.index(self.face[0]), self.face.endswith("upper")

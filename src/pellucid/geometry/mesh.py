@@ -1,11 +1,13 @@
 """Quadrilaterals and triangles that share vertices: what surfaces are made of."""
 
 from abc import abstractmethod
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from pellucid.geometry.cells import cut_in_two
+from pellucid.geometry.most_points import refuse_too_many
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.model import Model
 
@@ -34,6 +36,15 @@ class Mesh(NamedTuple):
 
 class Meshed(Model):
     """A surface of a case. Beside its mesh it says whether it encloses a volume: `closed`."""
+
+    @model_validator(mode="after")
+    def _can_be_held(self) -> Self:
+        refuse_too_many(self.expected_points())
+        return self
+
+    @abstractmethod
+    def expected_points(self) -> float:
+        """About how many vertices it has, found without making them."""
 
     @abstractmethod
     def mesh(self) -> Mesh:

@@ -7,8 +7,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from pellucid.errors import cut
 from pellucid.findings import Refusal, hint
 from pellucid.model import Model
+
+GMSH = "gmsh"
+"""What a .msh file is read as: the reader of another program's files of this ending may never end."""
+LONGEST = 200
+"""Characters of what a reader says."""
 
 FileState = tuple[str, int, int]
 """Path, time of the last change [ns], length [bytes]."""
@@ -33,16 +41,30 @@ def read_mesh(path: str, what: str, readable: str) -> Any:
     said, ended = io.StringIO(), io.StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(ended):
-            mesh = meshlane.read(path)
+            mesh = meshlane.read(path, GMSH if endings[-1] == "msh" else None)
     except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets, or end the program
         found = said.getvalue() if isinstance(error, SystemExit) else str(error)
-        reason = " ".join(found.split()).rstrip(".") or f"it does not hold what {Path(path).suffix} files do"
-        if not isinstance(error, SystemExit | meshlane.ReadError):
-            reason = f"its text breaks off or is damaged ({type(error).__name__}: {reason})"
+        reason = cut(" ".join(found.split()).rstrip("."), LONGEST) or f"it does not hold what {Path(path).suffix} files do"
+        if isinstance(error, OSError) and error.strerror:
+            reason = error.strerror
+        elif not isinstance(error, SystemExit | meshlane.ReadError):
+            reason = f"its text breaks off or is damaged ({type(error).__name__})"  # whose message may have what is in the file
         raise Refusal(f"{path} cannot be read as {what}: {reason}", f"save it as one of {readable}") from None
     if noted := " ".join((said.getvalue() + ended.getvalue()).split()):
         warnings.warn(f"{path}: {noted}", stacklevel=2)
+    _check_corners(mesh, path)
     return mesh
+
+
+def _check_corners(mesh: Any, path: str) -> None:
+    """Raise Refusal for cells with corners that are no points of the file."""
+    n = len(mesh.points)
+    for block in mesh.cells:
+        corners = np.asarray(block.data)
+        if corners.dtype.kind in "iu" and corners.size and not 0 <= corners.min() <= corners.max() < n:
+            wrong = int(np.argmax(((corners < 0) | (corners >= n)).reshape(len(corners), -1).any(axis=1)))
+            text = f"{path}: {block.type} {wrong}, counted from 0, has a corner that is none of the file's {n} points"
+            raise Refusal(text, "the file is damaged: save the mesh again")
 
 
 def _check_there(path: str) -> None:

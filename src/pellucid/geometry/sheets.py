@@ -21,6 +21,10 @@ class Rectangle(Meshed):
 
     closed: ClassVar[bool] = False
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return float(self.points[0]) * self.points[1]
+
     def mesh(self) -> Mesh:
         """The points row by row along the second edge."""
         n, m = self.points

@@ -40,6 +40,10 @@ class SolidFile(Tetrahedral):
         """Its path."""
         return self.path
 
+    def expected_points(self) -> float:
+        """None: what a file holds is known when it has been read."""
+        return 0.0
+
     def make(self) -> SimplexMesh:
         """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read or holds anything else."""
         mesh = read_mesh(self.path, "a mesh", READABLE)

@@ -38,6 +38,10 @@ class SphereSurface(Meshed):
         """Whether it is the whole sphere."""
         return self.part is None
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 6.0 * self.divisions**2 + 2.0
+
     def mesh(self) -> Mesh:
         """The points in the order of those of the cube: x, y, z, the last one fastest."""
         k = self.divisions

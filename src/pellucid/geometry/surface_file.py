@@ -28,6 +28,10 @@ class SurfaceFile(Meshed):
         self.mesh()
         return self
 
+    def expected_points(self) -> float:
+        """None: what a file holds is known when it has been read."""
+        return 0.0
+
     def mesh(self) -> Mesh:
         """Vertices in the order of their first mention. Raises ValueError where the file cannot be read."""
         vertices, quads, triangles = _read(*states_of_files(self))

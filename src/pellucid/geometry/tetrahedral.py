@@ -3,8 +3,12 @@
 import warnings
 from abc import abstractmethod
 from functools import lru_cache
+from typing import Self
+
+from pydantic import model_validator
 
 from pellucid.geometry.mesh_files import FileState, states_of_files
+from pellucid.geometry.most_points import refuse_too_many
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import apart
 from pellucid.model import Model
@@ -12,6 +16,15 @@ from pellucid.model import Model
 
 class Tetrahedral(Model):
     """A mesh of tetrahedra of a case."""
+
+    @model_validator(mode="after")
+    def _can_be_held(self) -> Self:
+        refuse_too_many(self.expected_points())
+        return self
+
+    @abstractmethod
+    def expected_points(self) -> float:
+        """About how many nodes it has, found without making them."""
 
     @abstractmethod
     def make(self) -> SimplexMesh:

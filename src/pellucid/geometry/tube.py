@@ -29,6 +29,10 @@ class Tube(Meshed):
             raise ValueError("start and end are the same point; move one of them")
         return self
 
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return float(self.points[0]) * self.points[1]
+
     def mesh(self) -> Mesh:
         """The points ring by ring."""
         around, along = self.points

@@ -6,9 +6,11 @@ they come from a script or from a module that is not there.
 
 import contextlib
 import hashlib
+import io
 import os
 import pickle
 import tempfile
+import warnings
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -25,9 +27,15 @@ from pellucid.jit.parallel import ChunkKernel, chunk_kernels
 from pellucid.jit.registry import kernels
 from pellucid.jit.sources import Sources, sources_of
 
+FORMAT = 2
+"""Of the files: those of another one are not looked at."""
+DIGEST = 32
+"""Bytes."""
+
 
 class KernelCache(NullCache):  # type: ignore[misc]
-    """Keeps what numba compiles of one kernel. Where the folder cannot be written, kernels live as long as the process."""
+    """Keeps what numba compiles of one kernel. Where the folder cannot be written, kernels live as long as the process; a file
+    whose bytes do not match its digest is replaced. Both are warned of, once in a process."""
 
     def __init__(self, function: FunctionType) -> None:
         self.function = function
@@ -43,10 +51,15 @@ class KernelCache(NullCache):  # type: ignore[misc]
         if sources is None:
             return None
         try:
-            with file.open("rb") as stream:
-                references, payload = _Unpickler(stream, sources).load()
-        except (OSError, EOFError, pickle.UnpicklingError):
-            return None  # compiled anew, and the file replaced
+            data = read_checked(file)
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        except (OSError, ValueError) as error:
+            _warn_once(
+                f"the compiled kernel {file} is damaged or cannot be read ({error}): it is compiled anew, as others like it"
+            )
+            return None
+        references, payload = _Unpickler(io.BytesIO(data), sources).load()
         target_context.refresh()
         _launch_threads()  # drivers refer to what it makes known
         found = [_chunk_kernel(*reference) for reference in references]
@@ -65,17 +78,13 @@ class KernelCache(NullCache):  # type: ignore[misc]
             ((chunk.function.__module__, chunk.function.__qualname__), chunk.arguments, chunk.symbol)
             for chunk in _referred_to(data.library)
         ]
-        with contextlib.suppress(OSError):
-            file.parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as beside:
-                try:
-                    _Pickler(beside, sources).dump((references, data._reduce()))
-                    beside.close()
-                    os.replace(beside.name, file)  # whole, whoever else writes it
-                except BaseException:
-                    beside.close()
-                    os.unlink(beside.name)
-                    raise
+        stream = io.BytesIO()
+        _Pickler(stream, sources).dump((references, data._reduce()))
+        try:
+            write_checked(file, stream.getvalue())
+        except OSError as error:
+            text = f"compiled kernels cannot be kept in {cache_folder()} ({error.strerror}), so that every run compiles anew"
+            _warn_once(f"{text}: make room or name another folder in NUMBA_CACHE_DIR")
 
     def _entry(self, sig: Any, target_context: Any) -> tuple[Sources | None, Path]:
         arguments, _ = normalize_signature(sig)
@@ -83,9 +92,41 @@ class KernelCache(NullCache):  # type: ignore[misc]
         if sources is None:
             return None, Path()
         machine = " ".join(map(str, target_context.codegen().magic_tuple()))
-        key = hashlib.sha256(f"{machine} {sources.digest}".encode()).hexdigest()[:32]
+        key = hashlib.sha256(f"{FORMAT} {machine} {sources.digest}".encode()).hexdigest()[:32]
         name = self.function.__qualname__.replace("<", "").replace(">", "")
         return sources, cache_folder() / self.function.__module__ / f"{name}-{key}.nbc"
+
+
+def read_checked(file: Path) -> bytes:
+    """What `write_checked` wrote. Raises ValueError where that is not what is there."""
+    data = file.read_bytes()
+    if hashlib.sha256(data[DIGEST:]).digest() != data[:DIGEST]:
+        raise ValueError("its bytes do not match its digest")
+    return data[DIGEST:]
+
+
+def write_checked(file: Path, data: bytes) -> None:
+    """Write a file that begins with the digest of the rest: whole or not at all, whoever else writes it."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as beside:
+        try:
+            beside.write(hashlib.sha256(data).digest() + data)
+            beside.close()
+            os.replace(beside.name, file)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(beside.name)
+            raise
+
+
+_said: set[str] = set()
+
+
+def _warn_once(text: str) -> None:
+    """Many kernels fare alike: the first tells for all."""
+    if not _said:
+        _said.add(text)
+        warnings.warn(text, stacklevel=2)
 
 
 def _referred_to(library: Any) -> list[ChunkKernel]:

@@ -3,11 +3,22 @@
 import os
 from pathlib import Path
 
+from pellucid.errors import UsageError
+
 
 def cache_folder() -> Path:
-    """Where compiled kernels are kept."""
+    """Where compiled kernels are kept. Raises UsageError where no folder is named and there is no home."""
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
         root = os.environ.get("XDG_CACHE_HOME")
-        base = str((Path(root) if root else Path.home() / ".cache") / "pellucid")
+        base = str((Path(root) if root else _home() / ".cache") / "pellucid")
     return Path(base) / "kernels"
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:
+        raise UsageError(
+            "there is no home folder for compiled kernels: name a folder for them in the environment, NUMBA_CACHE_DIR"
+        ) from None

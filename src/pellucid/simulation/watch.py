@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pellucid.contact.pairs import ContactPairs
@@ -38,6 +39,11 @@ class Watch:
         """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last. Raises
         RunStopped above the limit."""
         error = abs(budget.energy_error())
+        if not isfinite(error):
+            words, place = fastest_point(bodies)
+            text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is no finite number"
+            causes = f"kinetic {budget.kinetic:.3g} J, stored {budget.stored:.3g} J"
+            raise RunStopped(f"{text} ({causes}){', ' * bool(words)}{words}; {self._advice}", **place)
         early = budget.energy_scale < MOVED * budget.stored if self._own_steps else clock.n_steps < FIRST_JUDGED
         if (early and not clock.finished(None)) or error < self._limits.warn:
             return

@@ -73,8 +73,10 @@ class MembranePointsCase(MembraneCase):
         else:
             yield from slice_problems(place, Triangulation(vertices, triangles), grid)
             yield from self._damage_problems(path, grid)
+        outside = list(place_problems(place, self.bounds(), grid, self.is_surface))
+        if not (wrong or outside):
             yield from self._density_problems(place, grid)
-        yield from place_problems(place, self.bounds(), grid, self.is_surface)
+        yield from outside
 
     def _damage_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
         radius = self.material.damage_radius
@@ -89,7 +91,7 @@ class MembranePointsCase(MembraneCase):
         across = np.where(grid.thin(), 0.0, vertices)  # along a thin axis nothing varies, so that distances do not count
         samples = np.concatenate([across, across[triangles].mean(axis=1)])
         cells = np.floor((samples - samples.min(axis=0)) / grid.cell).astype(int)
-        crossed = len(np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))))
+        crossed = len(np.unique(cells, axis=0))
         per_cell = len(np.unique(np.round(across / (ALIKE * grid.cell)), axis=0)) / crossed
         longest = longest_edge(across[triangles])
         if longest > grid.cell:

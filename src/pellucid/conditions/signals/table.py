@@ -40,7 +40,7 @@ class Table(SignalModel):
                 continue
             place = f"line {number} of {self.path}"
             if len(cells) != 2 or not _numbers(cells):
-                raise ValueError(f"{place} is `{','.join(cells)}`; every row has two numbers: time [s], displacement [m]")
+                raise ValueError(f"{place} has other cells than two numbers; every row has time [s], displacement [m]")
             row = float(cells[0]), float(cells[1])
             if rows and row[0] <= rows[-1][0]:
                 raise ValueError(

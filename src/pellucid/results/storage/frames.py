@@ -9,8 +9,10 @@ killed at any moment leaves a whole file, and a full disk leaves the frames befo
 orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that goes in or out here has ours.
 """
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -27,20 +29,20 @@ _TENSOR = 6
 Frame = Mapping[str, np.ndarray]
 
 
-def create(path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None) -> None:
+def create(path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None) -> bytes:
     """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
 
-    Without `cells` every point is one. Raises OSError where the system cannot write it.
+    Without `cells` every point is one. Returns the digest of the frame. Raises OSError where the system cannot write it.
     """
     if cells is None:
         cells = Cells.of_points(len(frame["position"]))
     with replacing(path) as temporary:
         lay_out(temporary, capacity, frame, cells)
-        _write(temporary, layout(temporary), 0, time, frame)
+        return _write(temporary, layout(temporary), 0, time, frame)
 
 
-def append(path: Path, time: float, frame: Frame) -> None:
-    """Write one more frame; a file that is full is first laid out anew with twice the room."""
+def append(path: Path, time: float, frame: Frame) -> bytes:
+    """Write one more frame and return its digest; a file that is full is first laid out anew with twice the room."""
     places = layout(_existing(path))
     if places.frames == places.capacity:
         with replacing(path) as temporary:
@@ -49,7 +51,19 @@ def append(path: Path, time: float, frame: Frame) -> None:
             for index, earlier in enumerate(times(path)):
                 _write(temporary, new, index, earlier, read(path, index))
         places = new._replace(frames=places.frames)
-    _write(path, places, places.frames, time, frame)
+    return _write(path, places, places.frames, time, frame)
+
+
+def first(path: Path, count: int) -> list[bytes]:
+    """The digests of the first `count` frames."""
+    try:
+        places = layout(_existing(path))
+    except (OSError, KeyError, ValueError) as error:
+        raise OutputError(f"{path} is damaged: {error}") from error
+    if places.frames < count:
+        raise OutputError(f"{path} has fewer than the {count} frames that its checkpoint counts: it was changed")
+    with path.open("rb") as file:
+        return [_digest(_read_part(file, *part) for part in _parts(places, index)) for index in range(count)]
 
 
 def cut(path: Path, count: int) -> None:
@@ -87,13 +101,35 @@ def read_cells(path: Path) -> Cells:
     return vtkhdf.read_cells(_existing(path))
 
 
-def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> None:
+def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> bytes:
+    parts = []
+    for name, place in places.fields.items():
+        if index == 0 or not place.once:
+            values = frame[name][:, TO_VTK] if _is_tensor(frame[name]) else frame[name]
+            parts.append(np.ascontiguousarray(values, place.dtype).tobytes())
+    parts.append(np.float64(time).tobytes())
     with counting(path, index + 1) as file:  # a frame counts when all of it is there
-        for name, place in places.fields.items():
-            if index == 0 or not place.once:
-                values = frame[name][:, TO_VTK] if _is_tensor(frame[name]) else frame[name]
-                put(file, place.offset + index * place.size, np.ascontiguousarray(values, place.dtype).data)
-        put(file, places.values + 8 * index, np.float64(time).tobytes())
+        for (start, _), part in zip(_parts(places, index), parts, strict=True):
+            put(file, start, part)
+    return _digest(parts)
+
+
+def _parts(places: Layout, index: int) -> list[tuple[int, int]]:
+    """Where the fields of a frame and its instant lie in the file, and how long they are."""
+    fields = [place for place in places.fields.values() if index == 0 or not place.once]
+    return [*((place.offset + index * place.size, place.size) for place in fields), (places.values + 8 * index, 8)]
+
+
+def _read_part(file: BinaryIO, start: int, size: int) -> bytes:
+    file.seek(start)
+    return file.read(size)
+
+
+def _digest(parts: Iterable[bytes]) -> bytes:
+    found = hashlib.sha256()
+    for part in parts:
+        found.update(part)
+    return found.digest()
 
 
 def _is_tensor(values: np.ndarray) -> bool:

@@ -17,8 +17,8 @@ def create(path: Path, units: Mapping[str, str]) -> None:
     write_text(path, f"{names}\n#{','.join(unit or '1' for unit in units.values())}\n")
 
 
-def append(path: Path, row: Sequence[float | int]) -> None:
-    """Add a row and hand it to the system; a process killed in between leaves at most an unfinished last line."""
+def append(path: Path, row: Sequence[float | int]) -> bytes:
+    """Add a row and hand it to the system; a process killed in between leaves at most an unfinished last line. Returns it."""
     line = ",".join(repr(value) if isinstance(value, int) else repr(float(value)) for value in row) + "\n"
     handle = os.open(path, os.O_WRONLY | os.O_APPEND)
     try:
@@ -27,17 +27,27 @@ def append(path: Path, row: Sequence[float | int]) -> None:
             raise OSError(28, "No space left on device")
     finally:
         os.close(handle)
+    return data
+
+
+def first(path: Path, rows: int) -> list[bytes]:
+    """The first `rows` rows as they were written."""
+    return _kept(path, rows)[HEADER_ROWS:]
 
 
 def cut(path: Path, rows: int) -> None:
     """Keep the first `rows` rows: what came after the checkpoint is written again by the resumed run."""
-    lines = path.read_bytes().splitlines(keepends=True)
-    kept = lines[: HEADER_ROWS + rows]
-    if len(kept) < HEADER_ROWS + rows or not kept[-1].endswith(b"\n"):
-        raise OutputError(f"{path} has fewer than the {rows} rows that its checkpoint counts: it was changed")
-    if len(kept) < len(lines):
-        os.truncate(path, sum(map(len, kept)))
+    length = sum(map(len, _kept(path, rows)))
+    if length < path.stat().st_size:
+        os.truncate(path, length)
         sync(path)
+
+
+def _kept(path: Path, rows: int) -> list[bytes]:
+    lines = path.read_bytes().splitlines(keepends=True)[: HEADER_ROWS + rows]
+    if len(lines) < HEADER_ROWS + rows or not lines[-1].endswith(b"\n"):
+        raise OutputError(f"{path} has fewer than the {rows} rows that its checkpoint counts: it was changed")
+    return lines
 
 
 def read(path: Path) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ from datetime import datetime
 from pathlib import Path
 
 from pellucid.errors import UsageError
-from pellucid.results.storage.files import usable
+from pellucid.results.storage.files import explained, usable
 
 if sys.platform != "win32":
     import fcntl
@@ -28,11 +28,10 @@ def held(folder: Path) -> Iterator[None]:
 
     Raises `UsageError` with process, machine and time of the one that does.
     """
-    with usable(folder):
+    with explained(folder), usable(folder):
         handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        with usable(folder):
-            _take(handle, folder)
+        _take(handle, folder)
         with suppress(OSError):  # on a full disk the lock counts all the same
             _sign(handle)
         yield
@@ -43,7 +42,7 @@ def held(folder: Path) -> Iterator[None]:
 def refuse_held(folder: Path) -> None:
     """Raise `UsageError` where a process is writing into a run's folder."""
     if (folder / NAME).is_file():
-        with usable(folder):
+        with explained(folder), usable(folder):
             handle = os.open(folder / NAME, os.O_RDWR)
         try:
             _take(handle, folder)

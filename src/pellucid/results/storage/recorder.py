@@ -8,12 +8,13 @@ from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
-from pellucid.results.storage.files import explained, sync
+from pellucid.results.storage.files import OutputError, explained, sync
 from pellucid.results.storage.identity import identity
 from pellucid.results.storage.package import package_commit, package_version
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run_folder import RunFolder
 from pellucid.results.storage.schedule import Schedule, capacity
+from pellucid.results.storage.written import Written
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -35,6 +36,7 @@ class Recorder:
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
+        self._written, self._known = Written(), recorded.get("written", {})
         self._wall_before = float(recorded["wall_seconds"])
         self._started = self._checkpointed = clock.monotonic()
         self.facts: dict[str, Any] = {}
@@ -44,6 +46,7 @@ class Recorder:
         self._started = self._checkpointed = clock.monotonic()
         with explained(self.folder.path):
             if self._resumed:
+                self._check_what_is_there(sim)
                 history.cut(self.folder.history, self._rows.done)
                 for body in sim.bodies:
                     frames.cut(self.folder.fields(body.name), self._frames.done)
@@ -90,6 +93,7 @@ class Recorder:
             "kinds": self._kinds,
             "identity": identity(self.case, sim.bodies),
             "wall_seconds": self.wall_seconds(),
+            "written": self._written.to_data(),
         }
         checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})
         self._checkpointed = clock.monotonic()
@@ -117,7 +121,8 @@ class Recorder:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
         values = self._probes.read(sim.bodies, sim.reactions(), sim.time)
         with explained(self.folder.path):
-            history.append(self.folder.history, [*row, *sim.momentum(), *values])
+            line = history.append(self.folder.history, [*row, *sim.momentum(), *values])
+        self._written.add(self.folder.history.name, line)
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_frame(self, sim: Any) -> None:
@@ -126,10 +131,25 @@ class Recorder:
                 path = self.folder.fields(body.name)
                 if self._frames.done == 0:
                     room = capacity(self.case.time.end, self._frames.interval)
-                    frames.create(path, room, sim.time, body.frame(), body.cells())
+                    digest = frames.create(path, room, sim.time, body.frame(), body.cells())
                 else:
-                    frames.append(path, sim.time, body.frame())
+                    digest = frames.append(path, sim.time, body.frame())
+                self._written.add(body.name, digest)
         self._frames.mark(sim.time, sim.n_steps)
+
+    def _check_what_is_there(self, sim: Any) -> None:
+        """Raise OutputError where rows or frames are not those that were written before the checkpoint."""
+        files = {body.name: self.folder.fields(body.name) for body in sim.bodies}
+        files[self.folder.history.name] = self.folder.history
+        for name, path in files.items():
+            is_history = path == self.folder.history
+            found = history.first(path, self._rows.done) if is_history else frames.first(path, self._frames.done)
+            for part in found:
+                self._written.add(name, part)
+            if self._written.to_data().get(name) != self._known.get(name):
+                what = "rows" if is_history else "frames"
+                text = f"{path} does not hold the {len(found)} {what} that were written before the checkpoint: it was changed"
+                raise OutputError(f"{text}\n    put the old file back to go on, or start a new run")
 
     def _facts(self, sim: Any) -> dict[str, Any]:
         points, wall = sum(body.n_points for body in sim.bodies), self.wall_seconds()
