@@ -10,6 +10,7 @@ from pydantic import PrivateAttr, field_validator
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.state import add_initial_state, added_velocities, initial_velocity
+from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.geometry.box_surface import Face
 from pellucid.geometry.shapes import Geometry, Shape
@@ -37,6 +38,11 @@ class SeededBody(BodyModel):
         "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
     )
     material: Material = parameter("", "what the body is made of")
+    hydrostatic: Hydrostatic | None = parameter(
+        "",
+        "a fluid at rest under gravity at the start, its pressure growing with the depth; without it all is in one state",
+        None,
+    )
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
     velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the others", None)
