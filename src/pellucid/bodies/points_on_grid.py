@@ -59,6 +59,7 @@ class PointsOnGrid(GridBody):
         self.functions = functions
         self._stencil = max(function.stencil for function in functions)
         self.transfer = velocity_transfer
+        self._nodes = velocity_field.grid.nodes
         self.arrays = arrays
         arrays["velocity"][:, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
@@ -82,7 +83,7 @@ class PointsOnGrid(GridBody):
             functions=self.functions,
             transfer=self.transfer,
             lattice=self.grid.lattice,
-            nodes=self.grid.nodes,
+            nodes=self._nodes,
             points=self.points,
             slabs=slabs,
             affine=self._affine,
@@ -91,6 +92,11 @@ class PointsOnGrid(GridBody):
         )
         self.mapped = Bundle(mapped)
         self.n_slabs = len(slabs.layer) - 1
+
+    def keep_forces_apart(self) -> None:
+        """Add internal forces to those that its velocity field keeps apart."""
+        self._nodes = self.grid.nodes._replace(force=self.velocity_field.force_apart())
+        self._bind_slabs(self.slabs)
 
     @property
     def on_grid(self) -> ContactBody:

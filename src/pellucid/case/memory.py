@@ -10,7 +10,7 @@ from pellucid.grid.lattice import PAD
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
-NODE_BYTES = 140  # mass, five vectors, three constraints
+NODE_BYTES = 170  # mass, six vectors, an energy, three constraints
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 
 

@@ -24,6 +24,7 @@ from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
 FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
+NO_FORCE = np.zeros((0, 3))
 NOTHING = 1e-290  # kg; no point reaches a node below this
 
 
@@ -60,6 +61,7 @@ class AdvancedNodes(NamedTuple):
     gravity: tuple[float, float, float]  # [m/s²]
     external: ExternalAction
     load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
+    apart: np.ndarray  # (n, 3) internal forces of the bodies that keep heat [N]; no rows where these are with all others
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
 
 
@@ -142,8 +144,18 @@ def _sum_loads_chunk(chunk, field):
             field.load[I, d] = load
 
 
+@kernel(inner=True)
+def _add_apart_chunk(chunk, field):
+    force, apart = field.nodes.force, field.apart
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(apart))):
+        for d in range(3):
+            force[I, d] += apart[I, d]
+
+
 @kernel()
 def _advance(chunks, field, dt, small, flip):
+    if len(field.apart) > 0:
+        parallel_for(_add_apart_chunk, chunks, field)
     if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
         parallel_for(_sum_loads_chunk, chunks, field)
     parallel_for(_advance_chunk, chunks, field, dt, small, flip)
@@ -210,14 +222,15 @@ def _count_works(chunks, field, dt, small):
 
 @kernel(inner=True)
 def _sum_mapping_chunk(chunk, field, dt, small, sums):
-    nodes, total = field.nodes, 0.0
+    nodes, total, several = field.nodes, 0.0, len(field.apart) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
         for d in range(3):
             mean = nodes.mean_velocity[I, d]
+            force = nodes.force[I, d] - field.apart[I, d] if several else nodes.force[I, d]
             old = mean
             if nodes.mass[I] > small or nodes.constrained[I, d] > 0:
                 old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
-            total += 0.5 * dt * nodes.force[I, d] * (2.0 * mean - old - nodes.strain_velocity[I, d])
+            total += 0.5 * dt * force * (2.0 * mean - old - nodes.strain_velocity[I, d])
     sums[chunk, 0] = total
 
 
@@ -264,6 +277,7 @@ class NodalMomentum:
         small_mass: float,
         flip: float,
         external: ExternalAction,
+        apart: np.ndarray = NO_FORCE,
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
@@ -271,7 +285,7 @@ class NodalMomentum:
         self._columns = FIRST_LOAD + len(external.loads)
         self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
         load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, load, self._sums))
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, load, apart, self._sums))
 
     def advance(self, dt: float) -> None:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""
@@ -291,8 +305,8 @@ class NodalMomentum:
         return step_work(ordered_sum(self._sums), self._columns)
 
     def mapping_work(self, dt: float) -> float:
-        """Of what lumping took of the kinetic energy in a step dt [s], that which the points' stress works less along
-        `strain_velocity` than the forces did along the mean velocity [J]."""
+        """Of what lumping took of the kinetic energy in a step dt [s], that which the stress of points without heat works less
+        along `strain_velocity` than their forces did along the mean velocity [J]."""
         sums = np.zeros((self._chunks, 1))
         _sum_mapping(self._chunks, self._bundle, dt, self.small_mass, sums)
         return float(ordered_sum(sums)[0])

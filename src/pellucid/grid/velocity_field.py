@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction, NodalMomentum, Supports
+from pellucid.grid.momentum import NO_FORCE, ExternalAction, NodalMomentum, Supports
 from pellucid.grid.nodal_impulses import add_impulses
 
 
@@ -18,6 +18,14 @@ class VelocityField:
 
     def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
         self.name, self.grid, self.moves_points = name, grid, moves_points
+        self._apart = NO_FORCE
+
+    def force_apart(self) -> np.ndarray:
+        """Internal forces [N], shape (nodes, 3), that are kept apart until the momentum is advanced: of bodies that keep heat,
+        beside others that do not."""
+        if not len(self._apart):
+            self._apart = np.zeros((self.grid.n_nodes, 3))
+        return self._apart
 
     def set_actions(
         self,
@@ -30,12 +38,12 @@ class VelocityField:
         """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
         self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
-        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external)
+        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart)
 
     def clear(self) -> None:
         """Set mass, momentum and forces to zero."""
         nodes = self.grid.nodes
-        for array in (nodes.mass, nodes.momentum, nodes.force):
+        for array in (nodes.mass, nodes.momentum, nodes.force, self._apart):
             array.fill(0.0)
 
     def clear_momentum(self) -> None:

@@ -42,6 +42,10 @@ class GridBody(Body):
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The `constraint` leads the points."""
 
+    def keep_forces_apart(self) -> None:
+        """Add internal forces to those that its velocity field keeps apart: asked of bodies that keep heat."""
+        raise ValueError(f"body {self.name} keeps no heat")
+
     @abstractmethod
     def sort_if_needed(self) -> None:
         """Sort the points by cell where one left its slab."""

@@ -27,7 +27,7 @@ from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.transfer_loss import transfer_work
+from pellucid.simulation.transfer_loss import part_forces, transfer_work
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -83,6 +83,7 @@ class Simulation:
         self.threads = set_threads(threads or worthwhile_threads(self.bodies))
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
+        part_forces(self._on_grid.values())
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)

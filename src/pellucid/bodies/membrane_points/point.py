@@ -51,6 +51,9 @@ def in_frame(L, frame):
 @kernel(inline=True)
 def turned(damage, x, fans, frame, L, dt, p):
     """Frame of point p and its old normal's cosine with the new, share of area, stretching in the frame."""
+    # the stretching is the mean of those in the frames before and after the normal turns: in the second alone, a normal that
+    # swings would stretch the membrane by dt times the square of its rate
+    before = in_frame(L, frame[p])
     # normal and share of area, from the triangles about the point
     mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
     nx = ny = nz = share = 0.0
@@ -96,9 +99,10 @@ def turned(damage, x, fans, frame, L, dt, p):
     # spin about the normal, as a rotation of the tangents (Cayley)
     a = 0.25 * dt * (sx * Ltx + sy * Lty + sz * Ltz - tx * Lsx - ty * Lsy - tz * Lsz)
     cosine, sine = (1.0 - a * a) / (1.0 + a * a), 2.0 * a / (1.0 + a * a)
-    D11 = tx * Ltx + ty * Lty + tz * Ltz
-    D22 = sx * Lsx + sy * Lsy + sz * Lsz
-    D12 = 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz)
+    B11, B22, B12 = before
+    D11 = 0.5 * (B11 + tx * Ltx + ty * Lty + tz * Ltz)
+    D22 = 0.5 * (B22 + sx * Lsx + sy * Lsy + sz * Lsz)
+    D12 = 0.5 * (B12 + 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz))
     tx, ty, tz, sx, sy, sz = (
         cosine * tx + sine * sx,
         cosine * ty + sine * sy,
