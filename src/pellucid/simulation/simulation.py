@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, EnergyBudget, total_work
+from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
@@ -96,7 +96,7 @@ class Simulation:
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
         clock = Clock(case.time, longest, most)
         self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else clock
-        self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
+        self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels, energy_at_stake(self.bodies, case.gravity))
         self._scheme = SCHEMES[case.time.scheme]
         self._watch = Watch(case.energy)
         self.timers: dict[str, float] = {}

@@ -1,6 +1,7 @@
 """What is watched in a run: the energy balance, and elements that others touch. Each is warned of once."""
 
 import warnings
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pellucid.contact.pairs import ContactPairs
@@ -15,6 +16,11 @@ CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other 
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 
 
+AGAINST_LOSS = (
+    "values of the case may be too large to calculate with: look at loads, velocities and moduli, or use a smaller time.courant"
+)
+
+
 class Watch:
     """Warns of what may be wrong, and stops a run whose energy balance is broken."""
 
@@ -25,8 +31,13 @@ class Watch:
 
     def energy(self, budget: EnergyBudget, clock: Clock) -> None:
         """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last: bodies
-        with steps of their own take few of the clock. Raises RunStopped above the limit."""
+        with steps of their own take few of the clock. Raises RunStopped above the limit, and at once where it is no number."""
         error = abs(budget.energy_error())
+        if not isfinite(error):
+            raise RunStopped(
+                f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is no finite number "
+                f"({', '.join(budget.lost_entries()) or 'sums'} became infinite or undefined); {AGAINST_LOSS}"
+            )
         if (clock.n_steps < FIRST_JUDGED and not clock.finished(None)) or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
