@@ -11,6 +11,7 @@ from pellucid.case.checking import changed
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
+from pellucid.case.settle import SettleCase
 from pellucid.case.steady import SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
@@ -124,6 +125,7 @@ class Case(Model):
     grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
     steady: SteadyCase | None = parameter("", "steady states, instead of motions in time", None)
+    settle: SettleCase | None = parameter("", "settling before the clock starts", None)
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())

@@ -1,6 +1,6 @@
 """What is at stake in a run at its start: the energy that its bodies could set free."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np

@@ -78,7 +78,7 @@ class EnergyBudget:
         self.transfer = self.time_integration = self.artificial_heat = 0.0
         self.support_impulses: list[list[float]] = []
         self.named_impulses: dict[str, list[float]] = {}
-        self.energy_scale = max(self.kinetic, at_stake)
+        self.moved, self.at_stake = self.kinetic, at_stake
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
     def record(
@@ -108,7 +108,7 @@ class EnergyBudget:
         self.staggering += staggering
         self._record_impulses(done, contact_impulses, dt, weight)
         exchanged = abs(stored - self.initial["stored"]) + sum(abs(amount) for amount in self.sums.values())
-        self.energy_scale = max(self.energy_scale, kinetic + exchanged)
+        self.moved = max(self.moved, kinetic + exchanged)
         size = sum(body.totals.momentum_size for body in bodies)
         self.momentum_scale = max(self.momentum_scale, size, float(np.abs(self.impulse).max()))
 
@@ -155,6 +155,11 @@ class EnergyBudget:
             "transfer_error": self.transfer,
             "time_integration_error": self.time_integration,
         }
+
+    @property
+    def energy_scale(self) -> float:
+        """What the error is judged by [J]: the largest energy that moved so far, and at least what is at stake at the start."""
+        return max(self.moved, self.at_stake)
 
     def energy_error(self) -> float:
         """Energy that no channel explains, relative to what is at stake: the largest energy that moved so far, and at least

@@ -62,8 +62,8 @@ class Clock:
             raise RunStopped(
                 f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{name}` collapsed to {dt:.3g} s, "
                 f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s): something moves or stiffens "
-                f"without bound; look at the last frame for what moves fastest, and use a smaller time.courant, a finer grid, or "
-                f"gentler loads"
+                f"without bound; look at the last frame for what moves fastest, and use a smaller time.courant, a finer grid, "
+                f"or gentler loads"
             )
 
     def span(self, dt: float) -> tuple[float, float]:
