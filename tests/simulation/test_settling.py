@@ -97,37 +97,20 @@ def test_a_run_that_goes_on_does_not_settle_again(tmp_path):
     [
         ({"steady": {}}, "brings bodies to rest by itself"),
         ({"velocity": (0.0, 1.0, 0.0)}, "takes all velocity"),
+        ({"rigid": True}, "a rigid body is not stopped"),
         ({"moving": (0.0, 1.0, 0.0)}, "a support that moves"),
     ],
 )
 def test_what_cannot_settle_is_refused(change, message):
     data = heavy_column({}).to_data()
-    if "velocity" in change:
-        data["body"][0]["velocity"] = change["velocity"]
+    if change.keys() & {"velocity", "rigid"}:
+        data["body"][0] |= change
     elif "moving" in change:
         data["support"][0]["velocity"] = change["moving"]
     else:
         data |= change
     with pytest.raises((CaseError, ValueError), match=message):
         type(heavy_column()).model_validate(data)
-
-
-def test_a_rigid_body_settles_on_the_ground():
-    """It goes down with the soil while the time of the loads stands still: by the soil's own weight, ρ g h²/2E = 0.2 mm, and
-    by its own, 0.1 mm or more where it does not spread and less where it does."""
-    soil = box((0, 0, 0), (4, 2, 0), SOFT | {"young_modulus": 1e6}, (2, 2, 1), name="soil")
-    block = box((1, 2, 0), (3, 3, 0), SOFT, (2, 2, 1), name="block", rigid=True)
-    found = case(soil, block, counts=(4, 5, 1), cell=1.0, support=SLIP[:3], gravity=(0.0, -PULL, 0.0), functions="gimp")
-    data = found.to_data()
-    data["grid"]["upper"], data["settle"] = [4, 5, 0], {}
-    sim = Simulation(type(found).model_validate(data), threads=1)
-    start = sim.bodies[1].arrays["position"][:, 1].min()
-    sim.settle()
-    before = sim.bodies[1].arrays["position"].copy()
-    sunk = start - before[:, 1].min()
-    assert 2e-4 < sunk < 5e-4
-    advance(sim, 100)
-    assert np.abs(sim.bodies[1].arrays["position"] - before).max() < 0.02 * sunk
 
 
 def test_without_the_table_nothing_settles():
