@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from pellucid.bodies.models import Body
 from pellucid.case.checking import changed
+from pellucid.case.gravity import GravityAmplitude
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
@@ -122,6 +123,7 @@ class Case(Model):
         "", "Python files that register kinds of their own: they run before the rest of the case is read", ()
     )
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
+    gravity_amplitude: GravityAmplitude | None = parameter("", "share of gravity that acts as a function of time", None)
     grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
     steady: SteadyCase | None = parameter("", "steady states, instead of motions in time", None)
@@ -186,7 +188,7 @@ class Case(Model):
 
     def _growing(self, condition: Condition) -> Condition:
         """The condition; one that would act in full at once grows with the loads of a steady state."""
-        at_once = getattr(condition, "rise", None) == 0.0
+        at_once = getattr(condition, "rise", None) == 0.0 and getattr(condition, "amplitude", None) is None
         return condition.model_copy(update={"rise": self.time.end}) if at_once else condition
 
     def with_settings(self, settings: Mapping[str, Any]) -> "Case":

@@ -74,6 +74,10 @@ class GridBody(Body):
 class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
 
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act over this step, which the body applies itself."""
+        raise ValueError(f"gravity on body {self.name} does not change in time")
+
     @abstractmethod
     def predict(self, dt: float) -> None:
         """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact

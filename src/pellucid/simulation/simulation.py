@@ -176,12 +176,21 @@ class Simulation:
         for body in self.bodies:
             body.begin(dt)
         self.clock.pace(dt)
-        self.conditions.begin(*self.clock.span(dt))
+        time, passing = self.clock.span(dt)
+        self.conditions.begin(time, passing)
+        if self.case.gravity_amplitude is not None:
+            self._share_gravity(self.case.gravity_amplitude.at(time))
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
+
+    def _share_gravity(self, share: float) -> None:
+        for field in self.velocity_fields:
+            field.share_gravity(share)
+        for body in self.nodal_bodies:
+            body.share_gravity(share)
 
     def stop_bodies(self) -> None:
         """Take all velocity from the bodies."""

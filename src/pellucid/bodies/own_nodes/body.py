@@ -147,6 +147,10 @@ class ExplicitNodes(NodalBody):
         """Work and impulses of this step."""
         return self.motion.work()
 
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act over this step."""
+        self.motion.share_gravity(share)
+
     # steady states
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
