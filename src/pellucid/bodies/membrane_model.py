@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.findings import Finding, Path, Reason
@@ -14,14 +15,13 @@ from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, parameter
-from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
 
 
-class MembraneCase(BodyModel):
+class MembraneCase(DampedModel):
     """A membrane on a surface."""
 
     place: ClassVar[str] = "surface"

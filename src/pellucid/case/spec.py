@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.models import Body
 from pellucid.case.checking import changed
 from pellucid.case.gravity import GravityAmplitude
@@ -16,6 +17,7 @@ from pellucid.case.settle import SettleCase
 from pellucid.case.steady import SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
+from pellucid.conditions.damping import Damping
 from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
@@ -178,13 +180,16 @@ class Case(Model):
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """What acts on the bodies, by class; the rigidity of bodies that say so comes first."""
+        """What acts on the bodies, by class; the rigidity and damping of bodies that say so come first."""
         rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         acting = {base: several for base, several in parts.items() if issubclass(base, Condition)}
         if self.steady is not None:
             acting = {base: tuple(map(self._growing, several)) for base, several in acting.items()}
-        return {Rigid: rigid} | acting
+        damped = [body for body in self.body if isinstance(body, DampedModel) and body.damping > 0.0 and self.steady is None]
+        drags = tuple(Damping(body=body.name, rate=body.damping, until=body.damping_until) for body in damped)
+        own: dict[type[Condition], tuple[Condition, ...]] = {Rigid: rigid, Damping: drags}
+        return own | acting
 
     def _growing(self, condition: Condition) -> Condition:
         """The condition; one that would act in full at once grows with the loads of a steady state."""

@@ -81,6 +81,10 @@ class EnergyBudget:
         self.moved, self.at_stake = self.kinetic, at_stake
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
+    def begin(self, bodies: Sequence[Balanced]) -> None:
+        """Before a step, when what slows the bodies at once has done so: the power of their internal forces is another."""
+        self.half_power = self._half_power(bodies)
+
     def record(
         self,
         bodies: Sequence[Balanced],

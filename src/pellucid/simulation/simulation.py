@@ -180,6 +180,7 @@ class Simulation:
         self.conditions.begin(time, passing)
         if self.case.gravity_amplitude is not None:
             self._share_gravity(self.case.gravity_amplitude.at(time))
+        self.budget.begin(self.bodies)
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:

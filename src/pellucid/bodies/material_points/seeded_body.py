@@ -7,6 +7,7 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import PrivateAttr, field_validator
 
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.state import add_initial_state, added_velocities, initial_velocity
@@ -22,7 +23,7 @@ from pellucid.parts.body_model import BodyModel
 ZERO = (0.0, 0.0, 0.0)
 
 
-class SeededBody(BodyModel):
+class SeededBody(DampedModel):
     """A body whose points fill a shape, less the place of other bodies, each with the initial state."""
 
     place: ClassVar[str] = "shape"
