@@ -13,6 +13,7 @@ from pellucid.materials.trial import RATE_FORM, Operation, try_material
 from pellucid.model import Model, parameter
 from pellucid.registry import Family
 from pellucid.state import FIELDS
+from pellucid.tensors import Symmetric
 
 
 class BodyMaterial(Model):
@@ -51,6 +52,10 @@ class PointMaterial(BodyMaterial):
     @abstractmethod
     def initial_state(self) -> PointState:
         """The state of every point at the start."""
+
+    def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
+        """Density [kg/m³] and state of a point under a stress [Pa]. Raises ValueError where there is no such state."""
+        raise ValueError(f'a material of kind "{self.kind}" takes no initial stress')
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
         """Densities [kg/m³], shape (n,), and arrays of the state, of a fluid at rest under gravity.

@@ -136,6 +136,9 @@ def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, 
 
 def _initial_state(case: SeededBody, position: np.ndarray, gravity: Vector) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
     material, n = case.material, len(position)
+    if case.initial_stress is not None:
+        density, state = material.stressed(case.initial_stress)
+        return np.full(n, density), initial_arrays(state, n)
     if case.hydrostatic is None:
         return np.full(n, material.density), initial_arrays(material.initial_state(), n)
     try:

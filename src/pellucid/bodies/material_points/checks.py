@@ -89,6 +89,21 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
             yield Finding(here, str(error), REMEDY)
 
 
+def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
+    """An initial stress of what bears none."""
+    here = (*path, "initial_stress")
+    if body.initial_stress is None:
+        return
+    if body.is_rigid:
+        yield Finding(here, "a rigid body has no stress", "leave it out")
+        return
+    try:
+        body.material.stressed(body.initial_stress)
+    except ValueError as error:
+        remedy = "give fluids a pressure or `hydrostatic`; let others be stretched by loads, and [settle]"
+        yield Finding(here, str(error), remedy)
+
+
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
     """The names under `outside`."""
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)

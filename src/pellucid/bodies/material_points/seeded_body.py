@@ -21,6 +21,7 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 
 ZERO = (0.0, 0.0, 0.0)
+Stress = tuple[float, float, float, float, float, float]
 
 
 class SeededBody(DampedModel):
@@ -42,6 +43,12 @@ class SeededBody(DampedModel):
     hydrostatic: Hydrostatic | None = parameter(
         "",
         "a fluid at rest under gravity at the start, its pressure growing with the depth; without it all is in one state",
+        None,
+    )
+    initial_stress: Stress | None = parameter(
+        "Pa",
+        "stress of a solid at the start, components xx, yy, zz, yz, xz, xy; a hyperelastic one is stretched so that it bears "
+        "it, and its `density` is that without stress",
         None,
     )
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
