@@ -117,3 +117,20 @@ def test_without_the_table_nothing_settles():
     sim = simulation(box((1, 1, 1), (3, 3, 3)))
     sim.settle()
     assert sim.facts() == {}
+
+
+def test_a_gel_is_filled_in_settles_and_is_let_go():
+    """Behind a gate it keeps its width; when that is gone it bulges, and the ledger knows of no loss."""
+    gel = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+    gate = {"where": {"box": {"lower": (8, 0, 0), "upper": (8, 10, 0)}}, "fix": ["x"], "until": 0.0}
+    walls = [wall for wall in SLIP[:4] if wall["where"] in ("x-lower", "y-lower")]
+    block = box((0, 0, 0), (8, 8, 0), gel, (3, 3, 1))
+    size = {"cell": 1.0, "counts": (16, 10, 1), "functions": "quadratic-bspline", "thickness": 1.0}
+    found = case(block, support=[*walls, gate], gravity=(0.0, -0.2, 0.0), end=2.0, **size)
+    sim = Simulation(type(found).model_validate(found.to_data() | {"settle": {}}), threads=1)
+    sim.settle()
+    assert sim.bodies[0].arrays["position"][:, 0].max() < 8.0
+    while sim.time < 2.0:
+        sim.step()
+    assert sim.bodies[0].arrays["position"][:, 0].max() > 8.2
+    assert abs(sim.conservation()["energy"]) < 1e-3
