@@ -26,6 +26,7 @@ from pellucid.energy import (
     EnergyBudget,
     Totals,
     WorkLayout,
+    energy_at_stake,
     no_work,
     row_length,
     step_work,
@@ -302,3 +303,28 @@ def test_solid_and_fluid_are_counted_apart():
     assert energies["strain"] > 0.0
     outside, errors = {"gravity_work", "support_work", "transfer_heat"}, {"transfer_error", "time_integration_error"}
     assert set(energies) == {"kinetic", "internal", "strain", "staggering", "artificial_heat"} | outside | errors
+
+
+def test_what_is_at_stake_is_strain_the_potential_of_gravity_and_little_of_internal_energy():
+    solid, gas = body(0.0, 3.0, (0, 0, 0)), body(0.0, 5e6, (0, 0, 0), kind="internal")
+    solid.arrays = {"mass": np.array([2.0, 1.0]), "position": np.array([[0, 0, 7.0], [0, 0, 4.0]])}
+    gas.arrays = {"mass": np.array([4.0]), "position": np.array([[1.0, 0, 5.0]])}
+    assert energy_at_stake([solid, gas], (0.0, 0.0, 0.0)) == pytest.approx(3.0 + 5.0)
+    # 2 kg 3 m and 4 kg 1 m above the lowest point
+    assert energy_at_stake([solid, gas], (0.0, 0.0, -10.0)) == pytest.approx(8.0 + 100.0)
+
+
+def test_an_error_is_judged_by_what_is_at_stake_until_more_has_moved():
+    budget = EnergyBudget([body(0.0, 0.0, (0, 0, 0))], (0, 0, 0), at_stake=50.0)
+    budget.record([body(0.1, 0.0, (0, 0, 0))], work(), {}, 0.1)
+    assert budget.energy_error() == pytest.approx(0.1 / 50.0)
+    budget.record([body(100.1, 0.0, (0, 0, 0))], work({GRAVITY: 100.0}), {}, 0.1)
+    assert budget.energy_error() == pytest.approx(0.1 / 200.1)
+
+
+def test_entries_that_are_no_numbers_are_named():
+    budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0))
+    assert budget.lost_entries() == []
+    budget.record([body(np.nan, 0.0, (0, 0, 0))], work({GRAVITY: np.inf}), {}, 0.1)
+    assert budget.lost_entries() == ["kinetic", "gravity_work"]
+    assert np.isnan(budget.energy_error())

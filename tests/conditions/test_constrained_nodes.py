@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from elements import element_sheet
 from small_cases import RATE_SOLID, SLIP, advance, box, case, simulation
 
 from pellucid.conditions.constrained_nodes import constrain_nodes
@@ -170,3 +171,29 @@ def test_thin_axes_stay_still_to_the_last_bit(axis):
     frame = advance(sim, 5).bodies[0].frame()
     assert np.array_equal(frame["position"][:, axis], before)
     assert not frame["velocity"][:, axis].any()
+
+
+def test_a_support_lets_go_at_its_time():
+    """Held until 0.1 s, then in free fall: v = g (t - 0.1 s), to a step."""
+    hold = {"where": "all-nodes", "until": 0.1}
+    sim = simulation(box((1, 1, 1), (3, 3, 3), RATE_SOLID), support=[hold], gravity=(0.0, 0.0, -2.0), step=1e-3)
+    advance(sim, 100)
+    assert not sim.bodies[0].arrays["velocity"].any()
+    advance(sim, 200)
+    assert np.allclose(sim.bodies[0].arrays["velocity"], (0.0, 0.0, -2.0 * 0.2), atol=2.0 * 1.1e-3)
+    assert abs(sim.conservation()["momentum"]) < 1e-12
+
+
+def test_what_is_let_go_leaves_the_other_supports():
+    hold = [{"where": "x-lower", "fix": "normal"}, {"where": "all-nodes", "until": 0.0}]
+    sim = simulation(box((0, 1, 1), (2, 3, 3), RATE_SOLID), support=hold, gravity=(-1.0, 0.0, -1.0), step=1e-3)
+    advance(sim, 5)
+    index, position = sim.grid.where()
+    constrained = sim.grid.nodes.constrained[index]
+    assert (constrained[position[:, 0] == 0.0] == (1, 0, 0)).all()
+    assert not constrained[position[:, 0] > 0.0].any()
+
+
+def test_own_nodes_are_not_let_go():
+    with pytest.raises(ValueError, match="nodes of the grid alone can be let go"):
+        case(element_sheet(), lower=(-2, -2, -2), support=[{"where": "all-nodes", "until": 0.1}])

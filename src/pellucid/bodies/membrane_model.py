@@ -5,23 +5,25 @@ from typing import ClassVar
 
 import numpy as np
 
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
+from pellucid.bodies.prestretch import prestretch
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.inside import Inside
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
+from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
 
 
-class MembraneCase(BodyModel):
+class MembraneCase(DampedModel):
     """A membrane on a surface."""
 
     place: ClassVar[str] = "surface"
@@ -29,6 +31,12 @@ class MembraneCase(BodyModel):
 
     surface: Surface = parameter("", "where the membrane is at the start")
     thickness: float = parameter("m", "initial thickness", gt=0)
+    tension: float = parameter(
+        "N/m",
+        "initial tension along all directions; thickness and density are those of the tense membrane",
+        0.0,
+        ge=0,
+    )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
@@ -57,3 +65,12 @@ class MembraneCase(BodyModel):
         """Initial fields that it cannot have."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
+        material = self.material
+        if self.tension > 0.0 and not isinstance(material, ElasticMembraneMaterial):
+            text = f'a membrane of kind "{material.kind}" has no elastic tension'
+            yield Finding((*path, "tension"), text, "leave it out, or use an elastic material")
+        elif self.tension > 0.0 and isinstance(material, ElasticMembraneMaterial):
+            try:
+                prestretch(material.law(), self.tension, self.thickness)
+            except ValueError as error:
+                yield Finding((*path, "tension"), str(error), "use a smaller tension, or a stiffer or thicker membrane")

@@ -121,6 +121,17 @@ class PointsOnGrid(GridBody):
 
     # the verbs of a step
 
+    def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
+        """Before the step, exactly: the velocity of each point fades as exp(-rate t)."""
+        kept, totals = float(np.exp(-rate * dt)), self.totals
+        lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
+        if kept < 1.0:
+            self.arrays["velocity"] *= kept
+            self._affine *= kept
+            totals.kinetic, totals.affine = kept**2 * totals.kinetic, kept**2 * totals.affine
+            totals.momentum, totals.half_power = kept * totals.momentum, kept * totals.half_power
+        return lost, impulse
+
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
         kernels.scatter(self.n_slabs, self.mapped, int(inertia), int(force))

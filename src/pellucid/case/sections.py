@@ -44,7 +44,7 @@ def parts_of(case: BaseModel) -> Parts:
         value = getattr(case, place.attribute)
         one = [] if value is None else [value]
         sections[key] = Section(place.base, value if place.is_list else one, place.is_list, value is not None)
-    return Parts(sections)
+    return Parts(sections, getattr(case, "gravity", None))
 
 
 def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:

@@ -6,15 +6,19 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.models import Body
 from pellucid.case.checking import changed
+from pellucid.case.gravity import GravityAmplitude
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
+from pellucid.case.settle import SettleCase
 from pellucid.case.start import StartCase
 from pellucid.case.steady import SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
+from pellucid.conditions.damping import Damping
 from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
@@ -122,10 +126,12 @@ class Case(Model):
         "", "Python files that register kinds of their own: they run before the rest of the case is read", ()
     )
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
+    gravity_amplitude: GravityAmplitude | None = parameter("", "share of gravity that acts as a function of time", None)
     grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
     time: TimeCase = parameter("", "the clock")
     steady: SteadyCase | None = parameter("", "steady states, instead of motions in time", None)
     start: StartCase | None = parameter("", "an earlier run from whose state bodies go on", None)
+    settle: SettleCase | None = parameter("", "settling before the clock starts", None)
     body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
@@ -176,17 +182,20 @@ class Case(Model):
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """What acts on the bodies, by class; the rigidity of bodies that say so comes first."""
+        """What acts on the bodies, by class; the rigidity and damping of bodies that say so come first."""
         rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         acting = {base: several for base, several in parts.items() if issubclass(base, Condition)}
         if self.steady is not None:
             acting = {base: tuple(map(self._growing, several)) for base, several in acting.items()}
-        return {Rigid: rigid} | acting
+        damped = [body for body in self.body if isinstance(body, DampedModel) and body.damping > 0.0 and self.steady is None]
+        drags = tuple(Damping(body=body.name, rate=body.damping, until=body.damping_until) for body in damped)
+        own: dict[type[Condition], tuple[Condition, ...]] = {Rigid: rigid, Damping: drags}
+        return own | acting
 
     def _growing(self, condition: Condition) -> Condition:
         """The condition; one that would act in full at once grows with the loads of a steady state."""
-        at_once = getattr(condition, "rise", None) == 0.0
+        at_once = getattr(condition, "rise", None) == 0.0 and getattr(condition, "amplitude", None) is None
         return condition.model_copy(update={"rise": self.time.end}) if at_once else condition
 
     def with_settings(self, settings: Mapping[str, Any]) -> "Case":

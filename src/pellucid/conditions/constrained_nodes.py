@@ -10,6 +10,7 @@ from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, Where, chosen_nodes, faults
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
+from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.body import NodalSupport
 from pellucid.parts.families import NodalBody
@@ -26,13 +27,33 @@ class ConstrainsNodes(Protocol):
     def body(self) -> str | None: ...
     @property
     def velocity(self) -> tuple[float, float, float]: ...
+    @property
+    def until(self) -> float | None: ...
     def region(self) -> Where | None: ...
     def face(self) -> tuple[int, int] | None: ...
     def axes(self) -> tuple[bool, bool, bool]: ...
 
 
-def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> None:
-    """Let supports constrain the nodes of all grids and those of bodies with their own. Raises CaseError for one without."""
+class Released(ActiveCondition):
+    """Supports that let the nodes of grids go at a time."""
+
+    def __init__(self, supports: Sequence[ConstrainsNodes], grids: Sequence[Grid]) -> None:
+        self._supports, self._grids = supports, grids
+        self._gone: set[int] = set()
+
+    def begin(self, time: float, dt: float) -> None:
+        """Let nodes go; while time stands still, as when bodies settle, all are held."""
+        untils = [(number, support.until) for number, support in enumerate(self._supports)]
+        gone = {number for number, until in untils if until is not None and time >= until and dt > 0.0}
+        if gone != self._gone:
+            self._gone = gone
+            for grid in self._grids:
+                constrain_nodes(grid, self._supports, range(len(self._supports)), gone)
+
+
+def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Sequence[ActiveCondition]:
+    """Let supports constrain the nodes of all grids and those of bodies with their own; what lets them go in a run. Raises
+    CaseError for a support without nodes."""
     owners = [member for member in assembly.bodies.values() if isinstance(member.body, NodalBody)]
     own = [[nodal_support(member, support, number) for number, support in enumerate(supports)] for member in owners]
     found = {number for of_body in own for number, support in enumerate(of_body) if support.nodes.any()}
@@ -43,15 +64,21 @@ def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> No
             raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{number}.where", remedy=NOWHERE))
     for member, of_body in zip(owners, own, strict=True):
         member.body.add_supports(of_body)
+    grids = [actions.field.grid for actions in assembly.actions]
+    return [Released(supports, grids)] if any(support.until is not None for support in supports) else []
 
 
-def constrain_nodes(grid: Grid, supports: Sequence[ConstrainsNodes], elsewhere: Collection[int] = ()) -> Supports:
+def constrain_nodes(
+    grid: Grid, supports: Sequence[ConstrainsNodes], elsewhere: Collection[int] = (), gone: Collection[int] = ()
+) -> Supports:
     """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes.
 
-    elsewhere: the numbers of supports that constrain nodes of bodies, and may leave out those of the grid.
+    elsewhere: the numbers of supports that constrain nodes of bodies, and may leave out those of the grid; gone: of those that
+    constrain none any more.
     """
     index, position = grid.where()
     constrained = grid.nodes.constrained
+    constrained.fill(0)
     for number, support in enumerate(supports):
         inside = nodes_of(support, grid, Selectable(position)) if support.body is None else np.zeros(len(position), bool)
         if not inside.any() and support.body is None and number not in elsewhere:
@@ -62,7 +89,7 @@ def constrain_nodes(grid: Grid, supports: Sequence[ConstrainsNodes], elsewhere: 
                     remedy=f"make the box at least one cell ({grid.lattice.cell:g} m) wide",
                 )
             )
-        for axis in np.flatnonzero(support.axes()):
+        for axis in np.flatnonzero(support.axes() if number not in gone else ()):
             constrained[index[inside], axis] = number + 1
     for axis in np.flatnonzero(grid.thin):
         constrained[:, axis] = len(supports) + 1

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
@@ -11,13 +12,12 @@ from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
 
 
-class Pressure(Condition):
+class Pressure(ChangesInTime, Condition):
     """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
 
     body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
@@ -25,7 +25,6 @@ class Pressure(Condition):
         "Pa", "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one"
     )
     where: Where | None = parameter("", "which faces of a solid; without it all of its outer ones", None)
-    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or has no normal, faces that are not there."""
@@ -60,7 +59,7 @@ class Pressure(Condition):
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
-        return self.value * risen(time, self.rise)
+        return self.value * self.share(time)
 
 
 class ActivePressure(ActiveCondition):

@@ -21,7 +21,7 @@ class RigidBody(ActiveCondition):
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
 
-    def begin(self, time: float, dt: float) -> None:
+    def act_on_nodes(self, dt: float) -> None:
         """Keep the length of the step."""
         self._dt = dt
 

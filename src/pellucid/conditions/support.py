@@ -37,6 +37,10 @@ class Support(Condition):
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
     velocity: Vector = parameter("m/s", "velocity of the constrained directions", (0.0, 0.0, 0.0))
 
+    until: float | None = parameter(
+        "s", "time at which it lets the nodes of the grid go: 0 for one that holds them while bodies settle", None, ge=0
+    )
+
     @field_validator("fix")
     @classmethod
     def _something_is_fixed(cls, fix: tuple[Axis, ...] | Literal["normal"]) -> tuple[Axis, ...] | Literal["normal"]:
@@ -54,6 +58,9 @@ class Support(Condition):
         """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        if self.until is not None and any(body.owns_nodes(is_alone(body, parts)) for body in parts.of(BodyModel)):
+            text = "nodes of the grid alone can be let go, and there is a body with nodes of its own"
+            yield Finding((*path, "until"), text, "leave it out, and lead these nodes by a [[motion]] or a load")
         bodies = parts.of(BodyModel) if self.body is None else [parts.named(BodyModel, self.body)]
         fixed = [body.name for body in bodies if body is not None and not body.moves]
         if fixed and len(fixed) == len(bodies) and parts.are_sound(BodyModel):
@@ -127,8 +134,7 @@ class Support(Condition):
         """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
-        constrain_all([support._with_body(next(iter(assembly.bodies))) for support in conditions], assembly)
-        return ()
+        return constrain_all([support._with_body(next(iter(assembly.bodies))) for support in conditions], assembly)
 
     def reaction(self) -> str | None:
         """Its own name."""

@@ -1,5 +1,7 @@
-"""The balance of mass, momentum and energy: works of a step by their causes (`works`), and their sums (`budget`)."""
+"""The balance of mass, momentum and energy: works of a step by their causes (`works`), and their sums (`budget`),
+judged by what is `at_stake`."""
 
+from pellucid.energy.at_stake import energy_at_stake
 from pellucid.energy.budget import EnergyBudget, Totals
 from pellucid.energy.works import (
     ABSORBED,
@@ -57,6 +59,7 @@ __all__ = [
     "StepWork",
     "Totals",
     "WorkLayout",
+    "energy_at_stake",
     "no_work",
     "row_length",
     "step_work",

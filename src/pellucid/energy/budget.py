@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from math import isfinite
 from typing import Protocol
 
 import numpy as np
@@ -55,11 +56,16 @@ class EnergyBudget:
 
     What is left has two causes that are kept apart: `transfer`, kinetic energy lost or won when velocities go between points
     and grid that no work or heat explains, and `time_integration`, the work of internal forces that the stored energy does
-    not show. They are of the method and vanish under refinement.
+    not show. They are of the method and vanish under refinement. Their sum is judged by `energy_scale`, the largest energy that
+    moved so far, at least what is `at_stake` at the start [J].
     """
 
     def __init__(
-        self, bodies: Sequence[Balanced], gravity: tuple[float, float, float], channels: Mapping[Channel, int] = ALWAYS
+        self,
+        bodies: Sequence[Balanced],
+        gravity: tuple[float, float, float],
+        channels: Mapping[Channel, int] = ALWAYS,
+        at_stake: float = 0.0,
     ) -> None:
         self.gravity = np.array(gravity)
         self.channels = channels
@@ -72,8 +78,12 @@ class EnergyBudget:
         self.transfer = self.time_integration = self.artificial_heat = 0.0
         self.support_impulses: list[list[float]] = []
         self.named_impulses: dict[str, list[float]] = {}
-        self.energy_scale = self.kinetic
+        self.moved, self.at_stake = self.kinetic, at_stake
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
+
+    def begin(self, bodies: Sequence[Balanced]) -> None:
+        """Before a step, when what slows the bodies at once has done so: the power of their internal forces is another."""
+        self.half_power = self._half_power(bodies)
 
     def record(
         self,
@@ -102,7 +112,7 @@ class EnergyBudget:
         self.staggering += staggering
         self._record_impulses(done, contact_impulses, dt, weight)
         exchanged = abs(stored - self.initial["stored"]) + sum(abs(amount) for amount in self.sums.values())
-        self.energy_scale = max(self.energy_scale, kinetic + exchanged)
+        self.moved = max(self.moved, kinetic + exchanged)
         size = sum(body.totals.momentum_size for body in bodies)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
@@ -151,11 +161,22 @@ class EnergyBudget:
             "time_integration_error": self.time_integration,
         }
 
+    @property
+    def energy_scale(self) -> float:
+        """What the error is judged by [J]: the largest energy that moved so far, and at least what is at stake at the start."""
+        return max(self.moved, self.at_stake)
+
     def energy_error(self) -> float:
-        """Energy that no channel explains, relative to the largest energy that moved so far."""
+        """Energy that no channel explains, relative to what is at stake: the largest energy that moved so far, and at least
+        what was stored as strain and by gravity at the start."""
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
         return float(error / self.energy_scale) if self.energy_scale > 0.0 else 0.0
+
+    def lost_entries(self) -> list[str]:
+        """The entries of the balance that are no finite numbers."""
+        entries = {"kinetic": self.kinetic, "stored": self.stored, **self.sums, "staggering": self.staggering}
+        return [name for name, amount in entries.items() if not isfinite(amount)]
 
     def conservation(self, bodies: Sequence[Balanced]) -> dict[str, float]:
         """Relative errors of mass, momentum and energy; of momentum by the largest of Σ m|v| and the sum of the sizes of all

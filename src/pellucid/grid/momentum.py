@@ -58,7 +58,7 @@ class AdvancedNodes(NamedTuple):
 
     nodes: Nodes
     supports: Supports
-    gravity: tuple[float, float, float]  # [m/s²]
+    gravity: np.ndarray  # (3,) what acts of it [m/s²]
     external: ExternalAction
     load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
     apart: np.ndarray  # (n, 3) internal forces of the bodies that keep heat [N]; no rows where these are with all others
@@ -285,7 +285,13 @@ class NodalMomentum:
         self._columns = FIRST_LOAD + len(external.loads)
         self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
         load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, gravity, external, load, apart, self._sums))
+        self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
+        self._gravity = self._full_gravity.copy()
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, apart, self._sums))
+
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act."""
+        self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
     def advance(self, dt: float) -> None:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""
@@ -302,7 +308,8 @@ class NodalMomentum:
         the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy.
         """
         _count_works(self._chunks, self._bundle, dt, self.small_mass)
-        return step_work(ordered_sum(self._sums), self._columns)
+        done = step_work(ordered_sum(self._sums), self._columns)
+        return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def mapping_work(self, dt: float) -> float:
         """Of what lumping took of the kinetic energy in a step dt [s], that which the stress of points without heat works less

@@ -40,6 +40,10 @@ class VelocityField:
         self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
         self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart)
 
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act on the nodes."""
+        self._momentum.share_gravity(share)
+
     def clear(self) -> None:
         """Set mass, momentum and forces to zero."""
         nodes = self.grid.nodes

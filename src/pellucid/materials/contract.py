@@ -4,6 +4,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import model_validator
 
 from pellucid.materials.law import AT_REST, Law, diffusivity, signal_speed
@@ -12,6 +13,7 @@ from pellucid.materials.trial import RATE_FORM, Operation, try_material
 from pellucid.model import Model, parameter
 from pellucid.registry import Family
 from pellucid.state import FIELDS
+from pellucid.tensors import Symmetric
 
 
 class BodyMaterial(Model):
@@ -34,6 +36,9 @@ class PointMaterial(BodyMaterial):
     energy_kind: ClassVar[Literal["internal", "strain"]] = "strain"
     """Which energy it stores: the internal energy, with heat, or the strain energy, which can be had back."""
 
+    flows: ClassVar[bool] = False
+    """Whether it is at rest under gravity by its pressure alone: then it has `at_rest`."""
+
     @property
     def keeps_work(self) -> bool:
         """Whether its points take up, as their `internal_energy`, exactly what internal forces and transfers take from the
@@ -47,6 +52,18 @@ class PointMaterial(BodyMaterial):
     @abstractmethod
     def initial_state(self) -> PointState:
         """The state of every point at the start."""
+
+    def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
+        """Density [kg/m³] and state of a point under a stress [Pa]. Raises ValueError where there is no such state."""
+        raise ValueError(f'a material of kind "{self.kind}" takes no initial stress')
+
+    def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
+        """Densities [kg/m³], shape (n,), and arrays of the state, of a fluid at rest under gravity.
+
+        gravity: its magnitude [m/s²]; depth: below the level of the initial state [m], shape (n,). Raises ColumnEnds where it
+        has no state there.
+        """
+        raise NotImplementedError(f'a material of kind "{self.kind}" is not at rest by its pressure alone')
 
     def signals(self, length: float) -> tuple[float, float]:
         """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""

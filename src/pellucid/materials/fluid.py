@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
 from pydantic import model_validator
 
 from pellucid.jit import point_function
@@ -16,6 +17,7 @@ from pellucid.materials.artificial_viscosity import (
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
+from pellucid.materials.eos.column import states_at_rest
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
 from pellucid.materials.law import (
     Law,
@@ -56,6 +58,7 @@ class FluidMaterial(PointMaterial):
     """Compressible viscous fluid with an equation of state."""
 
     energy_kind: ClassVar[Literal["internal", "strain"]] = "internal"
+    flows: ClassVar[bool] = True
 
     kind: Literal["fluid"] = "fluid"
     pressure: float = parameter("Pa", "initial pressure", 0.0)
@@ -119,6 +122,14 @@ class FluidMaterial(PointMaterial):
         A, B = pressure_line(self.law().eos, self.density)
         P = self.pressure
         return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
+
+    def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
+        """Densities and states along an isentropic column, whose pressure holds its weight."""
+        eos = self.law().eos
+        density, energy = states_at_rest(eos, self.density, self.initial_state().internal_energy, gravity, depth)
+        stress = np.zeros((len(depth), 6))
+        stress[:, :3] = -np.array([pressure(eos, *state) for state in zip(density, energy, strict=True)])[:, None]
+        return density, FluidState(stress, energy)._asdict()  # type: ignore[arg-type]
 
     def operations(self, law: Any) -> Mapping[Law, Sequence[Operation]]:
         """Those of the equation of state too."""

@@ -25,6 +25,7 @@ from pellucid.materials.law import (
     wave_speed,
 )
 from pellucid.materials.point_state import point_state
+from pellucid.materials.stressed_state import stretch_under
 from pellucid.materials.trial import Operation
 from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, deformed, determinant, piola_transform
 
@@ -43,6 +44,11 @@ class HyperelasticMaterial(PointMaterial):
     def initial_state(self) -> FiniteStrainState:
         """No stress, no deformation."""
         return FiniteStrainState(NO_STRESS, IDENTITY)
+
+    def stressed(self, stress: Symmetric) -> tuple[float, FiniteStrainState]:
+        """The state of a stretch that bears the stress; the density is that of what is stretched."""
+        F = stretch_under(self.law(), stress)
+        return self.density / determinant(F), FiniteStrainState(stress, F)
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
         """Beside the rate form, that from which it is derived."""

@@ -43,6 +43,13 @@ class LinearElasticMaterial(ElasticMaterial, PointMaterial):
         """No stress."""
         return HypoelasticState(NO_STRESS, 0.0)
 
+    def stressed(self, stress: Symmetric) -> tuple[float, HypoelasticState]:
+        """The stress, and the energy σ:ε/2 of linear elasticity."""
+        trace = stress[0] + stress[1] + stress[2]
+        squares = sum(value * value for value in stress[:3]) + 2.0 * sum(value * value for value in stress[3:])
+        energy = 0.5 * ((1.0 + self.poisson_ratio) * squares - self.poisson_ratio * trace * trace) / self.young_modulus
+        return self.density, HypoelasticState(stress, energy / self.density)
+
 
 @point_function(update, LinearElastic)
 def _update(law, state, density, L, dt, length):

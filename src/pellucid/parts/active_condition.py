@@ -10,7 +10,8 @@ class ActiveCondition:
     """
 
     def begin(self, time: float, dt: float) -> None:
-        """Set forces or prescribed velocities for the step dt [s] that begins at `time` [s]."""
+        """Set forces or prescribed velocities for the step that begins at `time` [s], over which the time of the loads grows by
+        dt [s]: by that of the step, or by nothing while bodies settle or come to rest."""
 
     def act_on_nodes(self, dt: float) -> None:
         """Give the nodes impulses, after their momentum was advanced over the step dt [s] and before contact.

@@ -116,6 +116,22 @@ class Body(ABC):
     def begin(self, dt: float) -> None:  # noqa: B027
         """Before the conditions of a step dt [s]: forget the external forces of the last one, if the body keeps them."""
 
+    def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
+        """Let a drag act over this step dt [s], at a rate [1/s].
+
+        Returns what it took that the body does not count itself: energy [J] and impulse on the body [N s], shape (3,).
+        """
+        raise ValueError(f"body {self.name} has no inertia to damp")
+
+    def come_to_rest(self) -> None:
+        """Take all velocity from its points or nodes."""
+        for name in ("velocity", "affine"):
+            if name in self.arrays:
+                self.arrays[name].fill(0.0)
+        totals = self.totals
+        totals.kinetic = totals.affine = totals.half_power = totals.momentum_size = 0.0
+        totals.momentum = np.zeros(3)
+
     @abstractmethod
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where something impossible was found in this step."""

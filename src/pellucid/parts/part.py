@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple, TypeVar
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.geometry import ActiveAxes
 from pellucid.grid.model import GridCase
-from pellucid.model import Model
+from pellucid.model import Model, Vector
 from pellucid.users_code import failure, place_of
 
 
@@ -46,8 +46,10 @@ class Section(NamedTuple):
 class Parts:
     """The parts of a case, by their keys."""
 
-    def __init__(self, sections: Mapping[str, Section]) -> None:
+    def __init__(self, sections: Mapping[str, Section], gravity: Vector | None = None) -> None:
         self.sections = sections
+        self.gravity = gravity
+        """The acceleration of gravity [m/s²]; None where it is not known, something else being wrong in itself."""
 
     def placed(self, kind: type[PartType]) -> Iterator[tuple[Path, PartType]]:
         """The sound parts of a class, each with its path."""

@@ -64,7 +64,7 @@ class Clock:
             raise RunStopped(
                 f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{name}` collapsed to {dt:.3g} s, "
                 f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s): something moves or stiffens without bound"
-                f"{', ' * bool(words)}{words}; look at what acts there, use a smaller time.courant, or load it more slowly",
+                f"{', ' * bool(words)}{words}; look at what acts there; use a smaller time.courant or gentler loads",
                 **{"body": name} | place,
             )
 

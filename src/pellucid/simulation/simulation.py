@@ -3,7 +3,7 @@
 import signal
 import time as wall_clock
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import hypot, inf, sqrt
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, EnergyBudget, total_work
+from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
@@ -25,6 +25,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
+from pellucid.simulation.settling import settle
 from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
@@ -105,7 +106,9 @@ class Simulation:
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
         clock = Clock(case.time, longest, most)
         self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else clock
-        self.budget = EnergyBudget(self.bodies, case.gravity, layout.channels)
+        self._channels = layout.channels
+        self.begin_balance()
+        self._begun, self._settled = False, dict[str, Any]()
         self._scheme = SCHEMES[case.time.scheme]
         own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
         self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
@@ -167,33 +170,65 @@ class Simulation:
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
 
+    def begin_balance(self) -> None:
+        """Count mass, momentum and energy from the state as it is."""
+        at_stake = energy_at_stake(self.bodies, self.case.gravity)
+        self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
+
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
+        self.advance_bodies()
+        self._begun = True
+        self._watch.energy(self.budget, self.clock, self.bodies)
+        if self.has_contact:
+            self._watch.contact(self.contact_pairs, self.clock)
+
+    def advance_bodies(self) -> None:
+        """One step, of which the energy balance is not judged."""
         dt = self.clock.next_step(self.bodies)
         self.sort()
         self._begin(dt)
+        self.budget.begin(self.bodies)
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
-        self._watch.energy(self.budget, self.clock, self.bodies)
-        if self.has_contact:
-            self._watch.contact(self.contact_pairs, self.clock)
+
+    def _share_gravity(self, share: float) -> None:
+        for field in self.velocity_fields:
+            field.share_gravity(share)
+        for body in self.nodal_bodies:
+            body.share_gravity(share)
+
+    def stop_bodies(self) -> None:
+        """Take all velocity from the bodies."""
+        for body in self.bodies:
+            body.come_to_rest()
+
+    def settle(self, caught: Sequence[int] = (), progress: Progress | None = None) -> None:
+        """Before the first step: bring the bodies to rest, where the case has [settle]; see `pellucid.simulation.settling`."""
+        self._settled = settle(self, caught, progress)
 
     def _begin(self, dt: float) -> None:
         """What acts over the coming step."""
         for body in self.bodies:
             body.begin(dt)
         self.clock.pace(dt)
-        self.conditions.begin(*self.clock.span(dt))
+        time, passing = self.clock.span(dt)
+        self.conditions.begin(time, passing)
+        if self.case.gravity_amplitude is not None:
+            self._share_gravity(self.case.gravity_amplitude.at(time))
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
         shown = 0.0
         with signals_caught() as caught:
             try:
-                recorder.begin(self)
+                if not self._begun:
+                    self._settle_and_begin(recorder, caught, progress)
+                else:
+                    recorder.begin(self)
                 if progress:
                     progress.begin("running", self.case.time.end if until is None else until)
                 while not self.clock.finished(until):
@@ -205,13 +240,23 @@ class Simulation:
                     now = wall_clock.monotonic()
                     if progress and now - shown > PROGRESS_INTERVAL:
                         shown = now
-                        self._show(progress)
+                        self.show(progress)
                 recorder.end(self)
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise
 
-    def _show(self, progress: Progress) -> None:
+    def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
+        """What is recorded begins with the bodies at rest; with what there is where these cannot be brought to it."""
+        try:
+            self.settle(caught, progress)
+        except RunStopped:
+            recorder.begin(self)
+            raise
+        recorder.begin(self)
+
+    def show(self, progress: Progress) -> None:
+        """Tell how far it is."""
         points = sum(body.n_points for body in self.bodies)
         error = self.budget.energy_error()
         progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)
@@ -258,7 +303,11 @@ class Simulation:
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
-        return self.clock.facts()
+        return self.clock.facts() | self._settled
+
+    def kinetic_energy(self) -> float:
+        """Of all bodies [J]."""
+        return sum(body.totals.kinetic for body in self.bodies)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
@@ -272,6 +321,7 @@ class Simulation:
             "balance": self.budget.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
             "warned": sorted(self._watch.warned),
+            "settled": self._settled,
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -287,3 +337,4 @@ class Simulation:
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
         self._watch.warned = set(numbers["warned"])
+        self._begun, self._settled = True, dict(numbers["settled"])

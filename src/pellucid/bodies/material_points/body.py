@@ -1,9 +1,12 @@
 """A fluid or solid body of material points."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
+from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.points_on_grid import PointsOnGrid
@@ -17,6 +20,7 @@ from pellucid.grid.work import take_work
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
+from pellucid.model import Vector
 from pellucid.reductions import ordered_sum
 
 
@@ -29,13 +33,14 @@ class MaterialPoints(PointsOnGrid):
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,
+        gravity: Vector,
     ) -> None:
         self.material = case.material
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
-        arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell))
+        arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def bind(self) -> None:
@@ -106,7 +111,7 @@ def _seeded(case: SeededBody, grid: GridCase, per_cell: tuple[int, int, int]) ->
         raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
 
 
-def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
+def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
     n = len(position)
     if n == 0:
         raise CaseError(
@@ -116,13 +121,27 @@ def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray) 
                 remedy="use a smaller grid.cell or more points_per_cell",
             )
         )
+    density, state = _initial_state(case, position, gravity)
     arrays = {
         "id": np.arange(n),
         "position": position,
         "velocity": case.initial_velocity(position),
-        "mass": case.material.density * volume,
+        "mass": density * volume,
         "volume": volume,
-        **initial_arrays(case.material.initial_state(), n),
+        **state,
     }
     case.add_initial_state(arrays)
     return arrays
+
+
+def _initial_state(case: SeededBody, position: np.ndarray, gravity: Vector) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
+    material, n = case.material, len(position)
+    if case.initial_stress is not None:
+        density, state = material.stressed(case.initial_stress)
+        return np.full(n, density), initial_arrays(state, n)
+    if case.hydrostatic is None:
+        return np.full(n, material.density), initial_arrays(material.initial_state(), n)
+    try:
+        return states_by_height(case.hydrostatic, material, case.bounds(), gravity, position)
+    except NoRest as error:
+        raise CaseError(Problem(str(error), f"body.{case.name}.hydrostatic", remedy=REMEDY)) from None

@@ -2,6 +2,9 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.membrane_model import CLOSE_IT, NEEDS_SPACE
@@ -14,6 +17,7 @@ from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
 SHORT = 1e-9  # of a cell, for rounding
+NEAR_END = 1e-4  # of the extent of a body: its points lie at least so far from its ends
 
 
 def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
@@ -58,6 +62,46 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
         if not velocities or any(velocities[-1]):
             text = f"no support at rest constrains the face {face} along its normal: it is no plane of symmetry"
             yield Finding((*path, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
+
+
+def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Rest under gravity of what does not flow, without gravity, or where there is no such state."""
+    rest, gravity = body.hydrostatic, parts.gravity
+    if rest is None or gravity is None:
+        return
+    here, n_axes = (*path, "hydrostatic"), np.count_nonzero(gravity)
+    if not body.material.flows:
+        text = f'a material of kind "{body.material.kind}" is not at rest by its pressure alone, as fluids are'
+        yield Finding(here, text, "leave it out")
+    elif body.is_rigid:
+        yield Finding(here, "a rigid body has no pressure that holds its weight", "leave it out")
+    elif n_axes == 0:
+        yield Finding(here, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or leave this out")
+    elif n_axes > 1 and rest.level is None:
+        text = "gravity lies along no axis, so the top of the shape's bounds is no free surface"
+        yield Finding((*here, "level"), text, "give the level, as a height from the origin against gravity")
+    elif n_axes == 1 and not body.cut_at:  # the points of others may lie well within the bounds: told when these are filled
+        lower, upper = body.bounds()
+        ends = np.array((lower, upper)) + NEAR_END * np.array((upper - lower, lower - upper))
+        try:
+            states_by_height(rest, body.material, (lower, upper), gravity, ends)
+        except NoRest as error:
+            yield Finding(here, str(error), REMEDY)
+
+
+def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
+    """An initial stress of what bears none."""
+    here = (*path, "initial_stress")
+    if body.initial_stress is None:
+        return
+    if body.is_rigid:
+        yield Finding(here, "a rigid body has no stress", "leave it out")
+        return
+    try:
+        body.material.stressed(body.initial_stress)
+    except ValueError as error:
+        remedy = "give fluids a pressure or `hydrostatic`; let others be stretched by loads, and [settle]"
+        yield Finding(here, str(error), remedy)
 
 
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:

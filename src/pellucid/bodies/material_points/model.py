@@ -4,7 +4,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Literal
 
 from pellucid.bodies.initial.state import initial_problems
-from pellucid.bodies.material_points.checks import cut_problems, grid_problems, outside_problems
+from pellucid.bodies.material_points.checks import (
+    cut_problems,
+    grid_problems,
+    hydrostatic_problems,
+    outside_problems,
+    stress_problems,
+)
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems
 from pellucid.findings import Finding, Path, Reason
@@ -27,7 +33,7 @@ class MaterialPointsCase(SeededBody):
         """Its points on the grid."""
         from pellucid.bodies.material_points.body import MaterialPoints
 
-        return MaterialPoints(self, *placement.on_grid(), placement.velocity_transfer)
+        return MaterialPoints(self, *placement.on_grid(), placement.velocity_transfer, placement.gravity)
 
     @property
     def is_rigid(self) -> bool:
@@ -57,6 +63,8 @@ class MaterialPointsCase(SeededBody):
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", *self.material.state_fields), path)
         grid = parts.grid
+        yield from hydrostatic_problems(self, path, parts)
+        yield from stress_problems(self, path)
         if grid is not None:
             yield from grid_problems(self, path, grid)
             yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at)

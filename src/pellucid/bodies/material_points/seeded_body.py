@@ -7,9 +7,11 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import PrivateAttr, field_validator
 
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.state import add_initial_state, added_velocities, initial_velocity
+from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.geometry.box_surface import Face
 from pellucid.geometry.shapes import Geometry, Shape
@@ -19,9 +21,10 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 
 ZERO = (0.0, 0.0, 0.0)
+Stress = tuple[float, float, float, float, float, float]
 
 
-class SeededBody(BodyModel):
+class SeededBody(DampedModel):
     """A body whose points fill a shape, less the place of other bodies, each with the initial state."""
 
     place: ClassVar[str] = "shape"
@@ -37,6 +40,17 @@ class SeededBody(BodyModel):
         "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
     )
     material: Material = parameter("", "what the body is made of")
+    hydrostatic: Hydrostatic | None = parameter(
+        "",
+        "a fluid at rest under gravity at the start, its pressure growing with the depth; without it all is in one state",
+        None,
+    )
+    initial_stress: Stress | None = parameter(
+        "Pa",
+        "stress of a solid at the start, components xx, yy, zz, yz, xz, xy; a hyperelastic one is stretched so that it bears "
+        "it, and its `density` is that without stress",
+        None,
+    )
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
     velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the others", None)

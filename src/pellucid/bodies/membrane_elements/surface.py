@@ -21,6 +21,7 @@ from pellucid.bodies.membrane_elements.strain import (
     strain,
 )
 from pellucid.bodies.membrane_slice import slice_factor
+from pellucid.bodies.prestretch import prestretch
 from pellucid.contact.overlong import overlong
 from pellucid.energy import Totals
 from pellucid.geometry.cells import Cells
@@ -29,7 +30,6 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.membrane import initial_shape
 from pellucid.reductions import ordered_sum
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
@@ -47,6 +47,8 @@ class MembraneOfElements(Protocol):
     @property
     def thickness(self) -> float: ...
     @property
+    def tension(self) -> float: ...
+    @property
     def hourglass(self) -> HourglassCase: ...
     def mesh(self) -> Mesh: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
@@ -61,7 +63,9 @@ class ElementSurface:
 
     def __init__(self, case: MembraneOfElements, grid_case: GridCase | None) -> None:
         self.law = case.material.law()
-        self.thickness = case.thickness
+        tense = prestretch(self.law, case.tension, case.thickness)
+        self.thickness = case.thickness / tense.ratio
+        """At rest [m]."""
         self.areal_density = case.material.density * case.thickness
         self._control = case.hourglass.control()
         mesh = case.mesh()
@@ -75,17 +79,19 @@ class ElementSurface:
         mass = case.material.density * volume
         self.node_mass = self.mesh.at_nodes(mass)
         """Of the nodes in the order of the mesh [kg], shape (n,)."""
-        self._rest = rest_gradients(self.vertices[mesh.triangles])
+        self._rest = tense.stretch * rest_gradients(self.vertices[mesh.triangles])
+        plane_stress = np.tile((tense.stress, tense.stress, 0.0), (m, 1))
+        plane_stress[q:] *= tense.ratio  # of triangles the second Piola-Kirchhoff stress, V/V₀ U⁻¹ σ U⁻¹
         turn = np.zeros((q, 2))
         turn[:, 0] = 1.0
         self.arrays: dict[str, np.ndarray] = {
             "element_mass": mass,
-            "plane_stress": np.zeros((m, 3)),
+            "plane_stress": plane_stress,
             "thickness": np.full(m, thickness),
             "volume": volume,
-            "strain_energy": np.zeros(m),
+            "strain_energy": tense.energy * volume,
             "hourglass_energy": np.zeros(m),
-            "shape": np.tile(np.array(initial_shape(self.law)), (q, 1)),
+            "shape": np.tile(np.array(tense.shape), (q, 1)),
             "turn": turn,
             "hourglass": np.zeros((q, 2)),
         }

@@ -12,6 +12,7 @@ from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.bodies.prestretch import prestretch
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.surfaces import Surface
@@ -21,7 +22,6 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
-from pellucid.materials.membrane import initial_shape
 from pellucid.materials.membrane_material import MembraneMaterial
 
 
@@ -34,6 +34,8 @@ class MembraneOfPoints(Protocol):
     def surface(self) -> Surface: ...
     @property
     def thickness(self) -> float: ...
+    @property
+    def tension(self) -> float: ...
     @property
     def material(self) -> MembraneMaterial: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
@@ -54,7 +56,9 @@ class MembranePoints(PointsOnGrid):
     ) -> None:
         self.material = case.material
         self.law: Any = case.material.law()
-        self.thickness = case.thickness
+        tense = prestretch(self.law, case.tension, case.thickness)
+        self.thickness = case.thickness / tense.ratio
+        """At rest [m]."""
         self.areal_density = case.material.density * case.thickness
         vertices, self._triangles = case.surface.triangulate()
         n = len(vertices)
@@ -69,9 +73,9 @@ class MembranePoints(PointsOnGrid):
             "volume": volume,
             "stress": np.zeros((n, 6)),
             "frame": initial_frames(vertices, self._triangles),
-            "in_plane": np.tile(np.array(initial_shape(self.law)), (n, 1)),
-            "plane_stress": np.zeros((n, 3)),
-            "strain_energy": np.zeros(n),
+            "in_plane": np.tile(np.array(tense.shape), (n, 1)),
+            "plane_stress": np.tile((tense.stress, tense.stress, 0.0), (n, 1)),
+            "strain_energy": np.full(n, tense.energy / case.material.density),
         }
         self.damage: Any = case.material.damage_law()
         if isinstance(self.damage, Elastodamage):

@@ -35,8 +35,6 @@ class SolidOfNodes(Approximation, Protocol):
 
     @property
     def density(self) -> float: ...
-    @property
-    def damping(self) -> float: ...
     def mesh_in_order(self) -> SimplexMesh: ...
     def law(self) -> Law: ...
     def viscous(self) -> Viscous | None: ...
@@ -49,7 +47,7 @@ class MeshlessSolid(ExplicitNodes):
     energy_kind = "strain"
 
     def __init__(self, case: SolidOfNodes, placement: Placement) -> None:
-        self.name, self.mesh, self.damping, self._case = case.name, case.mesh_in_order(), case.damping, case
+        self.name, self.mesh, self._case = case.name, case.mesh_in_order(), case
         self._law, self._density = case.law(), case.density
         n = len(self.mesh.nodes)
         self._volume = np.zeros(n)

@@ -1,6 +1,6 @@
 """Meshless solids as the user describes them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
 from pellucid.approximants.nodal.contract import AnyNodalApproximant
+from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
-from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
@@ -39,7 +39,7 @@ MOST_TRIED = 10_000  # cells: their functions are found in a second
 NEARLY_INCOMPRESSIBLE = 0.4  # Poisson's ratio from which the volume ratio is averaged
 
 
-class MeshlessSolidCase(BodyModel):
+class MeshlessSolidCase(DampedModel):
     """An elastic or viscous solid on its own nodes, with shape functions over a background mesh, in total-Lagrangian form."""
 
     place: ClassVar[str] = "mesh"
@@ -61,9 +61,6 @@ class MeshlessSolidCase(BodyModel):
         "",
         "whether the volume ratio is averaged about the nodes, against locking; without it, from a Poisson's ratio of 0.4",
         None,
-    )
-    damping: float = parameter(
-        "1/s", "rate of a drag in proportion to mass and velocity; steady states choose their own", 0.0, ge=0
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
@@ -112,10 +109,6 @@ class MeshlessSolidCase(BodyModel):
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
         return MeshlessSolid(self, placement)
-
-    def channels(self) -> Sequence[Channel]:
-        """What a drag on its nodes takes."""
-        return (DAMPING_HEAT,) if self.damping > 0.0 else ()
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
         """A viscous material: the time in which it creeps is not that of the relaxation."""

@@ -30,9 +30,6 @@ class ExplicitNodes(NodalBody):
     A kind of body finds the internal forces, `motion.internal`, and its stresses and energies.
     """
 
-    damping = 0.0
-    """Rate of a drag in proportion to mass and velocity [1/s]."""
-
     def __init__(
         self,
         position: np.ndarray,
@@ -99,7 +96,6 @@ class ExplicitNodes(NodalBody):
     def begin(self, dt: float) -> None:
         """Forget the external forces of the last step; renew the index where a node left its slab."""
         self._dt = dt
-        self.motion.slow(self.damping, dt)
         if self.coupling:
             self.coupling.sort_if_needed()
         self.motion.loads.fill(0.0)
@@ -146,6 +142,15 @@ class ExplicitNodes(NodalBody):
     def work(self) -> StepWork:
         """Work and impulses of this step."""
         return self.motion.work()
+
+    def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
+        """Along the mean velocity of the step; the works of the nodes count it."""
+        self.motion.slow(rate, dt)
+        return 0.0, np.zeros(3)
+
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act over this step."""
+        self.motion.share_gravity(share)
 
     # steady states
 

@@ -176,9 +176,8 @@ class NodalMotion:
 
     def slow(self, rate: float, dt: float) -> None:
         """Let a drag in proportion to mass and velocity act on the nodes, at a rate [1/s], over a step dt [s]."""
-        if rate > 0.0:
-            half = 0.5 * rate * dt
-            self.drag = Drag((1.0 - half) / (1.0 + half), 1.0 / (1.0 + half))
+        half = 0.5 * rate * dt
+        self.drag = Drag((1.0 - half) / (1.0 + half), 1.0 / (1.0 + half))
 
     def forces(self) -> np.ndarray:
         """All forces on the nodes but those of contact and constraints [N], shape (n, 3)."""

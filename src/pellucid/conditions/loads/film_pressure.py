@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
@@ -13,7 +14,6 @@ from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
-from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
@@ -32,7 +32,7 @@ class Band(Model):
         return np.asarray(np.exp(-0.5 * offset * offset))
 
 
-class FilmPressure(LoadModel):
+class FilmPressure(ChangesInTime, LoadModel):
     """A pressure along the normal of a fluid film, wherever that points (Benet 2015, §§6.6 and 7.1.1)."""
 
     kind: Literal["film-pressure"] = "film-pressure"
@@ -46,7 +46,6 @@ class FilmPressure(LoadModel):
         "", "a direction e: the pressure is then `value` times n·e, as where a stream along e drives the film", None
     )
     band: Band | None = parameter("", "a band about an axis in which it acts", None)
-    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is no fluid film, a direction without length."""
@@ -64,7 +63,7 @@ class FilmPressure(LoadModel):
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
-        pressure = np.full(points.density_ratio.shape, risen(time, self.rise) * self.value)
+        pressure = np.full(points.density_ratio.shape, self.share(time) * self.value)
         if self.on == "initial-area":
             pressure = pressure * points.density_ratio
         if self.along is not None:

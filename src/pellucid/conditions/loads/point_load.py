@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.region import Where, chosen_nodes, faults
@@ -12,19 +13,17 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
-from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
 
 
-class PointLoad(LoadModel):
+class PointLoad(ChangesInTime, LoadModel):
     """A force that the nodes or points of a region share equally; its direction is fixed."""
 
     kind: Literal["point-load"] = "point-load"
     where: Where = parameter("", "which nodes or points of the body")
     force: Vector = parameter("N", "force on all of them together")
-    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or has no such nodes."""
@@ -52,5 +51,5 @@ class ActivePointLoad(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        force = risen(time, self._load.rise) * np.array(self._load.force)
+        force = self._load.share(time) * np.array(self._load.force)
         self._body.add_external_force(self._share[self._body.arrays["id"]] * force, self._column)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
@@ -12,19 +13,17 @@ from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.part import Parts
-from pellucid.smooth_step import risen
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
 
 
-class Traction(LoadModel):
+class Traction(ChangesInTime, LoadModel):
     """A dead load on faces of a body with its own nodes: neither its direction nor the area that counts follow the body."""
 
     kind: Literal["traction"] = "traction"
     where: Where = parameter("", "which faces of the body")
     traction: Vector = parameter("Pa", "force on unit area of the faces as they are at the start")
-    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or has no such faces."""
@@ -49,4 +48,4 @@ class ActiveTraction(ActiveCondition):
         """Its forces over the step."""
         if not len(self._forces):
             self._forces = self._faces.traction(np.array(self._traction.traction))
-        self._faces.body.add_external_force(risen(time, self._traction.rise) * self._forces, self._column)
+        self._faces.body.add_external_force(self._traction.share(time) * self._forces, self._column)

@@ -1,0 +1,52 @@
+"""Fluids at rest under gravity at the start: each point has the state of its depth."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pellucid.materials.contract import PointMaterial
+from pellucid.materials.eos.column import ColumnEnds
+from pellucid.model import Model, Vector, parameter
+
+Bounds = tuple[np.ndarray, np.ndarray]
+REMEDY = "lower the top of the body or the level, or raise the pressure at the level; a liquid may have `carries_tension`"
+
+
+class Hydrostatic(Model):
+    """A fluid at rest under gravity: below a level the pressure holds the weight above, without exchange of heat."""
+
+    level: float | None = parameter(
+        "m",
+        "where the material has its `density` and `pressure`: height from the origin, against gravity; without it the top of "
+        "the body's shape",
+        None,
+    )
+
+
+class NoRest(ValueError):
+    """A fluid has no state at rest somewhere in a body."""
+
+
+def states_by_height(
+    rest: Hydrostatic, material: PointMaterial, bounds: Bounds, gravity: Vector, position: np.ndarray
+) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
+    """Densities [kg/m³], shape (n,), and arrays of the state at positions [m], shape (n, 3), of a body with these bounds [m].
+
+    gravity: not zero [m/s²]. Raises NoRest.
+    """
+    strength = float(np.linalg.norm(gravity))
+    up = -np.array(gravity) / strength
+    level = heights_of_ends(bounds, gravity)[1] if rest.level is None else rest.level
+    try:
+        return material.at_rest(strength, level - position @ up)
+    except ColumnEnds as error:
+        side = "above" if error.depth < 0.0 else "below"
+        reason = f"{side} a height of {level - error.depth:.6g} m: {error}"
+        raise NoRest(f"at rest under this gravity there is no such fluid {reason}") from None
+
+
+def heights_of_ends(bounds: Bounds, gravity: Vector) -> tuple[float, float]:
+    """Lowest and highest height of a box against gravity [m]."""
+    up = -np.array(gravity) / np.linalg.norm(gravity)
+    lower, upper = bounds
+    return float(np.where(up > 0.0, lower, upper) @ up), float(np.where(up > 0.0, upper, lower) @ up)

@@ -1,0 +1,44 @@
+"""Initial tension of membranes: the equal stretch in the plane that bears it."""
+
+from typing import NamedTuple
+
+from pellucid.materials.law import Law
+from pellucid.materials.membrane import Shape, initial_shape, plane_response, shape_of
+
+ISOTROPIC = (1.0, 1.0, 0.0)
+LARGEST, THINNEST = 10.0, 0.05  # stretch, and thickness over that at rest, up to which a tension is looked for
+
+
+class Prestretch(NamedTuple):
+    """State of a membrane under equal tension along all directions of its plane."""
+
+    stretch: float
+    stress: float  # [Pa]
+    ratio: float  # of its thickness to that at rest
+    shape: Shape  # as the law has it
+    energy: float  # on unit of volume as it is now [J/m³]
+
+
+def prestretch(law: Law, tension: float, thickness: float) -> Prestretch:
+    """The state in which a membrane, now of a thickness [m], bears a tension [N/m]. Raises ValueError where there is none."""
+    if tension == 0.0:
+        return Prestretch(1.0, 0.0, 1.0, initial_shape(law), 0.0)
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    def response(stretch: float) -> tuple[float, float]:
+        stress, _, _, ratio = plane_response(law, shape_of(law, ISOTROPIC, stretch, stretch))
+        return stress, ratio
+
+    wanted = tension / thickness
+    stretch = 1.0
+    while response(stretch)[0] < wanted and stretch < LARGEST and response(stretch)[1] > THINNEST:
+        stretch *= 1.1
+    if response(stretch)[0] < wanted or response(stretch)[1] <= THINNEST:
+        raise ValueError(f"the material bears no tension of {tension:g} N/m at a thickness of {thickness:g} m")
+    stretch = float(brentq(lambda trial: response(trial)[0] - wanted, 1.0, stretch, xtol=1e-15))
+    stress, ratio = response(stretch)
+    # on unit of volume at rest the two directions take σ times the ratio of thickness times λ, along dλ each
+    work = quad(lambda trial: 2.0 * response(trial)[0] * response(trial)[1] * trial, 1.0, stretch, epsabs=0.0, epsrel=1e-11)[0]
+    shape = shape_of(law, ISOTROPIC, stretch, stretch)
+    return Prestretch(stretch, stress, ratio, shape, work / (stretch**2 * ratio))

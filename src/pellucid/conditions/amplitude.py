@@ -1,0 +1,60 @@
+"""How loads, pressures and gravity change in time: one way for all of them."""
+
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.model import InputFile, Model, parameter
+from pellucid.smooth_step import risen
+from pellucid.time_table import read_rows
+
+
+class Amplitude(Model):
+    """The share of a load that acts, as a function of time: straight lines between instants, constant before and behind."""
+
+    times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
+    shares: tuple[float, ...] | None = parameter("", "share of the load at each; it may be negative or above 1", None)
+    path: InputFile | None = parameter(
+        "", "instead of these, a CSV file with the columns time [s] and share; a row of names may stand first", None
+    )
+
+    @model_validator(mode="after")
+    def _is_a_function(self) -> "Amplitude":
+        if (self.path is None) == (self.times is None) or (self.times is None) != (self.shares is None):
+            raise ValueError("give either `times` and `shares`, such as { times = [0, 1], shares = [0, 1] }, or `path`")
+        if self.times is not None and self.shares is not None and len(self.times) != len(self.shares):
+            raise ValueError(f"{len(self.times)} times and {len(self.shares)} shares; give as many of both")
+        if self.times is not None and (late := [(a, b) for a, b in pairwise(self.times) if not a < b]):
+            raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
+        self._rows  # noqa: B018 (a file is read at once, so that an error in it is one of the case)
+        return self
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        if self.path is not None:
+            return read_rows(self.path, "share of the load").T
+        return np.array([self.times, self.shares])
+
+    def at(self, time: float) -> float:
+        """The share at a time [s]."""
+        times, shares = self._rows
+        return float(np.interp(time, times, shares))
+
+
+class ChangesInTime(Model):
+    """What a load or pressure has beside its size: a smooth rise, or an amplitude."""
+
+    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
+    amplitude: Amplitude | None = parameter("", "instead of a rise, the share that acts as a function of time", None)
+
+    @model_validator(mode="after")
+    def _rises_once(self) -> "ChangesInTime":
+        if self.amplitude is not None and self.rise > 0.0:
+            raise ValueError("`rise` and `amplitude` both say how it changes in time; leave one out")
+        return self
+
+    def share(self, time: float) -> float:
+        """The share that acts at a time [s]."""
+        return risen(time, self.rise) if self.amplitude is None else self.amplitude.at(time)

@@ -1,0 +1,56 @@
+"""Damping: what the keys `damping` and `damping_until` of a body stand for."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.energy import DAMPING, DAMPING_HEAT, Channel, StepWork
+from pellucid.model import parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.condition import Condition
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
+
+
+class Damping(Condition):
+    """A drag on a body in proportion to mass and velocity."""
+
+    body: str = parameter("", "name of the body")
+    rate: float = parameter("1/s", "rate at which the velocity of a free body fades", gt=0)
+    until: float | None = parameter("s", "time at which the drag ends; without it never", None)
+
+    def channels(self) -> Sequence[Channel]:
+        """What it takes."""
+        return (DAMPING_HEAT,)
+
+    @classmethod
+    def activate(cls, conditions: Sequence["Damping"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+        """One for each."""
+        return [ActiveDamping(damping, assembly) for damping in conditions]
+
+    def mean_rate(self, time: float, dt: float) -> float:
+        """Over a step dt [s] from `time` [s]; none where time stands still, as when bodies settle."""
+        if dt == 0.0:
+            return 0.0
+        return self.rate if self.until is None else self.rate * min(max((self.until - time) / dt, 0.0), 1.0)
+
+
+class ActiveDamping(ActiveCondition):
+    """A drag on a body that is built."""
+
+    def __init__(self, damping: Damping, assembly: "Assembly") -> None:
+        self._damping, self._body, self._layout = damping, assembly.bodies[damping.body].body, assembly.layout
+        self._lost, self._impulse = 0.0, np.zeros(3)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Slow the body over the step."""
+        self._lost, self._impulse = self._body.damp(self._damping.mean_rate(time, dt), dt)
+
+    def work(self) -> StepWork:
+        """What it took, where the body does not count it itself."""
+        done = self._layout.no_work()
+        done.works[DAMPING] = self._lost
+        done.impulse[:] = self._impulse
+        return done

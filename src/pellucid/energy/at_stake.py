@@ -1,0 +1,30 @@
+"""What is at stake in a run at its start: the energy that its bodies could set free."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.energy.budget import Totals
+
+ROUNDED = 1e-6  # of internal energy: most of that of a gas moves nothing, and its rounding must not be judged by what moves
+
+
+class Stores(Protocol):
+    """What is read of a body: its totals, what it stores, and `mass` [kg], (n,), and `position` [m], (n, 3), of its points."""
+
+    totals: Totals
+    arrays: dict[str, np.ndarray]
+
+    @property
+    def energy_kind(self) -> str: ...
+
+
+def energy_at_stake(bodies: Sequence[Stores], gravity: tuple[float, float, float]) -> float:
+    """Strain energy, potential energy above the lowest point of all bodies, and a share of internal energy [J]."""
+    strain = sum(abs(body.totals.stored) for body in bodies if body.energy_kind == "strain")
+    internal = sum(abs(body.totals.stored) for body in bodies if body.energy_kind != "strain")
+    heights = [-body.arrays["position"] @ np.array(gravity) for body in bodies]  # times the acceleration [m²/s²]
+    lowest = min(float(height.min()) for height in heights)
+    potential = sum(float(body.arrays["mass"] @ (height - lowest)) for body, height in zip(bodies, heights, strict=True))
+    return strain + potential + ROUNDED * internal

@@ -1,0 +1,133 @@
+"""Strong explosions beside their similarity solution: radius of the shock, density about the centre, total energy."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.references.blast import MEASURE, Array, Blast
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+DISPLACED = 2.0  # cells: a front is caught within some cells, an error of first order
+ENERGY = 1e-12  # of its scale: rounding
+SAMPLES = 20  # of the exact density in a ring of one cell
+
+CAPTIONS = {
+    "blast": "Radius of the shock against time, density at the end over the radius, and energies against time. Density is the "
+    "mass in rings of one cell over their volume."
+}
+
+METRICS = ("radius", "worst_radius", "density_l1", "energy")
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The radius at the end and the worst of the later half, the error of the density, and of the balance of energy."""
+    blast, cell = Blast.of(run.case), run.case.grid.cell
+    times, found = fronts(run, blast)
+    exact = blast.radius(times)
+    errors = np.abs(found / exact - 1.0)
+    allowed = DISPLACED * cell / exact
+    later = times >= 0.5 * times[-1]
+    worst = int(np.argmax(np.where(later, errors, 0.0)))
+    edges = rings(run)
+    wanted = exact_density(blast, edges, times[-1])
+    density = ring_density(run, blast, edges, times[-1])
+    displaced = exact_density(blast, edges, times[-1], DISPLACED * cell)
+    volumes = np.diff(edges**blast.dimensions)
+    scale = np.sum(wanted * volumes)
+    error, tolerance = (float(np.sum(np.abs(other - wanted) * volumes) / scale) for other in (density, displaced))
+    energy = float(np.max(np.abs(run.history["energy_error"])))
+    text = "where the pressure of rings of one cell passes half of that behind the exact shock"
+    return {
+        "radius": Metric(float(found[-1]), float(exact[-1]), float(errors[-1]), float(allowed[-1]), "m", f"{text}, at the end"),
+        "worst_radius": Metric(
+            float(found[worst]),
+            float(exact[worst]),
+            float(errors[worst]),
+            float(allowed[worst]),
+            "m",
+            "the same in that frame of the later half of the time in which it is farthest off",
+        ),
+        "density_l1": Metric(
+            error, 0.0, error, tolerance, "", "relative L1 error of the density of rings; the exact one, displaced by two cells"
+        ),
+        "energy": Metric(energy, 0.0, energy, ENERGY, "", "largest relative error of the energy balance"),
+    }
+
+
+def rings(run: "Run") -> Array:
+    """Radii between rings of one cell [m], from the centre to the wall."""
+    cell, width = run.case.grid.cell, float(run.case.grid.extent_upper()[0] - run.case.grid.lower[0])
+    return np.arange(0.0, width + 0.5 * cell, cell)
+
+
+def gas(run: "Run", blast: Blast, time: float) -> tuple[Array, Array, Array, Array]:
+    """Radius [m], mass [kg], volume [m³] and pressure [Pa] of all points at a time of a frame, shape (n,) each."""
+    frames = [run.fields(body.name, time) for body in run.case.body]
+    names = ("position", "mass", "density", "pressure")
+    position, mass, density, pressure = (np.concatenate([np.asarray(frame[name]) for frame in frames]) for name in names)
+    return np.linalg.norm(position[:, : blast.dimensions], axis=1), mass, mass / density, pressure
+
+
+def ring_density(run: "Run", blast: Blast, edges: Array, time: float) -> Array:
+    """Mass in rings over their volume [kg/m³]."""
+    radius, mass, _, _ = gas(run, blast, time)
+    n = blast.dimensions
+    across = run.case.grid.slice_thickness() ** (3 - n)
+    volumes = MEASURE[n] / 2.0**n * across * np.diff(edges**n) / n
+    return np.asarray(np.histogram(radius, edges, weights=mass)[0] / volumes)
+
+
+def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.0) -> Array:
+    """Mean density of the exact solution in rings [kg/m³], also where it is displaced outwards [m]."""
+    width = edges[1] - edges[0]
+    radius = (edges[:-1, None] + width * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
+    weight = (radius ** (blast.dimensions - 1)).reshape(-1, SAMPLES)
+    density = blast.at(np.abs(radius - displaced), time)["density"].reshape(-1, SAMPLES)
+    return np.asarray((density * weight).sum(axis=1) / weight.sum(axis=1))
+
+
+def fronts(run: "Run", blast: Blast) -> tuple[Array, Array]:
+    """Times of the frames after the start [s] and the radius of the shock in each [m]."""
+    edges, times = rings(run), np.asarray(run.times(run.case.body[0].name), dtype=float)[1:]
+    middles, found = 0.5 * (edges[1:] + edges[:-1]), []
+    for time in times:
+        radius, _, volume, pressure = gas(run, blast, float(time))
+        filled = np.histogram(radius, edges, weights=volume)[0]
+        mean = np.histogram(radius, edges, weights=volume * pressure)[0] / np.maximum(filled, 1e-300)
+        half = 0.5 * float(blast.at(blast.radius(time), float(time))["pressure"])
+        last = int(np.flatnonzero(mean > half)[-1])
+        beyond = mean[last + 1] if last + 1 < len(mean) else 0.0
+        found.append(middles[last] + (edges[1] - edges[0]) * (mean[last] - half) / (mean[last] - beyond))
+    return times, np.array(found)
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Radius and energies against time, and density over the radius."""
+    blast = Blast.of(run.case)
+    figure = new_figure(10.0, 3.6)
+    fronts_axes, profile, energies = figure.subplots(1, 3)
+    times, found = fronts(run, blast)
+    line = np.linspace(0.0, times[-1], 200)
+    fronts_axes.plot(line, blast.radius(line), color="black", linewidth=1, label="exact")
+    fronts_axes.plot(times, found, "o", color=COLOURS[1], markersize=4, label="pellucid")
+    label(fronts_axes, "time", "radius of the shock", "s", "m")
+    fronts_axes.legend()
+    edges = rings(run)
+    radii = np.linspace(edges[0], edges[-1], 2000)[1:]
+    profile.plot(radii, blast.at(radii, times[-1])["density"], color="black", linewidth=1, label="exact")
+    profile.stairs(ring_density(run, blast, edges, times[-1]), edges, baseline=None, color=COLOURS[1], label="pellucid")
+    label(profile, "radius", "density", "m", "kg/m^3")
+    profile.legend(loc="upper left")
+    kinetic, internal = run.history["kinetic_energy"], run.history["internal_energy"]
+    for values, text in ((kinetic, "kinetic"), (internal, "internal"), (kinetic + internal, "together")):
+        energies.plot(run.history["time"], values, label=text)
+    energies.set_ylim(0.0, None)
+    label(energies, "time", "energy", "s", "J")
+    energies.legend()
+    return {"blast": figure}

@@ -1,0 +1,92 @@
+"""A column at rest under its own weight: places, stresses and speeds of its points beside the exact solution."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.references.heavy_column import Array, HeavyColumn
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+SLOW = 1e-3  # m/s; the column swings at up to 1.1 m/s if it is let go
+# Compressed, the points are no lattice of the cells any more: what sums over points lack of integrals does not fall with the
+# cell, but with the points in it
+PLACE, STRESS = 0.005, 0.02
+LEDGER = 1e-4  # of what is at stake
+
+CAPTIONS = {
+    "column": "Displacement and stress of every point over its height at rest; speed of the fastest point against time."
+}
+
+METRICS = ("displacement", "stress", "fastest", "energy")
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Displacement of the top, the worst stress of a point, the fastest point, the ledger."""
+    column = HeavyColumn.of(run.case)
+    rest, place, stress = points(run)
+    exact = column.place(rest) - rest
+    size = float(np.abs(exact).max())
+    apart = float(np.abs(place - rest - exact).max()) / size
+    top = int(np.argmax(rest))
+    scale = float(np.abs(column.stress(np.zeros(1))).max())
+    worst = float(np.sqrt(np.mean((stress - column.stress(rest)) ** 2))) / scale
+    fastest = float(np.max(run.history["fastest"]))
+    energy = float(np.max(np.abs(run.history["energy_error"])))
+    return {
+        "displacement": Metric(
+            float(place[top] - rest[top]),
+            float(exact[top]),
+            apart,
+            PLACE,
+            "m",
+            "of the uppermost points; the error is the largest of any point, over the largest displacement",
+        ),
+        "stress": Metric(worst, 0.0, worst, STRESS, "", "rms error of the stress of the points, over that on the ground"),
+        "fastest": Metric(fastest, 0.0, fastest, SLOW, "m/s", "speed of the fastest point in any row of the history"),
+        "energy": Metric(energy, 0.0, energy, LEDGER, "", "largest relative error of the energy balance"),
+    }
+
+
+def points(run: "Run") -> tuple[Array, Array, Array]:
+    """Heights of the points in the stress-free column and in the last frame [m], stress along the column [Pa], (n,) each.
+
+    The points are seeded in equal layers, whose order is that of the heights.
+    """
+    body = run.case.body[0]
+    fields = run.fields(body.name)
+    place, stress = np.asarray(fields["position"])[:, 1], np.asarray(fields["stress"])[:, 1]
+    cell, (_, per_cell, _) = run.case.grid.cell, body.points_per_cell  # type: ignore[attr-defined]
+    layers = round(HeavyColumn.of(run.case).height / cell * per_cell)
+    order = np.argsort(place, kind="stable")
+    rest = np.empty(len(place))
+    rest[order] = run.case.grid.lower[1] + (np.repeat(np.arange(layers), len(place) // layers) + 0.5) * cell / per_cell
+    return rest, place, stress
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Displacement and stress over the height, speed against time."""
+    column = HeavyColumn.of(run.case)
+    figure = new_figure(10.0, 3.6)
+    displacement, stress, speed = figure.subplots(1, 3)
+    rest, place, found = points(run)
+    line = np.linspace(0.0, column.height, 200)
+    for axes, values, exact in (
+        (displacement, place - rest, column.place(line) - line),
+        (stress, found, column.stress(line)),
+    ):
+        axes.plot(values, rest, ".", color=COLOURS[1], markersize=3, label="every point")
+        axes.plot(exact, line, color="black", linewidth=1, label="exact")
+        axes.legend()
+    label(displacement, "displacement", "height at rest", "m", "m")
+    label(stress, "stress along the column", "height at rest", "Pa", "m")
+    speed.plot(run.history["time"], run.history["fastest"])
+    speed.axhline(SLOW, color="grey", linestyle=":")
+    speed.set_yscale("log", nonpositive="mask")
+    label(speed, "time", "speed of the fastest point", "s", "m/s")
+    return {"column": figure}

@@ -1,0 +1,107 @@
+"""Water that should stay at rest: speeds of its points, and their pressure beside that of their depth."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+SLOW = 1e-3  # m/s, of waves that would raise the surface to 2 m/s if they were as high as the water is deep
+PRESSURE_SHARE = 0.01  # of the pressure on the ground; half of it is the compression g H/(2 c²) that ρ₀ g depth leaves out
+COLUMN_SHARE = 0.005  # the same beside the compressible column, which leaves nothing out
+LEDGER = 1e-6  # rounding of the energies stored, over the little that moves
+
+CAPTIONS = {
+    "tank": "Speed of the fastest point against time, and the pressure of every point at the end over its height. Right: the "
+    "largest difference between the pressure of a point and that of its depth, over the pressure on the ground. Dotted: what "
+    "is allowed."
+}
+
+METRICS = ("fastest", "pressure", "column", "energy")
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """The fastest point, the worst pressure of a point beside ρ₀ g depth and beside a compressible column, the ledger."""
+    fastest = float(np.max(run.history["fastest"]))
+    weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
+    energy = float(np.max(np.abs(run.history["energy_error"])))
+    text = "speed of the fastest point in any row of the history"
+    pressure = "largest difference from {} of any point in any frame, over the pressure on the ground"
+    return {
+        "fastest": Metric(fastest, 0.0, fastest, SLOW, "m/s", text),
+        "pressure": Metric(weight, 0.0, weight, PRESSURE_SHARE, "", pressure.format("density times g times depth")),
+        "column": Metric(squeezed, 0.0, squeezed, COLUMN_SHARE, "", pressure.format("that of a compressible column")),
+        "energy": Metric(energy, 0.0, energy, LEDGER, "", "largest relative error of the energy balance"),
+    }
+
+
+def pressure_errors(run: "Run") -> "tuple[Array, Array]":
+    """In each frame, over the pressure on the ground: the largest difference of a point from ρ₀ g depth, and from a
+    column of the same liquid."""
+    water: Any = run.case.body[0]
+    errors = []
+    for time in run.times(water.name):
+        points = run.fields(water.name, float(time))
+        depth = depths(run, np.asarray(points["position"]))
+        found = np.asarray(points["pressure"])
+        errors.append([np.abs(found - exact).max() for exact in (simple(run, depth), column(run, depth))])
+    ground = simple(run, np.array([water.hydrostatic.level - run.case.grid.lower[1]]))
+    worst = np.array(errors) / ground
+    return worst[:, 0], worst[:, 1]
+
+
+def depths(run: "Run", position: "Array") -> "Array":
+    """Depths [m] of places in a tank whose gravity is along -y."""
+    water: Any = run.case.body[0]
+    return np.asarray(water.hydrostatic.level - position[:, 1])
+
+
+def simple(run: "Run", depth: "Array") -> "Array":
+    """ρ₀ g depth [Pa]."""
+    return np.asarray(run.case.body[0].material.density * -run.case.gravity[1] * depth)
+
+
+def column(run: "Run", depth: "Array") -> "Array":
+    """Pressure of Tait's liquid [Pa] of which c² grows by (n-1) g depth, as dp = ρ g ds has it."""
+    material: Any = run.case.body[0].material
+    eos, n = material.eos, material.eos.exponent
+    growth = 1.0 - (n - 1.0) * run.case.gravity[1] * depth / eos.sound_speed**2  # of c², from its value at the level
+    stiffness = material.density * eos.sound_speed**2 / n
+    return np.asarray(material.pressure + stiffness * (growth ** (n / (n - 1.0)) - 1.0))
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Speed against time, pressure over height, and the largest error of the pressure against time."""
+    name = run.case.body[0].name
+    figure = new_figure(10.0, 3.6)
+    speed, profile, errors = figure.subplots(1, 3)
+    speed.plot(run.history["time"][1:], run.history["fastest"][1:])
+    speed.axhline(SLOW, color="grey", linestyle=":")
+    speed.set_yscale("log")
+    label(speed, "time", "speed of the fastest point", "s", "m/s")
+    points = run.fields(name)
+    position = np.asarray(points["position"])
+    height = position[:, 1]
+    line = np.linspace(run.case.grid.lower[1], height.max() + depths(run, position).min(), 200)
+    depth = depths(run, np.stack([line] * 3, axis=1))
+    profile.plot(np.asarray(points["pressure"]), height, ".", color=COLOURS[1], markersize=3, label="every point")
+    profile.plot(simple(run, depth), line, color="black", linewidth=1, label="ρ₀ g depth")
+    profile.legend()
+    label(profile, "pressure", "height", "Pa", "m")
+    times = np.asarray(run.times(name), dtype=float)
+    for values, text in zip(pressure_errors(run), ("beside ρ₀ g depth", "beside a compressible column"), strict=True):
+        errors.plot(times, 100.0 * values, label=text)
+    errors.axhline(100.0 * PRESSURE_SHARE, color="grey", linestyle=":")
+    errors.set_yscale("log")
+    errors.legend()
+    label(errors, "time", "largest error of the pressure", "s", "%")
+    return {"tank": figure}

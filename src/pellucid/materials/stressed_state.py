@@ -1,0 +1,40 @@
+"""The stretch that bears a stress, under any hyperelastic law."""
+
+import numpy as np
+
+from pellucid.materials.law import Law, cauchy_stress
+from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor
+
+CLOSE = 1e-8  # of the stress: what the solution may leave
+PROBE = 1e-6  # stretch by which the stiffness at rest is measured
+
+
+def stretch_under(law: Law, stress: Symmetric) -> Tensor:
+    """A deformation gradient without rotation under which the Cauchy stress [Pa] is this one. Raises ValueError for none."""
+    from scipy.optimize import root
+
+    at_rest, wanted = np.array(cauchy_stress(law, IDENTITY)), np.array(stress)
+    if stress == NO_STRESS:
+        return IDENTITY
+    stiffness = np.abs(np.array(cauchy_stress(law, _symmetric(np.array([PROBE, 0, 0, 0, 0, 0])))) - at_rest).max() / PROBE
+
+    def left(strain: np.ndarray) -> np.ndarray:
+        F = np.array(_symmetric(strain)).reshape(3, 3)
+        if np.linalg.det(F) <= 0.0 or not np.isfinite(F).all():
+            return np.full(6, 1e3)
+        return (np.array(cauchy_stress(law, _symmetric(strain))) - wanted) / stiffness
+
+    try:
+        found = root(left, np.zeros(6), tol=1e-14)
+        close = np.abs(left(found.x)).max() * stiffness <= CLOSE * np.abs(wanted).max()
+    except (ValueError, OverflowError, ZeroDivisionError):
+        close = False
+    if not close:
+        raise ValueError(f"no stretch was found that bears the stress {', '.join(f'{value:g}' for value in stress)} Pa")
+    return _symmetric(found.x)
+
+
+def _symmetric(strain: np.ndarray) -> Tensor:
+    """I + the symmetric tensor (xx, yy, zz, yz, xz, xy)."""
+    xx, yy, zz, yz, xz, xy = (float(value) for value in strain)
+    return (1.0 + xx, xy, xz, xy, 1.0 + yy, yz, xz, yz, 1.0 + zz)

@@ -1,0 +1,61 @@
+"""A column of a compressible neo-Hookean solid between smooth walls, compressed by its own weight.
+
+At the height Y of the stress-free column the nominal stress holds what is above, P(λ) = -ρ₀ g (H - Y), and with uniaxial strain
+P = μ (λ - 1/λ) + Λ ln λ/λ, which is the Cauchy stress, too: the cross-section is constant. The heights are y = ∫λ dY.
+Source: Bonet & Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., eq. 6.28, for the law.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+Array = NDArray[np.float64]
+HEIGHTS = 2001  # at which the stretch is found; Simpson's rule between them is exact to 1e-12
+
+
+@dataclass(frozen=True)
+class HeavyColumn:
+    """Height at rest [m], density [kg/m³], gravity [m/s²] and Lamé's constants [Pa]."""
+
+    height: float
+    density: float
+    gravity: float
+    first: float
+    shear: float
+
+    @classmethod
+    def of(cls, case: "Case") -> "HeavyColumn":
+        """The column of a case whose first body is a box that stands on the lower face of the grid, gravity along -y."""
+        body = case.body[0]
+        lower, upper = body.bounds()
+        material = cast(Any, body.material)
+        young, poisson = material.young_modulus, material.poisson_ratio
+        shear = young / (2.0 * (1.0 + poisson))
+        first = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+        return cls(float(upper[1] - lower[1]), material.density, -case.gravity[1], first, shear)
+
+    def stress(self, heights: Array) -> Array:
+        """Along the column [Pa] at heights at rest [m], any shape."""
+        return np.asarray(-self.density * self.gravity * (self.height - heights))
+
+    def stretch(self, heights: Array) -> Array:
+        """Of the column at heights at rest [m], any shape, by bisection."""
+        wanted = self.stress(heights)
+        low, high = np.full(wanted.shape, 1e-6), np.ones(wanted.shape)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            below = self.shear * (middle - 1.0 / middle) + self.first * np.log(middle) / middle < wanted
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return 0.5 * (low + high)
+
+    def place(self, heights: Array) -> Array:
+        """Heights of the compressed column [m] of points that were at heights [m] at rest, any shape."""
+        from scipy.integrate import cumulative_simpson
+
+        line = np.linspace(0.0, self.height, HEIGHTS)
+        return np.asarray(np.interp(heights, line, cumulative_simpson(self.stretch(line), x=line, initial=0.0)))

@@ -1,0 +1,122 @@
+"""Settling before the clock starts: dynamics that lose all velocity whenever the kinetic energy passes a peak.
+
+At a peak of the kinetic energy a swinging body passes its equilibrium; where it is stopped there, what is left swings less.
+Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R. Barnes, Int. J. Space Struct. 14 (1999) 89.
+"""
+
+import signal
+import time as wall_clock
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from pellucid.errors import Interrupted, RunStopped
+from pellucid.parts.body import Body
+from pellucid.parts.body_model import BodyModel
+from pellucid.progress import Progress
+from pellucid.simulation.clock import Clock
+
+if TYPE_CHECKING:
+    from pellucid.case import TimeCase
+    from pellucid.case.settle import SettleCase
+    from pellucid.simulation.simulation import Simulation
+
+CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
+
+
+PROGRESS_INTERVAL = 0.2  # s of wall time
+
+
+ROUNDED = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
+
+
+class SettlingClock(Clock):
+    """Counts the steps of the settling, for which the time of the loads stands still."""
+
+    def __init__(self, settle: "SettleCase", time: "TimeCase", longest: float, models: Sequence[BodyModel]) -> None:
+        super().__init__(time, longest)
+        self.settle = settle
+        self._least = CROSSINGS * max((_crossing(model) for model in models), default=0.0)
+        self._passed = self._since = self._longest_swing = self._quiet = 0.0  # [s] of the settling
+        self._kinetic = self.peak = 0.0
+        self.is_settled = False
+
+    def next_step(self, bodies: Sequence[Body]) -> float:
+        """The length of the coming step [s]."""
+        stable, name = self.stable_step(bodies)
+        if self.case.step is not None:
+            self._check_fixed(self.case.step, stable, name)
+            return self.case.step
+        dt = min(self.case.courant * stable, self.case.end)
+        self.check_collapse(dt, name, bodies)
+        return dt
+
+    def span(self, dt: float) -> tuple[float, float]:
+        """Time stands still."""
+        return 0.0, 0.0
+
+    def advance(self, dt: float) -> None:
+        """Count a step."""
+        self.n_steps += 1
+        self.dt = dt
+        self._passed += dt
+
+    def passes_peak(self, kinetic: float, moved: float, at_stake: float) -> bool:
+        """Whether the kinetic energy [J] at the end of a step is below that before: then the bodies are to be stopped.
+
+        They are settled when it stayed below the share of the largest energy that `moved` [J], or below rounding of what is
+        `at_stake` [J], for as long as the longest swing so far and as waves need to cross the bodies. Raises RunStopped where
+        that takes too many steps.
+        """
+        small = kinetic <= max(self.settle.share * moved, ROUNDED * at_stake)
+        self._quiet = self._quiet + self.dt if small else 0.0
+        passes = kinetic < self._kinetic
+        if passes:
+            self.peak = self._kinetic
+            if not small:
+                self._longest_swing = max(self._longest_swing, self._passed - self._since)
+            self._since = self._passed
+        self._kinetic = 0.0 if passes else kinetic
+        self.is_settled = self._quiet > max(self._longest_swing, self._least)
+        if self.n_steps >= self.settle.most_steps and not self.is_settled:
+            share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
+            raise RunStopped(
+                f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: the kinetic energy still "
+                f"reaches {share:.3g} of what moved ({moved:.3g} J), settle.share = {self.settle.share:g}; raise one of "
+                f"the two, or hold what can fall, slide or flow for ever"
+            )
+        return passes
+
+
+def settle(simulation: "Simulation", caught: Sequence[int], progress: Progress | None) -> dict[str, Any]:
+    """Bring the bodies of a simulation to rest with what acts at time 0; what the summary tells of it.
+
+    caught: signals that arrived so far; one ends the settling, of which nothing is kept. Raises RunStopped, Interrupted.
+    """
+    case, clock = simulation.case, simulation.clock
+    if case.settle is None:
+        return {}
+    settling = SettlingClock(case.settle, case.time, clock.longest, case.body)
+    simulation.clock, shown = settling, 0.0
+    if progress:
+        progress.begin("settling")
+    while not settling.is_settled:
+        simulation.advance_bodies()
+        budget = simulation.budget
+        if settling.passes_peak(simulation.kinetic_energy(), budget.moved, budget.at_stake):
+            simulation.stop_bodies()
+        if caught:
+            raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
+        now = wall_clock.monotonic()
+        if progress and now - shown > PROGRESS_INTERVAL:
+            shown = now
+            simulation.show(progress)
+    simulation.stop_bodies()
+    simulation.clock = clock
+    simulation.begin_balance()
+    return {"settled": {"steps": settling.n_steps, "kinetic_energy": settling.peak}}
+
+
+def _crossing(model: BodyModel) -> float:
+    """The time in which pressure waves cross a body [s]."""
+    lower, upper = model.bounds()
+    return float((upper - lower).max()) / model.material.wave_speeds()[0]

@@ -1,0 +1,143 @@
+"""Settling before the clock starts: an elastic column under its own weight against the exact compression."""
+
+import json
+
+import numpy as np
+import pytest
+from small_cases import SLIP, advance, box, case, simulation
+
+import pellucid
+from pellucid.errors import CaseError, RunStopped
+from pellucid.results.launch import resume_case
+from pellucid.simulation.simulation import Simulation
+
+SOFT = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.0}
+PULL = 0.1  # m/s²: strains of 1e-3, for which the rate form is linear elasticity
+HEIGHT, CELLS = 1.0, 8
+
+
+def heavy_column(settle=None, **more):
+    """A bar of 8 cells that stands on the ground between smooth walls."""
+    settings = {"counts": (1, CELLS + 1, 1), "cell": HEIGHT / CELLS, "functions": "quadratic-bspline", "thickness": 0.1}
+    upper = (HEIGHT / CELLS, HEIGHT, 0.0)
+    column = box((0, 0, 0), upper, SOFT, (1, 3, 1), name="column")
+    supports = [support for support in SLIP[:4] if support["where"] != "y-upper"]
+    found = case(column, support=supports, **({"gravity": (0.0, -PULL, 0.0)} | settings | more))
+    data = found.to_data() | {"grid": {**found.to_data()["grid"], "upper": [HEIGHT / CELLS, HEIGHT * 9 / 8, 0.0]}}
+    return type(found).model_validate(data | ({"settle": settle} if settle is not None else {}))
+
+
+def settled(**settle):
+    """The same, settled."""
+    sim = Simulation(heavy_column(settle), threads=1)
+    sim.settle()
+    return sim
+
+
+def displacements(sim):
+    """Heights at rest and displacements, by the layers of points."""
+    body = sim.bodies[0]
+    order = np.argsort(body.arrays["id"])
+    rest = (np.arange(3 * CELLS) + 0.5) * HEIGHT / (3 * CELLS)
+    return rest, np.sort(body.arrays["position"][order, 1]) - rest
+
+
+def exact(rest):
+    """u = -ρ g (H y - y²/2)/E."""
+    return -1000.0 * PULL * (HEIGHT * rest - 0.5 * rest**2) / 1e5
+
+
+def test_a_column_settles_to_its_exact_compression():
+    sim = settled()
+    rest, moved = displacements(sim)
+    # of second order in the cell: (1/8)² of the displacement, and the square root of the share
+    assert np.abs(moved - exact(rest)).max() < 0.5 / CELLS**2 * np.abs(exact(rest)).max()
+    assert (sim.time, sim.n_steps, sim.kinetic_energy()) == (0.0, 0, 0.0)
+    advance(sim, 300)
+    assert np.abs(displacements(sim)[1] - moved).max() < 1e-3 * np.abs(moved).max(), "it stays there"
+    assert abs(sim.budget.energy_error()) < 1e-6
+
+
+def test_a_smaller_share_settles_nearer_to_rest():
+    left = []
+    for share in (1e-2, 1e-8):
+        sim = settled(share=share)
+        speeds = [np.abs(sim.step() or sim.bodies[0].arrays["velocity"]).max() for _ in range(200)]
+        left.append(max(speeds))
+    assert left[1] < 0.1 * left[0]
+
+
+def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
+    loose = heavy_column({"most_steps": 60}).to_data()
+    loose["support"] = loose["support"][:2]  # nothing holds it: it falls
+    with pytest.raises(RunStopped, match=r"no rest within settle.most_steps = 60 steps.* raise one of the two, or hold"):
+        pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run")
+    failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
+    assert "most_steps" in failure["message"]
+
+
+def test_a_run_begins_settled_and_tells_of_it(tmp_path):
+    run = pellucid.run(heavy_column({}, end=0.05), out=tmp_path / "run", report=False)
+    assert run.summary["settled"]["steps"] > 50
+    assert run.history["time"][0] == 0.0
+    assert run.fields("column", 0.0)["position"][:, 1].max() < (1.0 - 0.5 / 24) * HEIGHT
+    assert np.abs(run.history["kinetic_energy"]).max() < 1e-6 * 1000.0 * 0.125 * 0.1 * PULL
+
+
+def test_a_run_that_goes_on_does_not_settle_again(tmp_path):
+    whole = pellucid.run(heavy_column({}, end=0.2), out=tmp_path / "whole", report=False)
+    pellucid.run(heavy_column({}, end=0.2), out=tmp_path / "parts", report=False, until=0.1)
+    parts = resume_case(tmp_path / "parts", report=False)
+    assert (whole.fields("column")["position"] == parts.fields("column")["position"]).all()
+    assert parts.summary["settled"] == whole.summary["settled"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"steady": {}}, "brings bodies to rest by itself"),
+        ({"velocity": (0.0, 1.0, 0.0)}, "takes all velocity"),
+        ({"rigid": True}, "a rigid body is not stopped"),
+        ({"moving": (0.0, 1.0, 0.0)}, "a support that moves"),
+    ],
+)
+def test_what_cannot_settle_is_refused(change, message):
+    data = heavy_column({}).to_data()
+    if change.keys() & {"velocity", "rigid"}:
+        data["body"][0] |= change
+    elif "moving" in change:
+        data["support"][0]["velocity"] = change["moving"]
+    else:
+        data |= change
+    with pytest.raises((CaseError, ValueError), match=message):
+        type(heavy_column()).model_validate(data)
+
+
+def test_without_the_table_nothing_settles():
+    sim = simulation(box((1, 1, 1), (3, 3, 3)))
+    sim.settle()
+    assert sim.facts() == {}
+
+
+def test_a_gel_is_filled_in_settles_and_is_let_go():
+    """Behind a gate it keeps its width; when that is gone it bulges, and the ledger knows of no loss."""
+    gel = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+    gate = {"where": {"box": {"lower": (8, 0, 0), "upper": (8, 10, 0)}}, "fix": ["x"], "until": 0.0}
+    walls = [wall for wall in SLIP[:4] if wall["where"] in ("x-lower", "y-lower")]
+    block = box((0, 0, 0), (8, 8, 0), gel, (3, 3, 1))
+    size = {"cell": 1.0, "counts": (16, 10, 1), "functions": "quadratic-bspline", "thickness": 1.0}
+    found = case(block, support=[*walls, gate], gravity=(0.0, -0.2, 0.0), end=2.0, **size)
+    sim = Simulation(type(found).model_validate(found.to_data() | {"settle": {}}), threads=1)
+    sim.settle()
+    arrays = sim.bodies[0].arrays
+    outer = arrays["id"][arrays["position"][:, 0] > 7.7]
+    before = arrays["position"][np.isin(arrays["id"], outer), 0].mean()
+    assert arrays["position"][:, 0].max() < 8.0
+    while sim.time < 1.0:
+        sim.step()
+    arrays = sim.bodies[0].arrays
+    moved = arrays["position"][np.isin(arrays["id"], outer), 0].mean() - before
+    # the gate bore ν/(1 - ν) ρ g h/2 in the mean; behind the wave that frees the face, v = σ/(ρ c)
+    wave = np.sqrt(1e4 * 0.7 / (1.3 * 0.4) / 1000.0)
+    assert moved == pytest.approx(0.3 / 0.7 * 0.5 * 1000.0 * 0.2 * 8.0 / (1000.0 * wave), rel=0.2)
+    assert abs(sim.conservation()["energy"]) < 1e-3
