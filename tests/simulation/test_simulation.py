@@ -129,7 +129,7 @@ def test_a_large_energy_error_warns_and_stops():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         advance(sim, 3)  # warned once is enough
-    with pytest.raises(RunStopped, match=r"above energy.stop = 10 %; use a smaller step"):
+    with pytest.raises(RunStopped, match=r"above energy.stop = 10 %, fastest is point .*; use a smaller step"):
         advance(lossy(warn=0.05, stop=0.1), FIRST_JUDGED)
 
 
