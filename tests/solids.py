@@ -1,4 +1,4 @@
-"""Meshless solids for tests, without a case."""
+"""Meshless solids for tests: bodies without a case, and cases of a cube."""
 
 from typing import NamedTuple
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.bodies.meshless_solid.body import MeshlessSolid
+from pellucid.case import Case
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.spatial_order import spatial_order
 from pellucid.grid.velocity_transfer import Flip
@@ -68,25 +69,43 @@ def advance_alone(body, steps, dt):
         body.update(dt)
 
 
+TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49}
+EDGE = 0.1
 PULL = 0.01
 
 
-def pulled_block(duration=0.3, **body):
-    """The case of a block between a clamp and one that moves up by PULL over a duration [s]."""
-    low, high = ((-1.0, -1.0, z - 1e-4, 1.0, 1.0, z + 1e-4) for z in (0.0, 0.1))
-    block = {
-        "name": "block",
-        "kind": "meshless-solid",
-        "mesh": {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (3, 3, 3)}},
-        "material": {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49},
-    }
-    top = {"name": "top", "body": "block", "part": {"box": {"lower": high[:3], "upper": high[3:]}}, "hold": ["x", "y"]}
+def block_of(material=TISSUE, cells=(3, 3, 3), **more):
+    """A cube of edge EDGE on the table of a case."""
+    mesh = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (EDGE, EDGE, EDGE), "cells": cells}}
+    return {"name": "block", "kind": "meshless-solid", "mesh": mesh, "material": material} | more
+
+
+def block(material=TISSUE, cells=(3, 3, 3), body=None, **more):
+    """The case of such a cube."""
+    table = {"schema": 1, "title": "a test", "time": {"end": 0.4}, "body": [block_of(material, cells) | (body or {})]}
+    return Case.model_validate(table | more)
+
+
+def layer(z):
+    """The region of the nodes at a height [m]."""
+    return {"box": {"lower": (-1.0, -1.0, z - 1e-4), "upper": (1.0, 1.0, z + 1e-4)}}
+
+
+def thrown(material):
+    """The case of a cube that is clamped at its foot and thrown: kinetic energy turns into strain energy and back in part."""
+    wave = {"kind": "sine-wave", "amplitude": (0.3, 0.0, 0.3), "wave_vector": (0.0, 0.0, 15.0)}
+    foot = [{"name": "foot", "where": layer(0.0)}]
+    return block(material, body={"initial": [wave]}, support=foot, time={"end": 0.04, "courant": 0.225})
+
+
+def pulled_block(duration=0.3, end=None, **body):
+    """The table of the case of a cube between a clamp and one that moves up by PULL over a duration [s]."""
     rise = {"kind": "ramp", "distance": PULL, "duration": duration}
     return {
         "schema": 1,
         "title": "a test",
-        "time": {"end": duration},
-        "body": [block | body],
-        "support": [{"name": "bottom", "where": {"box": {"lower": low[:3], "upper": low[3:]}}}],
-        "motion": [top | {"displacement": {"z": rise}}],
+        "time": {"end": end or duration},
+        "body": [block_of() | body],
+        "support": [{"name": "bottom", "where": layer(0.0)}],
+        "motion": [{"name": "top", "body": "block", "part": layer(EDGE), "hold": ["x", "y"], "displacement": {"z": rise}}],
     }

@@ -97,6 +97,20 @@ def test_every_condition_has_its_channel():
     assert budget.reactions(["floor", "floor"])["floor"].tolist() == [0, 0, 1.0], "supports of one name add up"
 
 
+def test_the_error_of_momentum_is_judged_by_all_that_went_in_and_out():
+    """25 N s pass through a body at rest into its support, 50 N s in all: 5e-13 N s that are missing are 1e-14 of that."""
+    budget = EnergyBudget([body(0.0, 0.0, (0, 0, 0), size=0.0)], (0, 0, 0))
+    for _ in range(5):
+        budget.record([body(0.0, 0.0, (0, 0, 0), size=1e-3)], work(reactions=[(0, 0, 5.0)], push=(0, 0, -5.0)), {}, 0.1)
+    assert budget.conservation([body(0.0, 0.0, (0, 0, 5e-13), size=1e-3)])["momentum"] == pytest.approx(1e-14)
+    again = EnergyBudget([body(0.0, 0.0, (0, 0, 0), size=0.0)], (0, 0, 0))
+    again.restore(budget.state_numbers())
+    budget.record([body(0.0, 0.0, (0, 0, 0))], work(impulse=(0.0, 0.0, 50.0)), {}, 0.1)
+    again.record([body(0.0, 0.0, (0, 0, 0))], work(impulse=(0.0, 0.0, 50.0)), {}, 0.1)
+    lost = body(0.0, 0.0, (0, 0, 0), size=1e-3)
+    assert budget.conservation([lost])["momentum"] == again.conservation([lost])["momentum"] == pytest.approx(0.5)
+
+
 def test_loads_of_two_channels_are_kept_apart_and_both_explain_the_energy():
     budget = EnergyBudget([body(1.0, 0.0, (0, 0, 0))], (0, 0, 0), WorkLayout((PRESSURE, THRUST)).channels)
     for kinetic in (3.5, 6.0):

@@ -1,5 +1,6 @@
 """The command line: `pellucid COMMAND`. Slow imports are inside the commands that need them."""
 
+import warnings
 from typing import Any
 
 import typer
@@ -10,11 +11,13 @@ from pellucid.errors import PellucidError
 
 
 class Commands(TyperGroup):
-    """The commands, with every expected error turned into a message and an exit status."""
+    """The commands, with warnings in a line each, and every expected error turned into a message and an exit status."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_where, **_to: typer.echo(f"warning: {message}", err=True)
+                return super().invoke(ctx)
         except PellucidError as error:
             typer.echo(f"pellucid: {error}", err=True)
             raise typer.Exit(error.exit_status) from None

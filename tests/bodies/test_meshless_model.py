@@ -4,6 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from solids import EDGE, PULL, TISSUE, block, block_of, pulled_block
 from typer.testing import CliRunner
 
 from pellucid.case import Case
@@ -11,27 +12,13 @@ from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
-TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49}
-BOX = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (3, 3, 3)}}
-PULL = 0.01
-
-
-def block(**changes):
-    body = {"name": "block", "kind": "meshless-solid", "mesh": BOX, "material": TISSUE} | changes.pop("body", {})
-    table = {"schema": 1, "title": "a test", "time": {"end": 0.4}, "body": [body]} | changes
-    return Case.model_validate(table)
-
 
 def clamped(**body):
     """A block between a clamp and a clamp that moves up by PULL in 0.3 s."""
-    still = {"kind": "steady", "velocity": 0.0}
-    rise = {"kind": "ramp", "distance": PULL, "duration": 0.3}
-    top = {"box": {"lower": (-1.0, -1.0, 0.0999), "upper": (1.0, 1.0, 0.1001)}}
-    return block(
-        support=[{"name": "bottom", "where": {"box": {"lower": (-1.0, -1.0, -1e-4), "upper": (1.0, 1.0, 1e-4)}}}],
-        motion=[{"name": "top", "body": "block", "part": top, "displacement": {"x": still, "y": still, "z": rise}}],
-        body=body,
-    )
+    return Case.model_validate(pulled_block(0.3, 0.4, **body))
+
+
+BOX = block_of()["mesh"]["box"]
 
 
 @pytest.mark.parametrize(
@@ -41,8 +28,8 @@ def clamped(**body):
             {"material": {"kind": "linear-elastic", **{k: TISSUE[k] for k in TISSUE if k != "kind"}}},
             "no energy of the deformation",
         ),
-        ({"mesh": {"box": BOX["box"] | {"cells": (3, 0, 3)}}}, r"box\.cells\.1\n.*greater than or equal to 1"),
-        ({"mesh": {"box": BOX["box"] | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
+        ({"mesh": {"box": BOX | {"cells": (3, 0, 3)}}}, r"box\.cells\.1\n.*greater than or equal to 1"),
+        ({"mesh": {"box": BOX | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
         ({"points_per_cell": 5}, "points_per_cell"),
         ({"approximant": {"kind": "maximum-entropy"}}, "cell-based-maximum-entropy"),
     ],
@@ -135,7 +122,7 @@ def test_the_work_of_the_motion_is_stored(pulled):
 
 
 def test_it_is_stiffer_than_a_free_bar_and_softer_than_a_confined_one(pulled):
-    E, nu, strain, volume = 3e3, 0.49, PULL / 0.1, 1e-3
+    E, nu, strain, volume = 3e3, 0.49, PULL / EDGE, EDGE**3
     free, confined = 0.5 * E * strain**2 * volume, 0.5 * E * (1 - nu) / (1 + nu) / (1 - 2 * nu) * strain**2 * volume
     assert free < pulled.energies()["strain"] < 0.5 * confined
 

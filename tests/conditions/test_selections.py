@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from small_cases import RATE_SOLID, box
+from solids import block_of
 
 from pellucid import loads
 from pellucid.case import Case, dumps
@@ -19,8 +20,7 @@ from pellucid.simulation.simulation import Simulation
 
 TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3}
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
-MESH = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (2, 2, 2)}}
-BLOCK = {"name": "block", "kind": "meshless-solid", "mesh": MESH, "material": TISSUE}
+BLOCK = block_of(TISSUE, (2, 2, 2))
 SHEET = {
     "name": "sheet",
     "kind": "membrane-elements",

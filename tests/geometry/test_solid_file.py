@@ -5,8 +5,10 @@ import sys
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from typer.testing import CliRunner
 
 from pellucid.case.reading import loads
+from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.geometry.box_mesh import box_mesh
 from pellucid.geometry.solid_checks import solid_faults
@@ -240,6 +242,36 @@ def test_sets_that_name_nothing_are_kept_and_told(meshlane, tmp_path):
     assert [text for text, _ in solid_faults(SolidFile(path=str(path)).mesh())] == ["1 set has no node: `roof`"]
 
 
+def two_volumes(meshlane, path, shift):
+    """A file of two boxes, meshed apart, of which the upper one stands on the lower one, moved by `shift` along x."""
+    box = box_mesh(np.zeros(3), np.ones(3), (2, 2, 2))
+    nodes = np.vstack([box.nodes, box.nodes + np.array([shift, 0.0, 1.0])])
+    meshlane.write(str(path), meshlane.Mesh(nodes, [("tetra", np.vstack([box.cells, box.cells + len(box.nodes)]))]))
+
+
+def test_volumes_that_were_meshed_apart_are_refused(meshlane, tmp_path):
+    path = tmp_path / "two.msh"
+    two_volumes(meshlane, path, 0.0)
+    with pytest.warns(UserWarning, match="two.msh: the mesh is 2 pieces"), pytest.raises(CaseError) as error:
+        loads(CASE.replace("FILE", str(path)))
+    [problem] = error.value.problems
+    assert problem.key == "body.cube.mesh"
+    assert problem.text.startswith(f"{path}: 9 pairs of nodes are at one place, for example numbers ")
+    assert "merge such nodes (in Gmsh: Coherence" in problem.remedy
+
+
+def test_pieces_of_a_mesh_are_warned_of_once(meshlane, tmp_path):
+    path = tmp_path / "two.msh"
+    two_volumes(meshlane, path, 0.1)
+    file = tmp_path / "case.toml"
+    file.write_text(CASE.replace("FILE", str(path)))
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 0
+    text = f"warning: {path}: the mesh is 2 pieces that share no node, of 96 and 96 tetrahedra; no force passes between them"
+    assert result.output.count(text) == 1
+    assert result.output.count("warning: ") == 1
+
+
 def test_a_mesh_is_made_once_while_its_file_does_not_change(meshlane, tmp_path):
     path = tmp_path / "box.vtk"
     for n in (1, 2):
@@ -260,11 +292,15 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     nodes = np.random.default_rng(1).uniform(size=(10, 3))
     meshlane.write(str(second), meshlane.Mesh(nodes, [("tetra10", np.arange(10)[None])]))
     with pytest.raises(
-        ValidationError, match=r"second-order tetrahedra \(tetra10\).*save the mesh with elements of first order"
+        ValidationError,
+        match=r"second-order tetrahedra \(tetra10\).* of four corners; save the mesh with elements of first order",
     ):
         SolidFile(path=str(second))
     meshlane.write(str(brick), meshlane.Mesh(nodes, [("hexahedron", np.arange(8)[None])]))
-    with pytest.raises(ValidationError, match="holds cells of type hexahedron; a solid needs tetrahedra of four corners alone"):
+    with pytest.raises(
+        ValidationError,
+        match="holds cells of type hexahedron; a solid needs tetrahedra of four corners alone; mesh its volume with tetrahedra",
+    ):
         SolidFile(path=str(brick))
     with pytest.raises(ValidationError, match=r"there is no file .*; a relative path starts from the folder of the case file"):
         SolidFile(path=str(tmp_path / "none.msh"))
@@ -303,5 +339,5 @@ def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(n
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.msh").write_text("")
     monkeypatch.setitem(sys.modules, "meshlane", None)
-    with pytest.raises(ValueError, match=r"needs meshlane: pip install 'pellucid\[mesh\]'"):
+    with pytest.raises(ValueError, match=r"needs meshlane; pip install 'pellucid\[mesh\]'"):
         SolidFile(path=str(tmp_path / "a.msh"))

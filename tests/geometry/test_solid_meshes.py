@@ -8,7 +8,7 @@ import pytest
 from pellucid.geometry.box_mesh import BoxMesh, box_mesh
 from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.solid_checks import solid_faults
+from pellucid.geometry.solid_checks import apart, solid_faults
 
 LOWER, UPPER = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
 
@@ -73,12 +73,13 @@ def test_every_fault_of_a_mesh_is_told():
 
     turned = mesh.cells.copy()
     turned[5] = turned[5, [1, 0, 2, 3]]
-    assert re.match(r"1 tetrahedron is inverted, the first is number 5, counted from 0 at \(", *fault(mesh.nodes, turned))
+    assert re.match(r"1 tetrahedron is inverted, the first is number 5, counted from 0, at \(", *fault(mesh.nodes, turned))
     again = [*mesh.cells, mesh.cells[3][[1, 2, 0, 3]]]
     assert re.match(r"1 tetrahedron is there twice, for example numbers 3 and 96", *fault(mesh.nodes, again))
     lonely = np.vstack([mesh.nodes, [9.0, 9.0, 9.0]])
     assert re.match(
-        r"1 node belongs to no tetrahedron, the first is number 35, counted from 0 at \(9, 9, 9\) m", *fault(lonely, mesh.cells)
+        r"1 node belongs to no tetrahedron, the first is number 35, counted from 0, at \(9, 9, 9\) m",
+        *fault(lonely, mesh.cells),
     )
     lonely[35, 0] = np.nan
     assert fault(lonely, mesh.cells) == ["node 35 (counted from 0) is at (nan, 9.0, 9.0), which is no place"]
@@ -94,3 +95,40 @@ def test_every_fault_of_a_mesh_is_told():
     over = [*mesh.cells, [*shared, len(mesh.nodes)]]
     assert any("more than two tetrahedra, for example that of nodes" in text for text in fault(extra, over))
     assert any("more than two tetrahedra" in text for text in fault(extra, [*over, mesh.cells[3]]))
+
+
+def two_boxes(gap=0.0):
+    """Two boxes one upon the other, each with nodes of its own, so far apart."""
+    lower, upper = box_mesh(np.zeros(3), np.ones(3), (2, 2, 2)), box_mesh(np.zeros(3), np.ones(3), (2, 2, 1))
+    n = len(lower.nodes)
+    above = upper.nodes + np.array([0.0, 0.0, 1.0 + gap])
+    return SimplexMesh(np.vstack([lower.nodes, above]), np.vstack([lower.cells, upper.cells + n]))
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-8])
+def test_nodes_at_one_place_that_tetrahedra_do_not_share_are_told(gap):
+    mesh = two_boxes(gap)
+    [(text, remedy)] = solid_faults(mesh)
+    named = (
+        r"9 pairs of nodes are at one place, for example numbers (\d+) and (\d+), counted from 0, at \((.*)\) m, (\S+) m apart,"
+    )
+    one, other, place, distance = re.match(named, text).groups()
+    assert mesh.nodes[int(one)] == pytest.approx(np.array(place.split(", "), float), abs=1e-6)
+    assert mesh.nodes[int(other)] == pytest.approx(mesh.nodes[int(one)], abs=2e-8)
+    assert float(distance) == pytest.approx(gap, abs=1e-15)
+    limit = float(re.search(r"must be more than (\S+) m", text)[1])
+    assert limit == pytest.approx(1e-6 * np.cbrt(2.0 / len(mesh.cells)), rel=1e-2)
+    assert "merge such nodes" in remedy
+
+
+def test_nodes_near_each_other_are_no_fault_and_pieces_are_told():
+    mesh = two_boxes(1e-3)
+    assert list(solid_faults(mesh)) == []
+    larger, smaller = len(box_mesh(*np.eye(3)[:2], (2, 2, 2)).cells), len(box_mesh(*np.eye(3)[:2], (2, 2, 1)).cells)
+    assert apart(mesh).startswith(
+        f"the mesh is 2 pieces that share no node, of {larger} and {smaller} tetrahedra; no force passes"
+    )
+    one = np.array([[0, 1, 2, 3]])
+    many = SimplexMesh(np.random.default_rng(0).uniform(size=(28, 3)), np.vstack([one + 4 * k for k in range(7)]))
+    assert "is 7 pieces that share no node, of 1, 1, 1, 1, 1, ... tetrahedra" in apart(many)
+    assert apart(box_mesh(LOWER, UPPER, (3, 2, 1))) is None

@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 from membranes import sheet
+from solids import EDGE, TISSUE, block_of, layer
 
 from pellucid.case import Case
 from pellucid.errors import CaseError, RunStopped
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.simulation.simulation import Simulation
 
-TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.49}
-BOX = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (2, 2, 2)}}
-HIGH = {"box": {"lower": (-1.0, -1.0, 0.0999), "upper": (1.0, 1.0, 0.1001)}}
-LOW = {"name": "bottom", "where": {"box": {"lower": (-1.0, -1.0, -1e-4), "upper": (1.0, 1.0, 1e-4)}}}
+LOW, HIGH = {"name": "bottom", "where": layer(0.0)}, layer(EDGE)
 PULL = 0.03
 
 
@@ -24,7 +22,7 @@ def motion(pull):
 
 def pulled(steady=None, pull=PULL, **more):
     """A block between a clamp and one that has moved up by `pull` at the time 1 s of the loads."""
-    body = {"name": "block", "kind": "meshless-solid", "mesh": BOX, "material": TISSUE} | more.pop("body", {})
+    body = block_of(cells=(2, 2, 2)) | more.pop("body", {})
     table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": steady or {}, "body": [body]}
     return Case.model_validate(table | {"support": [LOW], "motion": [motion(pull)] if pull else []} | more)
 

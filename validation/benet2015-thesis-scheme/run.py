@@ -44,7 +44,12 @@ OUTPUT = """
 [output]
 history = 0.05
 """
-THESIS = FILM + 'scheme = "thesis"\naccuracy = 6e-3\n' + LOAD + OUTPUT
+PAST_ITS_BALANCE = """
+[energy]
+warn = 10
+stop = 10
+"""
+THESIS = FILM + 'scheme = "thesis"\naccuracy = 6e-3\n' + LOAD + OUTPUT + PAST_ITS_BALANCE
 OURS = FILM + "drag = { normal = 1, tangential = 1 }\n" + LOAD + TAUT + OUTPUT
 
 

@@ -1,6 +1,10 @@
 """The indented cylinder by 27-node bricks, on the very region and patch of the gallery case with 6 and 4 cubes (389 nodes).
 
     python reference.py BRICKS POWER [DEPTH...]
+    python reference.py MESH.npz [DEPTH...]
+
+The second way takes the mesh of the case in full, 18 and 11 cubes (7896 nodes), with one brick to a cube and the patch of
+the file that ../mountris2019-indentation/reference.py writes.
 
 The cubes of that mesh, between whose corners edges are straight, are divided into BRICKS along each edge, closer together
 towards the edge of the patch and the top where POWER is above 1. A quarter, by symmetry. Prints energies and forces at depths
@@ -17,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "mountris2019-cube"))
 from statics import LAWS, Bricks, Static, minimize
 
 RADIUS, HEIGHT = 0.015, 0.017
-ACROSS, ALONG = 3, 4  # cubes from the axis to the side, and along the axis
+ACROSS, ALONG = (3, 4) if not sys.argv[1].endswith(".npz") else (9, 11)  # cubes from the axis to the side, and along the axis
 PATCH = 1  # cubes from the axis to the edge of the patch: the nodes at up to half the radius
 
 
@@ -44,10 +48,22 @@ def between_corners(x, y, z):
     return np.vstack([sum(share * corner(i + a, j + b) for share, a, b in shares), HEIGHT / ALONG * z]).T
 
 
-class Cylinder:
-    """A quarter, from rest."""
+def within(points, path):
+    """Which points lie on the moved faces of a mesh, to a fiftieth of an edge: diagonals of cubes that are drawn out bend."""
+    data = np.load(path)
+    faces = data["faces"]
+    corners = data["nodes"][faces[data["moved"][faces].all(axis=1)]]
+    found = np.zeros(len(points), bool)
+    for a, b, c in corners:
+        shares = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), (points - a).T, rcond=None)[0].T
+        found |= (shares.min(axis=1) > -0.02) & (shares.sum(axis=1) < 1.02)
+    return found & np.isclose(points[:, 2], HEIGHT)
 
-    def __init__(self, bricks, power):
+
+class Cylinder:
+    """A quarter, from rest; `path`: the file with its patch."""
+
+    def __init__(self, bricks, power, path=None):
         across = planes(ACROSS, PATCH, bricks, power)
         lattice = Bricks([across, across, planes(ALONG, ALONG, bricks, power)])
         x, y, z = lattice.points.T
@@ -58,6 +74,8 @@ class Cylinder:
         )
         dof = 3 * np.arange(len(x))
         self.patch, bottom = (z == ALONG) & (x <= PATCH) & (y <= PATCH), z == 0
+        if path:
+            self.patch = within(points, path)
         held = self.patch | bottom
         self.fixed = np.unique(np.concatenate([dof[x == 0], dof[y == 0] + 1, dof[held], dof[held] + 1, dof[held] + 2]))
         self.u, self.depth, self.last = np.zeros(self.static.size), 0.0, None
@@ -89,12 +107,16 @@ class Cylinder:
 
 
 if __name__ == "__main__":
-    bricks, power = int(sys.argv[1]), float(sys.argv[2])
-    cylinder = Cylinder(bricks, power)
+    if sys.argv[1].endswith(".npz"):
+        sys.argv[1:2] = ["1", "1", sys.argv[1]]
+    bricks, power, *rest = sys.argv[1:]
+    path = rest.pop(0) if rest and rest[0].endswith(".npz") else None
+    bricks, power = int(bricks), float(power)
+    cylinder = Cylinder(bricks, power, path)
     step = 0.0
-    for depth in map(float, sys.argv[3:] or ("0.1", "0.2", "0.3", "0.4", "0.5")):
+    for depth in map(float, rest or ("0.1", "0.2", "0.3", "0.4", "0.5")):
         while step < depth - 1e-9:
-            step = min(step + 0.0125, depth)
+            step = min(step + (0.05 if path else 0.0125), depth)
             iterations = cylinder.press(step * HEIGHT)
         energy, force, least, ratio = cylinder.results()
         print(f"{bricks},{power:g},{depth:g},{energy:.7f},{force:.6f},{least:.3f},{ratio:.3f},{iterations}", flush=True)

@@ -134,7 +134,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if first.kind in ("too_long", "too_short") and "max_length" in first.context:
         return [Finding(path, f"must have {first.context['max_length']} components{meaning}")]
     if first.kind == "too_short":
-        return [Finding(path, f"must have at least {first.context['min_length']} item")]
+        least = first.context["min_length"]
+        return [Finding(path, f"must have at least {least} {'item' if least == 1 else 'items'}{meaning}")]
     if first.kind == "string_pattern_mismatch":
         return [Finding(path, "must begin with a letter and hold only letters, digits, - and _")]
     choices = [choice for detail in group if detail.kind == "literal_error" for choice in _choices(detail)]

@@ -38,8 +38,8 @@ class SteadyCase(Part):
             if body.moves and (velocity or initial):
                 key = "velocity" if velocity else "initial"
                 yield Finding((*other, key), "a steady state begins at rest", "leave it out")
-            if reason := body.why_not_relaxed(is_alone(body, parts)):
-                yield Finding((*other, "kind"), f"[steady]: {reason.text}", reason.remedy)
+            if fault := body.why_not_relaxed(is_alone(body, parts)):
+                yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
             elif self.mass_scaling and (not body.scales_inertia or parts.grid is not None):
                 text = "on a grid, contact needs the masses" if body.scales_inertia else f'kind "{body.kind}" keeps its masses'
                 yield Finding((*path, "mass_scaling"), text, "leave it out")

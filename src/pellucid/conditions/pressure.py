@@ -54,7 +54,7 @@ class Pressure(ChangesInTime, Condition):
     def active(self, assembly: "Assembly", number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
         if assembly.bodies[self.body].body.is_surface:
-            return ActivePressure(self, assembly)
+            return ActivePressure(self, assembly, number)
         return ActiveFacePressure(self, assembly, number)
 
     def at(self, time: float) -> float:
@@ -65,14 +65,17 @@ class Pressure(ChangesInTime, Condition):
 class ActivePressure(ActiveCondition):
     """A pressure on a membrane that is built."""
 
-    def __init__(self, pressure: Pressure, assembly: "Assembly") -> None:
+    def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
         self._body, self._pressure = assembly.bodies[pressure.body].body, pressure
         self._column = assembly.load_column(pressure.body, pressure.load_channel())
+        self._label = f"pressure.{number}"
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         if self._body.asks_for_loads:
-            self._body.add_traction(lambda points, after: self._pressure.at(time + after) * points.normal, self._column)
+            self._body.add_traction(
+                lambda points, after: self._pressure.at(time + after) * points.normal, self._column, self._label
+            )
         else:
             self._body.add_pressure(self._pressure.at(time), self._column)
 

@@ -5,6 +5,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
+from pellucid.findings import Refusal
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.tetrahedral import Tetrahedral
 from pellucid.model import Vector, parameter
@@ -29,7 +30,8 @@ class BoxMesh(Tetrahedral):
     def _has_volume(self) -> "BoxMesh":
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if high <= low:
-                raise ValueError(f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m")
+                text = f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m"
+                raise Refusal(text, "exchange the two, or move one of them")
         return self
 
     def make(self) -> SimplexMesh:

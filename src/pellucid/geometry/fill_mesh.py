@@ -3,6 +3,7 @@
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.findings import Refusal
 from pellucid.geometry.closed_surface import closed_triangles
 from pellucid.geometry.inside import Inside
 from pellucid.geometry.shapes import Shape
@@ -41,5 +42,5 @@ class FillMesh(Tetrahedral):
         share = float(mesh.volumes.sum()) / geometry.measure(SPACE)
         if abs(share - 1.0) > MOST_OFF:
             text = f"tetrahedra in cubes of {self.size:g} m have {100.0 * share:.0f} % of the volume of the shape"
-            raise ValueError(f"{text}, which must be within {100.0 * MOST_OFF:.0f} %; make `size` smaller")
+            raise Refusal(f"{text}, which must be within {100.0 * MOST_OFF:.0f} %", "make `size` smaller")
         return mesh

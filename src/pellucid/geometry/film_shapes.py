@@ -1,17 +1,17 @@
 """Where fluid films are at the start: closed curves, meridians of surfaces of revolution, closed surfaces."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from pellucid.geometry.choice import Choice
+from pellucid.geometry.coincident import coincident
 from pellucid.geometry.surfaces import Surface
 from pellucid.model import Model, Vector, parameter
 
 FEWEST = 8
 Place2 = tuple[float, float]
-COINCIDENT = 1e-6  # of the mean distance of neighbours
 
 
 class Ellipse(Model):
@@ -63,8 +63,8 @@ def _even(curve: np.ndarray, n: int, angle: np.ndarray, shape: Ellipse | Spheroi
 class Curve(Model):
     """A closed curve in the plane z = 0 through given places."""
 
-    points: Annotated[tuple[Place2, ...], Field(min_length=FEWEST)] = parameter(
-        "m", "x and y of its nodes, counterclockwise; the last is joined to the first"
+    points: tuple[Place2, ...] = parameter(
+        "m", "x and y of its nodes, counterclockwise; the last is joined to the first", min_length=FEWEST
     )
 
     @model_validator(mode="after")
@@ -80,8 +80,8 @@ class Curve(Model):
 class Meridian(Model):
     """A surface of revolution about the z axis with a meridian through given places."""
 
-    points: Annotated[tuple[Place2, ...], Field(min_length=FEWEST)] = parameter(
-        "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis"
+    points: tuple[Place2, ...] = parameter(
+        "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis", min_length=FEWEST
     )
 
     @model_validator(mode="after")
@@ -108,10 +108,9 @@ def _check(places: np.ndarray, closed: bool) -> None:
     after = np.roll(places, -1, axis=0) if closed else places[1:]
     before = places if closed else places[:-1]
     gaps = np.linalg.norm(after - before, axis=1)
-    if (close := np.flatnonzero(gaps < COINCIDENT * gaps.mean())).size:
-        place = ", ".join(f"{value:g}" for value in before[close[0]])
-        why = "; a closed curve does not repeat its first point" if closed and close[0] == len(places) - 1 else ""
-        raise ValueError(f"points {close[0]} and {(close[0] + 1) % len(places)} coincide at ({place}) m: leave one out{why}")
+    first = np.arange(len(before))
+    if pair := coincident(places, np.stack([first, (first + 1) % len(places)], axis=1)):
+        _refuse_pair(places, *pair, closed)
     if closed and gaps[-1] > 5.0 * gaps[:-1].max():
         raise ValueError(
             f"the last point is {gaps[-1]:g} m from the first, and neighbours are {gaps[:-1].max():g} m apart at most: the "
@@ -126,6 +125,17 @@ def _check(places: np.ndarray, closed: bool) -> None:
         )
     if np.sum(before[:, 0] * after[:, 1] - after[:, 0] * before[:, 1]) <= 0.0:
         raise ValueError("points run clockwise, with the interior on their right: list them the other way round")
+
+
+def _refuse_pair(places: np.ndarray, one: int, other: int, closed: bool) -> None:
+    """Raise ValueError for two nodes at one place."""
+    place = ", ".join(f"{value:g}" for value in places[one])
+    text = f"points {one} and {other} coincide at ({place}) m"
+    if other == one + 1:
+        raise ValueError(f"{text}: leave one out")
+    if closed and (one, other) == (0, len(places) - 1):
+        raise ValueError(f"{text}: leave one out; a closed curve does not repeat its first point")
+    raise ValueError(f"{text}, and are no neighbours: a film does not touch itself; move them apart")
 
 
 def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.findings import Refusal
 from pellucid.geometry.closed_surface import closed_triangles
 from pellucid.geometry.crossing import self_crossing
 from pellucid.geometry.enclosure import enclosed_volume, inside
@@ -46,13 +47,13 @@ class InsideMesh(Tetrahedral):
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""
         if find_spec("tetgen") is None:
-            raise ValueError("filling a surface with tetrahedra needs tetgen: pip install 'pellucid[mesh]'")
+            raise Refusal("filling a surface with tetrahedra needs tetgen", "pip install 'pellucid[mesh]'")
         surface = closed_triangles(self.surface)
         mesh = _filled(surface, self.size**3 / REGULAR)
         volume, found = enclosed_volume(*surface), float(mesh.volumes.sum())
         if abs(found - volume) > SLACK * volume:
             text = f"the tetrahedra have {found:.10g} m^3, and the surface encloses {volume:.10g} m^3"
-            raise ValueError(f"{text}; look whether pieces of it overlap")
+            raise Refusal(text, "look whether pieces of it overlap")
         return mesh
 
 
@@ -64,7 +65,7 @@ def _filled(surface: Triangulation, volume: float) -> SimplexMesh:
         call = [sys.executable, "-c", _TETGEN, str(given), str(made)]
         done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)  # it leaves files when it fails
         if done.returncode or not made.is_file():
-            raise ValueError(_reason(surface, done.stderr))
+            raise _refusal(surface, done.stderr)
         with np.load(made) as found:
             nodes, cells = found["nodes"], found["cells"]
     within = inside(nodes[cells].mean(axis=1), *surface)  # TetGen fills holes as well
@@ -72,10 +73,10 @@ def _filled(surface: Triangulation, volume: float) -> SimplexMesh:
     return SimplexMesh(nodes[used], which.reshape(-1, 4))
 
 
-def _reason(surface: Triangulation, said: str) -> str:
+def _refusal(surface: Triangulation, said: str) -> Refusal:
     place = self_crossing(surface)
     if place is not None:
         text = f"the surface crosses itself near ({', '.join(f'{x:.4g}' for x in place)}) m"
-        return f"{text}; mend it there, or keep one of two pieces that overlap"
+        return Refusal(text, "mend it there, or keep one of two pieces that overlap")
     last = said.strip().splitlines()[-1] if said.strip() else "it gave no reason"
-    return f"TetGen could not fill the surface: {last}"
+    return Refusal(f"TetGen could not fill the surface: {last}", "mend the surface, or take `fill`, which asks less of it")

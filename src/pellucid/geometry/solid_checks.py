@@ -1,12 +1,16 @@
-"""What is wrong with a mesh of tetrahedra: inverted, flat or repeated ones, lone nodes, crowded faces, empty sets."""
+"""What is wrong with a mesh of tetrahedra: inverted, flat or repeated ones, lone nodes, crowded faces, empty sets, parts that
+lie side by side and do not hold together."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from pellucid.geometry.simplex_mesh import SimplexMesh, faces_of_cells
+from pellucid.geometry.triangulation import pieces
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
+NEAREST = 1e-6  # distance of two nodes over the cube root of the mean volume: below, they are one place that is there twice
+MOST_NAMED = 5  # pieces whose sizes a warning tells
 
 Fault = tuple[str, str]
 
@@ -21,6 +25,7 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
         return
     yield from _empty_sets(mesh)
     yield from _lone(mesh)
+    yield from _coincident(mesh)
     repeated = list(_repeated(mesh))
     yield from repeated
     yield from _misshapen(mesh)
@@ -29,7 +34,7 @@ def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _place(position: np.ndarray) -> str:
-    return " at ({:.6g}, {:.6g}, {:.6g}) m".format(*position)
+    return ", at ({:.6g}, {:.6g}, {:.6g}) m".format(*position)
 
 
 def _count(n: int, verb: str, verbs: str) -> str:
@@ -49,6 +54,38 @@ def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
         text = f"{_count(len(lone), 'node belongs', 'nodes belong')} to no tetrahedron, the first is number {lone[0]}"
         text += ", counted from 0"
         yield f"{text}{_place(mesh.nodes[lone[0]])}; such a node has no mass", "remove them"
+
+
+def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
+    """Two nodes at one place, between which no element passes on any force."""
+    from scipy.spatial import cKDTree  # heavy: only where a mesh is worked on
+
+    used = np.unique(mesh.cells)
+    limit = NEAREST * float(np.cbrt(np.mean(abs(mesh.volumes))))
+    pairs = used[cKDTree(mesh.nodes[used]).query_pairs(limit, output_type="ndarray")]
+    if len(pairs):
+        one, other = min(map(tuple, np.sort(pairs, axis=1).tolist()))
+        apart = np.linalg.norm(mesh.nodes[one] - mesh.nodes[other])
+        text = f"{_count(len(pairs), 'pair of nodes is', 'pairs of nodes are')} at one place, for example numbers {one} and "
+        text += (
+            f"{other}, counted from 0{_place(mesh.nodes[one])}, {apart:.3g} m apart, which must be more than {limit:.3g} m; "
+        )
+        text += "the tetrahedra on both sides do not hold together there"
+        remedy = "merge such nodes (in Gmsh: Coherence before meshing, or Coherence Mesh), or make each part a body of its own"
+        yield text, remedy
+
+
+def apart(mesh: SimplexMesh) -> str | None:
+    """What to tell of a mesh of several pieces that share no node, and so pass no force on to each other; None of one piece."""
+    corners = mesh.cells
+    label = pieces(np.concatenate([corners[:, [0, k]] for k in range(1, corners.shape[1])]), len(mesh.nodes))
+    sizes = -np.sort(-np.unique(label[corners[:, 0]], return_counts=True)[1])
+    if len(sizes) < 2:
+        return None
+    told = sizes.astype(str).tolist()
+    named = " and ".join(told) if len(told) == 2 else ", ".join([*told[:MOST_NAMED], *["..."] * (len(told) > MOST_NAMED)])
+    text = f"the mesh is {len(sizes)} pieces that share no node, of {named} tetrahedra; no force passes between them"
+    return f"{text}: if they are one solid, mesh them with the surface between them in common"
 
 
 def _repeated(mesh: SimplexMesh) -> Iterator[Fault]:

@@ -35,24 +35,32 @@ class SolidFile(Tetrahedral):
         self.mesh()
         return self
 
+    @property
+    def origin(self) -> str:
+        """Its path."""
+        return self.path
+
     def make(self) -> SimplexMesh:
-        """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read."""
+        """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read or holds anything else."""
         mesh = read_mesh(self.path, "a mesh", READABLE)
         if any(block.type == SECOND_ORDER for block in mesh.cells):
-            text = f"{self.path} holds second-order tetrahedra ({SECOND_ORDER}), with nodes on their edges"
-            raise ValueError(f"{text}; a solid needs tetrahedra of four corners: save the mesh with elements of first order")
+            text = (
+                f"{self.path} holds second-order tetrahedra ({SECOND_ORDER}), with nodes on their edges; a solid needs those of"
+            )
+            raise Refusal(f"{text} four corners", "save the mesh with elements of first order")
         strange = sorted({block.type for block in mesh.cells} - {"tetra"} - set(BELOW))
         if strange:
-            raise ValueError(
-                f"{self.path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra of four corners alone"
-            )
+            text = f"{self.path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra of four corners alone"
+            raise Refusal(text, "mesh its volume with tetrahedra, or leave these cells out of the file")
         cells = [np.asarray(block.data, np.int64) for block in mesh.cells if block.type == "tetra"]
         if not sum(map(len, cells)):
             remedy = "save its volume elements too; a closed surface alone is filled by `mesh = { inside = { surface = ... } }`"
             raise Refusal(f"{self.path} holds no tetrahedron", remedy)
         points = np.asarray(mesh.points, float)
         if points.shape[1] != 3:
-            raise ValueError(f"{self.path} holds points in a plane; tetrahedra need three coordinates")
+            raise Refusal(
+                f"{self.path} holds points in a plane; tetrahedra need three coordinates", "save x, y and z of its nodes"
+            )
         sets = _sets(mesh)
         if Path(self.path).suffix.lower() == ".inp":
             sets |= abaqus_surfaces(self.path, _tetrahedra_of_sets(mesh), mesh.point_sets or {})

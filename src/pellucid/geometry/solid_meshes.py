@@ -1,5 +1,6 @@
 """Meshes of solids; a new one is one class in a file of its own and one line here."""
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 from pellucid.geometry.box_mesh import BoxMesh
@@ -9,6 +10,7 @@ from pellucid.geometry.fill_mesh import FillMesh
 from pellucid.geometry.heart_mesh import HeartMesh
 from pellucid.geometry.inside_mesh import InsideMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_checks import Fault, solid_faults
 from pellucid.geometry.solid_file import SolidFile
 from pellucid.geometry.tetrahedral import Tetrahedral
 
@@ -29,3 +31,9 @@ class SolidMesh(Choice):
         """Its nodes and tetrahedra, made once; whoever asks shares them."""
         chosen: Tetrahedral = self.chosen()
         return chosen.mesh()
+
+    def faults(self) -> Iterator[Fault]:
+        """Everything wrong with them, as text, which names the file that they are from, and remedy."""
+        chosen: Tetrahedral = self.chosen()
+        before = f"{chosen.origin}: " if chosen.origin else ""
+        return ((before + text, remedy) for text, remedy in solid_faults(chosen.mesh()))

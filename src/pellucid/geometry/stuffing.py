@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.findings import Refusal
 from pellucid.geometry.box_mesh import Counts, box_mesh
 from pellucid.geometry.quality import dihedral_angles
 from pellucid.geometry.simplex_mesh import SimplexMesh, faces_of_cells
@@ -43,11 +44,11 @@ def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) 
     """
     if np.prod(np.array(counts, float)) > MOST_CUBES:
         text = f"cubes of {size:g} m make a lattice of {' x '.join(map(str, counts))} of them, more than {MOST_CUBES}"
-        raise ValueError(f"{text}; make `size` larger")
+        raise Refusal(text, "make `size` larger")
     lattice = box_mesh(lower, lower + size * np.array(counts), counts)
     nodes, sign = lattice.nodes.copy(), np.where(contains(lattice.nodes), 1, -1)
     if not (sign > 0).any():
-        raise ValueError(f"no node of a lattice with cubes of {size:g} m lies inside; make `size` smaller")
+        raise Refusal(f"no node of a lattice with cubes of {size:g} m lies inside", "make `size` smaller")
     cuts = _cuts(contains, nodes, lattice.cells, sign)
     places = np.round((nodes - lower) / (0.5 * size)).astype(int)
     _move(nodes, sign, cuts, _limits(nodes, cuts, size), (places == 0, places == 2 * np.array(counts)))
@@ -159,7 +160,7 @@ def _joined(nodes: np.ndarray, cells: np.ndarray, spare: np.ndarray, moved: np.n
         wanted = np.isin(at_spare, touching @ [len(nodes), 1]).any(axis=1)
         if not wanted.any():
             place = "({:.6g}, {:.6g}, {:.6g}) m".format(*nodes[touching[0]].mean(axis=0))
-            raise ValueError(f"parts of the mesh touch along an edge alone at {place}; make `size` smaller")
+            raise Refusal(f"parts of the mesh touch along an edge alone at {place}", "make `size` smaller")
         cells, spare = np.concatenate([cells, spare[wanted]]), spare[~wanted]
 
 

@@ -1,10 +1,12 @@
 """What every mesh of a solid can do."""
 
+import warnings
 from abc import abstractmethod
 from functools import lru_cache
 
 from pellucid.geometry.mesh_files import FileState, states_of_files
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_checks import apart
 from pellucid.model import Model
 
 
@@ -15,12 +17,20 @@ class Tetrahedral(Model):
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where there can be none."""
 
+    @property
+    def origin(self) -> str:
+        """The file whose tetrahedra they are, for messages; empty where they are made here."""
+        return ""
+
     def mesh(self) -> SimplexMesh:
         """Its nodes and tetrahedra, made once while the files that it names do not change; whoever asks shares them, so
-        nobody writes to them."""
+        nobody writes to them. Warns of pieces that do not hold together."""
         return _made(self, states_of_files(self))
 
 
 @lru_cache(maxsize=8)
 def _made(source: Tetrahedral, _states: tuple[FileState, ...]) -> SimplexMesh:
-    return source.make()
+    mesh = source.make()
+    if (text := apart(mesh)) is not None:
+        warnings.warn(f"{source.origin}: {text}" if source.origin else text, stacklevel=2)
+    return mesh

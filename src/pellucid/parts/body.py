@@ -150,8 +150,11 @@ class Body(ABC):
         """Add the forces of a pressure [Pa] along the normals of a membrane over this step; other bodies have none."""
         raise ValueError(f"body {self.name} is no membrane: it has no normal to push along")
 
-    def add_traction(self, traction: Traction, column: int) -> None:
-        """Add forces on the surface of a fluid film over this step, which asks for them itself; other bodies have none."""
+    def add_traction(self, traction: Traction, column: int, label: str) -> None:
+        """Add forces on the surface of a fluid film over this step, which asks for them itself; other bodies have none.
+
+        label: what users know it by.
+        """
         raise ValueError(f"body {self.name} does not ask for loads on its surface")
 
     @abstractmethod

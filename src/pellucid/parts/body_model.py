@@ -112,9 +112,10 @@ class BodyModel(Part):
         """Whether it takes steps of its own within those of the clock, which then need no bound but that of the output."""
         return False
 
-    def why_not_relaxed(self, alone: bool) -> Reason | None:
-        """Why it cannot be brought to a steady state, if so; `alone`: whether it has a velocity field to itself."""
-        return Reason(f'kind "{self.kind}" has no steady states', "leave [steady] out")
+    def why_not_relaxed(self, alone: bool) -> Finding | None:
+        """Why it cannot be brought to a steady state, at the key of its table at fault, if so; `alone`: whether it has a
+        velocity field to itself."""
+        return Finding(("kind",), f'kind "{self.kind}" has no steady states', "leave [steady] out")
 
     def with_others(self, bodies: "Sequence[BodyModel]") -> Self:
         """The same model with the others of its case, whose regions it may leave out."""

@@ -78,6 +78,10 @@ class NodalBody(Body):
         """Let a share of gravity act over this step, which the body applies itself."""
         raise ValueError(f"gravity on body {self.name} does not change in time")
 
+    def show_start(self, dt: float) -> None:
+        """Before the first step dt [s], whose conditions are set: show the velocities at the start of what has no inertia."""
+        return
+
     @abstractmethod
     def predict(self, dt: float) -> None:
         """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact

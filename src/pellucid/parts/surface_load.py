@@ -16,3 +16,11 @@ class SurfacePoints(NamedTuple):
 
 Traction = Callable[[SurfacePoints, float], np.ndarray]
 """Force on unit of present area [Pa], shape (..., 3), at a time after the start of the step of the clock [s]."""
+
+
+class ActingTraction(NamedTuple):
+    """A traction that acts on a body over a step."""
+
+    column: int  # of its work
+    traction: Traction
+    label: str  # by which users know it

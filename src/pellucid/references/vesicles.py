@@ -1,4 +1,4 @@
-"""Exact motions and shapes of fluid films: circles, spheres, tethers, published shapes of vesicles.
+"""Exact motions and shapes of fluid films: circles, spheres, tethers, shapes of vesicles.
 
 A circle of film with p = a (ρ - ρ₀) grows by (2μ+λ) R' = P R² + a(ρ - ρ₀) R with ρR constant, a sphere by
 2(μ+λ) R' = P R²/2 + a(ρ - ρ₀) R with ρR² constant (Benet 2015, eqs. 6.67 and 7.48, with the follower load P; a dead one, for
@@ -78,7 +78,8 @@ SHAPE_ENERGIES = {
     ("stomatocyte", 0.59): 1.979,
 }
 """Bending energy over 8πκ of vesicles without spontaneous curvature by branch and reduced volume, by solving the shape
-equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits, of the stomatocyte to three."""
+equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits (`validation/benet2015-vesicle-shapes`), of
+the stomatocyte to three."""
 
 
 def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, radius: float) -> float:

@@ -95,8 +95,8 @@ class Clock:
             raise CaseError(Problem(text, "time.step", step, remedy))
         raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: time.step = {step:g} s, but {text} now; {remedy}")
 
-    against_energy_error = "use a smaller step, a finer grid, or raise energy.stop if the loss is meant"
-    """What a user can do."""
+    against_energy_error: str | None = None
+    """What a user can do, where it is not finer steps."""
 
     def progress(self) -> float:
         """How far the run is [s]."""

@@ -69,9 +69,9 @@ class Simulation:
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
-        own = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
-        own += [TRANSFER_HEAT] if case.grid_or_none is not None else []
-        layout = layout_of(case, [*own, *(channel for body in case.body for channel in body.channels())])
+        columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
+        columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
+        layout = layout_of(case, [*columns, *(channel for body in case.body for channel in body.channels())])
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         self.bodies = [built[body.name][0] for body in case.body]
@@ -101,11 +101,16 @@ class Simulation:
         self.begin_balance()
         self._begun, self._settled = False, dict[str, Any]()
         self._scheme = SCHEMES[case.time.scheme]
-        self._watch = Watch(case.energy)
+        own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
+        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
         self.timers: dict[str, float] = {}
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
             warnings.warn(text, stacklevel=2)
-        self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
+        dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
+        if own_steps:
+            self._begin(dt)
+            for own in self.nodal_bodies:
+                own.show_start(dt)
         if timed:
             time_verbs(self, self.timers)
 
@@ -173,14 +178,7 @@ class Simulation:
         """One step, of which the energy balance is not judged."""
         dt = self.clock.next_step(self.bodies)
         self.sort()
-        for body in self.bodies:
-            body.begin(dt)
-        self.clock.pace(dt)
-        time, passing = self.clock.span(dt)
-        self.conditions.begin(time, passing)
-        if self.case.gravity_amplitude is not None:
-            self._share_gravity(self.case.gravity_amplitude.at(time))
-        self.budget.begin(self.bodies)
+        self._begin(dt)
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
@@ -201,6 +199,17 @@ class Simulation:
     def settle(self, caught: Sequence[int] = (), progress: Progress | None = None) -> None:
         """Before the first step: bring the bodies to rest, where the case has [settle]; see `pellucid.simulation.settling`."""
         self._settled = settle(self, caught, progress)
+
+    def _begin(self, dt: float) -> None:
+        """What acts over the coming step."""
+        for body in self.bodies:
+            body.begin(dt)
+        self.clock.pace(dt)
+        time, passing = self.clock.span(dt)
+        self.conditions.begin(time, passing)
+        if self.case.gravity_amplitude is not None:
+            self._share_gravity(self.case.gravity_amplitude.at(time))
+        self.budget.begin(self.bodies)
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""

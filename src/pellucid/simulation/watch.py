@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
+MOVED = 0.01
+"""Of the stored energy, that must have moved before the error is judged where all bodies take steps of their own, some tens of
+the clock and each as short as it needs. Nodes that are spread anew span another surface, which may store 3e-4 more."""
 
 
 AGAINST_LOSS = (
@@ -24,26 +27,33 @@ AGAINST_LOSS = (
 class Watch:
     """Warns of what may be wrong, and stops a run whose energy balance is broken."""
 
-    def __init__(self, limits: "EnergyCase") -> None:
-        self._limits = limits
+    def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool) -> None:
+        """own_steps: whether all bodies take steps of their own."""
+        self._limits, self._own_steps = limits, own_steps
+        finer = (
+            "a lower `accuracy`, more nodes" if own_steps else "a smaller step, a finer grid" if has_grid else "a smaller step"
+        )
+        self._advice = f"use {finer}, or raise energy.stop if the loss is meant"
         self.warned: set[str] = set()
         """What was warned of so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock) -> None:
-        """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last: bodies
-        with steps of their own take few of the clock. Raises RunStopped above the limit, and at once where it is no number."""
+        """Judge the error of the balance at the end of a step, not in the first ones of a run, but always in the last.
+        Raises RunStopped above the limit, and at once where it is no number."""
         error = abs(budget.energy_error())
         if not isfinite(error):
             raise RunStopped(
                 f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is no finite number "
                 f"({', '.join(budget.lost_entries()) or 'sums'} became infinite or undefined); {AGAINST_LOSS}"
             )
-        if (clock.n_steps < FIRST_JUDGED and not clock.finished(None)) or error < self._limits.warn:
+        early = budget.moved < MOVED * budget.stored if self._own_steps else clock.n_steps < FIRST_JUDGED
+        if (early and not clock.finished(None)) or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
         text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"
         if error >= self._limits.stop:
-            raise RunStopped(f"{text}, above energy.stop = {100 * self._limits.stop:g} %; {clock.against_energy_error}")
+            remedy = clock.against_energy_error or self._advice
+            raise RunStopped(f"{text}, above energy.stop = {100 * self._limits.stop:g} %; {remedy}")
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:

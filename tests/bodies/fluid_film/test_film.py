@@ -86,10 +86,60 @@ def test_a_film_at_rest_stays_there(shape):
     assert simulation.conservation()["energy"] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("shape", "speed"),
+    [
+        ("ellipse = { radius = 1, nodes = 40 }", 0.15 / 3.0),
+        ("spheroid = { radius = 1, nodes = 21 }", 0.15 / 8.0),
+        ("surface = { icosphere = { centre = [0, 0, 0], radius = 1, refinements = 2 } }", 0.15 / 8.0),
+    ],
+)
+def test_the_first_frame_has_the_velocities_of_the_balance(shape, speed):
+    """R' = P R/(2μ+λ) of a circle, P R/(4(μ+λ)) of a sphere; nodes at poles and with five neighbours are up to 1.4e-2 off."""
+    simulation = Simulation(case(shape, loads_of=PRESSURE.format(value=0.15, on="present-area")))
+    assert simulation.time == 0.0
+    film = simulation.bodies[0]
+    outward = film.arrays["position"] / np.linalg.norm(film.arrays["position"], axis=1)[:, None]
+    assert film.arrays["velocity"] == pytest.approx(speed * outward, abs=2e-2 * speed)
+    assert np.einsum("ni,ni->n", film.arrays["velocity"], outward).mean() == pytest.approx(speed, rel=1e-3)
+    assert not film.arrays["v"].any()
+
+
 def test_a_circle_without_drag_needs_a_load_that_holds_itself():
     driven = PRESSURE.format(value=0.1, on="present-area") + "along = [0, 1, 0]\n"
     with pytest.raises(RunStopped, match=r"motions that nothing resists.*give it a `drag`"):
         ran(case(loads_of=driven))
+
+
+@pytest.mark.parametrize(
+    ("shape", "balanced", "along"),
+    [
+        ("ellipse = { radius = 1, nodes = 40 }", 0.15, 0.002),
+        ("surface = { icosphere = { centre = [0, 0, 0], radius = 1, refinements = 2 } }", 1.0, 0.05),
+        ("spheroid = { radius = 1, nodes = 21 }", 1.0, 0.05),
+    ],
+)
+def test_a_small_load_that_nothing_balances_is_found_beside_one_that_is(shape, balanced, along):
+    """In a sphere p n·e n has the resultant 4π p/3 and a pressure P the size 4π P; the run stops in its first step."""
+    loads_of = PRESSURE.format(value=balanced, on="present-area")
+    loads_of += PRESSURE.format(value=along, on="present-area") + f"along = {[0, 1, 0] if balanced < 1.0 else [0, 0, 1]}\n"
+    with pytest.raises(
+        RunStopped, match=r"load\.1 of kind film-pressure: forces of .* N, .* % of the loads.*`drag`"
+    ) as stopped:
+        ran(case(shape, loads_of=loads_of))
+    told = str(stopped.value)
+    assert "step 1," in told
+    if balanced == 1.0:
+        assert "curve" not in told
+        assert "resultant of 0.209 N" in told  # 4π 0.05/3
+        assert "1.7 % of the loads" in told
+
+
+def test_the_volume_may_balance_what_the_tension_does_not():
+    """A pressure in an ellipse whose volume is kept does no work."""
+    load = PRESSURE.format(value=0.1, on="present-area")
+    _, film = ran(case("ellipse = { radius = 1, radius_y = 0.6, nodes = 40 }", 0.2, more="volume = {}", loads_of=load))
+    assert np.abs(film.arrays["velocity"]).max() < 1e-9
 
 
 def test_a_load_that_no_tension_holds_stops_the_run():
@@ -203,6 +253,17 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
     [
         ({"shape": f"curve = {{ points = {[[float(i), 0.1 * (i > 5)] for i in range(8)]} }}"}, "the curve is open"),
         ({"shape": f"curve = {{ points = {[*OCTAGON[:3], OCTAGON[2], *OCTAGON[3:]]} }}"}, "coincide"),
+        ({"shape": f"curve = {{ points = {[*OCTAGON, OCTAGON[0]]} }}"}, "a closed curve does not repeat its first point"),
+        (
+            {"shape": f"curve = {{ points = {[*OCTAGON[:5], OCTAGON[0], *OCTAGON[5:]]} }}"},
+            r"points 0 and 5 coincide at \(.*\) m, and are no neighbours: a film does not touch itself",
+        ),
+        ({"shape": "ellipse = { radius = 1, radius_y = 1e-7, nodes = 40 }"}, "has two nodes at one place"),
+        (
+            {"shape": "surface = { ellipsoid = { centre = [0, 0, 0], radii = [1, 1, 1e-7], refinements = 2 } }"},
+            "has two nodes at one place",
+        ),
+        ({"shape": f"curve = {{ points = {OCTAGON[:5]} }}"}, r"must have at least 8 items \(x and y of its nodes"),
         ({"shape": f"curve = {{ points = {OCTAGON[::-1]} }}"}, "clockwise"),
         ({"shape": f"meridian = {{ points = {[[0, -1], *OCTAGON]} }}"}, "open"),
         ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),
@@ -211,6 +272,19 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         (
             {"shape": SPHEROID, "more": 'volume = { reduced = 1.2, over = 1 }\narea = "kept"'},
             "no surface holds more than a sphere",
+        ),
+        (
+            {"shape": SPHEROID, "more": 'volume = { reduced = 1.0, over = 1 }\narea = "kept"'},
+            "(?s)1 is above 0.999: a sphere, which is 1, has no motion .*use at most 0.999",
+        ),
+        ({"more": TOO_MUCH.replace("1.2", "1.0")}, "1 is above 0.999: a circle"),
+        (
+            {"shape": SPHEROID, "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},
+            "(?s)0.05 would leave 0.033 m between the sides .* apart.*use at least .* times as many nodes",
+        ),
+        (
+            {"shape": "ellipse = { radius = 1, nodes = 40 }", "more": 'volume = { reduced = 0.05, over = 1 }\narea = "kept"'},
+            r"(?s)0\.05 would leave .*use at least 0\.158",
         ),
         ({"more": 'volume = { reduced = 0.9 }\narea = "kept"'}, "add `over = "),
         ({"more": "volume = { reduced = 0.9, over = 1 }"}, 'add area = "kept"'),

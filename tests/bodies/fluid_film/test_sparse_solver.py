@@ -4,7 +4,7 @@ from film_surfaces import loop, sphere
 
 from pellucid.bodies.fluid_film.assembly import Assembly
 from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, forms, turning
-from pellucid.bodies.fluid_film.nodal_sums import Rows, rows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, rows
 from pellucid.bodies.fluid_film.solver import Border, IncompatibleLoad, System
 from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
 from pellucid.jit import set_threads
@@ -64,7 +64,7 @@ def test_matrices_and_sums_are_those_of_the_elements():
     assert np.abs((A - A.T).toarray()).max() < 1e-14 * np.abs(whole).max()
     v = np.random.default_rng(2).normal(size=(N, 3))
     felt = assembly.gathered(
-        [Rows(f.rows, f.factor * assembly.rates(f, v)) for f in (r.of_components(3) for r in s.resistance)]
+        [ElementRows(f.rows, f.factor * assembly.rates(f, v)) for f in (r.of_components(3) for r in s.resistance)]
     )
     assert np.allclose(felt.ravel(), dense(s.resistance) @ v.ravel(), atol=1e-12)
 

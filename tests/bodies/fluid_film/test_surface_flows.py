@@ -14,6 +14,7 @@ from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
 from pellucid.bodies.fluid_film.surfaces import film_surface
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.materials.lipid_film import LipidFilm
+from pellucid.parts.surface_load import ActingTraction
 
 COLUMN = 0
 
@@ -28,7 +29,7 @@ def film(kind, mesh, density=1.0, viscosity=1.0, dilatational=1.0, bending=0.0, 
 
 
 def driving(x, traction=None, volume=None, area=None):
-    tractions = [] if traction is None else [(COLUMN, traction)]
+    tractions = [] if traction is None else [ActingTraction(COLUMN, traction, "load.0")]
     led = Led(np.zeros(len(x), bool), np.zeros(len(x)), np.zeros_like(x))
     return Driving(tractions, [], np.zeros(x.shape, bool), np.zeros_like(x), led, volume, area)
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from small_cases import RATE_SOLID, advance, box, simulation
+from solids import block_of
 
 from pellucid.case import Case
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
 TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3}
-MESH = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (0.1, 0.1, 0.1), "cells": (2, 2, 2)}}
-BLOCK = {"name": "block", "kind": "meshless-solid", "mesh": MESH, "material": TISSUE}
+BLOCK = block_of(TISSUE, (2, 2, 2))
 FORCE = (0.3, 0.0, -0.6)
 PUSH = {"kind": "point-load", "body": "block", "where": {"normal": (0, 0, 1)}, "force": FORCE}
 

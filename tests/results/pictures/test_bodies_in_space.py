@@ -56,9 +56,8 @@ def test_lines_are_left_out_beside_surfaces(tmp_path, monkeypatch):
     assert any(axes.images for axes in figure.axes)
 
 
-@pytest.fixture(scope="module")
-def solid(tmp_path_factory):
-    """A run of a block of tetrahedra that is thrown."""
+def thrown(**more):
+    """A case of a block of tetrahedra that is thrown."""
     body = {
         "name": "block",
         "kind": "meshless-solid",
@@ -69,7 +68,13 @@ def solid(tmp_path_factory):
         "velocity": (1.0, 0.0, 0.0),
     }
     table = {"schema": 1, "title": "A block", "time": {"end": 1e-2}, "gravity": (0, 0, -9.81), "body": [body]}
-    return run(Case.model_validate(table), out=tmp_path_factory.mktemp("solid") / "run")
+    return Case.model_validate(table | more)
+
+
+@pytest.fixture(scope="module")
+def solid(tmp_path_factory):
+    """A run of such a block."""
+    return run(thrown(), out=tmp_path_factory.mktemp("solid") / "run")
 
 
 def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
@@ -85,6 +90,14 @@ def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
     }
     assert min(covered.values()) > 0.1
     assert not np.allclose(covered["bodies_speed"], covered["bodies_speed_inside"])
+
+
+def test_a_solid_at_a_plane_of_symmetry_in_front_is_not_cut_open(tmp_path, monkeypatch):
+    monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 100)
+    grid = {"lower": (-1e-2, 0.0, -1e-2), "upper": (5e-2, 4e-2, 3e-2), "cell": 1e-2}
+    at_the_face = run(thrown(grid=grid, support=[{"where": "y-lower", "fix": "normal"}]), out=tmp_path / "run")
+    with house_style():
+        assert list(bodies(at_the_face)) == ["bodies_speed", "bodies_load"]
 
 
 @pytest.fixture(scope="module")

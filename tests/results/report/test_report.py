@@ -10,7 +10,7 @@ from pellucid.case import load
 from pellucid.errors import RunStopped, UsageError
 from pellucid.results import Run, run_case
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import new_figure, pretty
 from pellucid.results.report.report import number, write_report
 from pellucid.results.verify import verify
@@ -32,7 +32,7 @@ def _figure(run):
 
 
 def _films(run):
-    return {"flight": Film(lambda time: new_figure(4.75, 1.0), run.times("gas"))}
+    return {"flight": Animation(lambda time: new_figure(4.75, 1.0), run.times("gas"))}
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.approximants.nodal.table import Rows
+from pellucid.approximants.nodal.table import PointRows
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
@@ -38,7 +38,7 @@ class Fits(NamedTuple):
     gradients: np.ndarray
 
 
-def make_fits(position: np.ndarray, cells: Lists, rows: Rows, weights: np.ndarray) -> Bundle:
+def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.ndarray) -> Bundle:
     """Fits at quadrature points with weights [m³], shape (m,), as many in each cell."""
     n_cells, entries = len(cells.first) - 1, np.argsort(cells.items, kind="stable").astype(np.int32)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.items, minlength=len(position)))])

@@ -13,7 +13,7 @@ import numpy as np
 from pellucid.approximants.nodal.affine_fits import apply_correction, make_fits, quadrature_sums, system
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.faces import face_shares
-from pellucid.approximants.nodal.table import Rows
+from pellucid.approximants.nodal.table import PointRows
 from pellucid.approximants.nodal.two_level import solve
 from pellucid.geometry.cells import outer_faces_of_cells, vector_areas
 from pellucid.geometry.simplex_mesh import SimplexMesh
@@ -28,7 +28,7 @@ def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
     return shares.at_nodes(vector_areas(mesh.nodes, faces), len(mesh.nodes))
 
 
-def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: Rows, weights: np.ndarray) -> None:
+def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: PointRows, weights: np.ndarray) -> None:
     """Correct the gradients of rows at quadrature points with weights [m³], shape (m,), in place.
 
     The points of a cell stand together, as many in each. Raises Refusal where the system does not converge.

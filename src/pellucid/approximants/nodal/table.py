@@ -37,7 +37,7 @@ class Points(NamedTuple):
     longest: int  # row
 
 
-class Rows(NamedTuple):
+class PointRows(NamedTuple):
     """Shape functions at m points: those of point k at row[k]:row[k + 1] of `values`, its gradients [1/m] at three times that
     place in `gradients`, all x-components first; the nodes are those of its cell."""
 
@@ -78,7 +78,7 @@ def _evaluate(chunks, points):
 
 def evaluate(
     evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True, normals: np.ndarray = NO_NORMALS
-) -> Rows:
+) -> PointRows:
     """Shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients are not to be asked for on faces.
 
     normals: unit normals, shape (m, 3), of the faces of the boundary on which the points lie, where they do.
@@ -86,7 +86,7 @@ def evaluate(
     """
     row, nodes = evaluator.active.of(cells)
     size = int(row[-1])
-    rows = Rows(row, nodes, np.empty(size), np.empty(3 * size if gradients else 0))
+    rows = PointRows(row, nodes, np.empty(size), np.empty(3 * size if gradients else 0))
     failure = np.zeros(len(cells), np.int64)
     position, cells = np.ascontiguousarray(points, float), np.ascontiguousarray(cells, np.int64)
     arrays = position, cells, row, rows.values, rows.gradients, failure, np.ascontiguousarray(normals, float)

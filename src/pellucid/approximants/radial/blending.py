@@ -12,7 +12,7 @@ from pellucid.approximants.radial.neighbourhoods import Stencils
 from pellucid.approximants.radial.stencils import Interpolants, functions_at
 
 
-class Rows(NamedTuple):
+class BlendedRows(NamedTuple):
     """Shape functions at q points of each of t simplices in d dimensions; a node may stand several times in a row."""
 
     nodes: np.ndarray  # (t, r)
@@ -28,7 +28,7 @@ class Rows(NamedTuple):
         """Its derivatives, shape (t, q, d, k)."""
         return self.first @ of_nodes[self.nodes][:, None]
 
-    def united(self, nodes: np.ndarray, slots: np.ndarray) -> "Rows":
+    def united(self, nodes: np.ndarray, slots: np.ndarray) -> "BlendedRows":
         """The same with each node once, of m nodes (t, m), in the slots (t, d + 1, s) of those of the corners' stencils."""
         here, parts = np.arange(len(slots))[:, None], []
         for functions in self[1:]:
@@ -37,7 +37,7 @@ class Rows(NamedTuple):
             for corner, of_corner in enumerate(own):  # no node stands twice in one stencil
                 np.moveaxis(whole, -1, 1)[here, slots[:, corner]] += of_corner
             parts.append(whole)
-        return Rows(nodes, *parts)
+        return BlendedRows(nodes, *parts)
 
 
 class Simplices(NamedTuple):
@@ -56,7 +56,7 @@ class Places(NamedTuple):
     second: np.ndarray  # (t, p, k), the same at all points
 
 
-def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> Rows:
+def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> BlendedRows:
     """Shape functions at points of each simplex with shares of its corners, shape (q, d + 1), or (t, q, d + 1).
 
     near, found: the stencils of all points in their order, and the interpolants on these. derivatives: 1 or 2.
@@ -83,7 +83,7 @@ def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: n
             own[2] += share[..., None] * second + mixed
         parts.append(own)
     value, first, second = (np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
-    return Rows(near.nodes[corners].reshape(len(corners), -1), value, first, second)
+    return BlendedRows(near.nodes[corners].reshape(len(corners), -1), value, first, second)
 
 
 def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray, pairs: list[tuple[int, int]]) -> Places:

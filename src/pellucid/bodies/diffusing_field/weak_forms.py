@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from pellucid.approximants.radial.blending import Rows, Simplices, blended
+from pellucid.approximants.radial.blending import BlendedRows, Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import on_surface
 from pellucid.approximants.radial.stencils import interpolants
@@ -55,7 +55,7 @@ def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
     return WeakForm(content, outflow, np.asarray(content.sum(axis=0)))
 
 
-def _sparse(rows: Rows, entries: np.ndarray, n: int) -> csr_array:
+def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
     """One row for each point, from entries of shape (t, q, r)."""
     t, q, r = entries.shape
     columns = np.broadcast_to(rows.nodes[:, None], entries.shape)

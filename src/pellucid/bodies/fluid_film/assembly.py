@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from pellucid.bodies.fluid_film.nodal_sums import CHUNK, NodalSums, Rows, SharedRows
+from pellucid.bodies.fluid_film.nodal_sums import CHUNK, ElementRows, NodalSums, SharedRows
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store
@@ -121,13 +121,13 @@ def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
     )
 
 
-def _merged(squares: Sequence[Rows]) -> list[Rows]:
+def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
     """Without those that add nothing; the factors of the same rows added up."""
-    found: dict[tuple[int, tuple[int, ...]], Rows] = {}
+    found: dict[tuple[int, tuple[int, ...]], ElementRows] = {}
     for square in squares:
         key = (square.rows.__array_interface__["data"][0], square.rows.shape)
         if key in found:
-            square = Rows(square.rows, found[key].factor + square.factor)
+            square = ElementRows(square.rows, found[key].factor + square.factor)
         if square.factor.any():
             found[key] = square
     return list(found.values())
@@ -158,17 +158,17 @@ class Assembly(NodalSums):
         within = np.arange(len(start)) - np.repeat(np.cumsum(width[row]) - width[row], width[row])
         return (d * column[start + within][:, None] + np.arange(d)).ravel().astype(np.int32)
 
-    def matrix(self, squares: Sequence[Rows | SharedRows]) -> csr_array:
+    def matrix(self, squares: Sequence[ElementRows | SharedRows]) -> csr_array:
         """Σ factor row ⊗ row of all of them, shape (n d, n d); node by node."""
         values = np.empty(len(self._indices))
-        self._collect([square for square in squares if isinstance(square, Rows)])
+        self._collect([square for square in squares if isinstance(square, ElementRows)])
         shared = _side_by_side([square for square in squares if isinstance(square, SharedRows)], *self._uses.nodes.shape)
         _, R, M = self._rows.shape
         chunks, flat = -(-self.n // CHUNK), (self._rows.reshape(-1), self._factor.reshape(-1))
         _add_squares(chunks, self._uses, self._pattern, *flat, R, M, shared, values)
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
-    def _collect(self, squares: Sequence[Rows]) -> None:
+    def _collect(self, squares: Sequence[ElementRows]) -> None:
         """All rows side by side, each filled up with zeros to whole blocks; in memory that is kept, as new memory is slow."""
         used = _merged(squares)
         e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d

@@ -19,17 +19,23 @@ from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, dissipation, tu
 from pellucid.bodies.fluid_film.frames import Frames, Led
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.solver import Border, FilmSolver, Solution, System
+from pellucid.bodies.fluid_film.solver import Border, FilmSolver, IncompatibleLoad, Solution, System
+from pellucid.bodies.fluid_film.unbalanced import why_unbalanced
+from pellucid.energy import GRAVITY
 from pellucid.materials.film import FilmMaterial
-from pellucid.parts.surface_load import Traction
+from pellucid.parts.surface_load import ActingTraction
 
 ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are iterative; the first estimate's counts once less
+
+
+class Unbalanced(Exception):
+    """Loads of the film drive motions that nothing resists; its text says which, to go on from the name of the film."""
 
 
 class Driving(NamedTuple):
     """What acts on the film over a step."""
 
-    tractions: Sequence[tuple[int, Traction]]  # each with the column of its work
+    tractions: Sequence[ActingTraction]
     forces: Sequence[tuple[int, np.ndarray]]  # on the nodes [N], shape (n, d), each with the column of its work
     known: np.ndarray  # (n, d) components of velocity that are prescribed
     velocity: np.ndarray  # (n, d) their values [m/s]
@@ -138,7 +144,7 @@ class FilmBalance(FilmForces):
         accuracy: float,
     ) -> Found:
         parts = self.forms(o, mass, ahead)
-        tractions = [(column, self.traction_force(o, mass, traction, after)) for column, traction in driving.tractions]
+        tractions = [(acting.column, self.traction_force(o, mass, acting.traction, after)) for acting in driving.tractions]
         load = sum((f for _, f in (*tractions, *driving.forces)), np.zeros_like(guess))
         force = self._sums.gathered(parts.force) + load
         borders = [Border(self._sums.summed(row), rate) for row, rate in zip(_rows(o, driving), rates, strict=True)]
@@ -146,11 +152,15 @@ class FilmBalance(FilmForces):
         area = self._sums.summed(np.einsum("eq,eqmi->emi", o.area, o.value))[:, 0]
         known, velocity = driving.known, driving.velocity
         system = System(x, area, parts.resistance, parts.stiffness, force, load, guess, known, velocity, free, accuracy)
-        if not driving.led.nodes.any():
-            solution, normal = self.solver.solve(system, borders), None
-        else:
-            normal = self.geometry.normals(x)
-            solution = self._led(system, borders, driving.led, normal)
+        normal = self.geometry.normals(x) if driving.led.nodes.any() else None
+        try:
+            if normal is None:
+                solution = self.solver.solve(system, borders)
+            else:
+                solution = self._led(system, borders, driving.led, normal)
+        except IncompatibleLoad as error:
+            loads = _by_label(driving, [force for _, force in tractions])
+            raise Unbalanced(why_unbalanced(error.driven, x, self.geometry.axes, loads)) from error
         forces = solution.border_forces.tolist()
         return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
 
@@ -184,6 +194,15 @@ class FilmBalance(FilmForces):
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
         return [(goal - value) / dt for goal, value in zip(goals, now, strict=True) if goal is not None]
+
+
+def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
+    """The loads [N], shape (n, d), of which these are those of the tractions."""
+    loads = {acting.label: force for acting, force in zip(driving.tractions, tractions, strict=True)}
+    for column, force in driving.forces:
+        label = "gravity" if column == GRAVITY else "the forces on its nodes"
+        loads[label] = loads.get(label, 0.0) + force
+    return loads
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.film_forces import Film
+from pellucid.bodies.fluid_film.film_forces import BuildableFilm
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.held_nodes import HeldNodes
@@ -19,10 +19,10 @@ from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.parts.body import NodalSupport, Placement
 from pellucid.parts.families import NodalBody
-from pellucid.parts.surface_load import Traction
+from pellucid.parts.surface_load import ActingTraction, Traction
 
 
-class FilmCase(Film, Protocol):
+class FilmCase(BuildableFilm, Protocol):
     """A film that moves by itself."""
 
     @property
@@ -67,7 +67,7 @@ class FluidFilm(NodalBody):
         self._steps = case.steps(self.balance, case.goals(o), self.arrays)
         self._fields = NodalFields(self.balance, self.arrays, case.is_around)
         self._held = HeldNodes(n, self.geometry.axes, case.is_around)
-        self._tractions: list[tuple[int, Traction]] = []
+        self._tractions: list[ActingTraction] = []
         self._forces: list[tuple[int, np.ndarray]] = []
         self._work = no_work(self._columns, 0)
         self.totals = Totals()
@@ -80,9 +80,9 @@ class FluidFilm(NodalBody):
         """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self._forces.append((column, np.asarray(force)[:, list(self.geometry.axes)]))
 
-    def add_traction(self, traction: Traction, column: int) -> None:
+    def add_traction(self, traction: Traction, column: int, label: str) -> None:
         """Add forces on the film's surface over this step."""
-        self._tractions.append((column, traction))
+        self._tractions.append(ActingTraction(column, traction, label))
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """A support constrains its nodes."""
@@ -115,6 +115,10 @@ class FluidFilm(NodalBody):
         """Forget the loads of the last step."""
         self._tractions.clear()
         self._forces.clear()
+
+    def show_start(self, dt: float) -> None:
+        """Show the velocities of the balance at the start."""
+        self._fields.show_velocities(self._steps.velocities_now(dt, self._elapsed, self._driving()))
 
     def predict(self, dt: float) -> None:
         """Nothing: the film moves when all loads are known."""

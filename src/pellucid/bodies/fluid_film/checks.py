@@ -1,15 +1,18 @@
 """What does not go together in a film, by itself or in a velocity field that it shares with other bodies."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from pellucid.bodies.fluid_film.drag import DragCase
+from pellucid.bodies.fluid_film.goals import VolumeCase, reduced_to_volume
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
+from pellucid.geometry.coincident import coincident
 from pellucid.geometry.film_shapes import FilmShape
+from pellucid.geometry.surface_checks import faults
 from pellucid.materials.film import FilmMaterial
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
@@ -18,7 +21,7 @@ from pellucid.parts.part import Parts
 THINNEST = 0.05  # of the density of rest
 
 
-class Film(Protocol):
+class CheckedFilm(Protocol):
     """A film, as its model describes it."""
 
     @property
@@ -38,11 +41,15 @@ class Film(Protocol):
     @property
     def shape(self) -> FilmShape: ...
     @property
-    def volume(self) -> Any: ...
+    def volume(self) -> VolumeCase | None: ...
     @property
     def area(self) -> str: ...
     @property
+    def nodes(self) -> str: ...
+    @property
     def scheme(self) -> str: ...
+    @property
+    def time_weight(self) -> float: ...
     @property
     def has_drag(self) -> bool: ...
     @property
@@ -52,8 +59,12 @@ class Film(Protocol):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]: ...
 
 
-def shape_problems(film: Film, path: Path) -> Iterator[Finding]:
-    """Findings of the shape of a film and of how its nodes span it."""
+def own_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+    """Findings of a film by itself: its volume, its scheme, its shape and how its nodes span it."""
+    if film.volume is not None:
+        yield from film.volume.problems((*path, "volume"), film.shape.span == "plane", film.area == "kept")
+    if film.scheme == "thesis" and (lacks := _beyond_the_thesis(film)):
+        yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
     if film.initial_density < THINNEST * rest:
         text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of that of rest, {rest:g} kg/m^2: no film is so thin"
@@ -61,14 +72,72 @@ def shape_problems(film: Film, path: Path) -> Iterator[Finding]:
     if surface is None and film.interpolation == "loop":
         text = "is for surfaces in space, and this film is described by a curve"
         yield Finding(interpolation, text, "leave it out")
-    if surface is not None and not film.shape.closed:
-        yield Finding((*path, "shape", "surface"), "is open", "a film is closed: use a surface that encloses a volume")
+    yield from _place_problems(film, (*path, "shape"))
     if surface is not None and film.interpolation == "radial" and film.material.bending_rigidity > 0.0:
         text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
         yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
 
 
-def problems_alone(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
+def _beyond_the_thesis(film: CheckedFilm) -> str:
+    """What of a film the scheme of the thesis does not have, or nothing."""
+    beyond = {
+        "surfaces: it is for closed curves in the plane": film.shape.span != "plane",
+        "drag": film.has_drag,
+        "bending": film.material.bending_rigidity > 0.0,
+        "given volume or area": film.volume is not None or film.area == "kept",
+        'nodes that go with the material: they move along the normal (nodes = "even" stands for that)': film.nodes
+        == "material",
+        "time_weight": film.time_weight != 0.5,
+    }
+    return next((what for what, is_there in beyond.items() if is_there), "")
+
+
+def _thickness_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+    """A reduced volume at which the sides of a film would be closer than its nodes are apart."""
+    if film.volume is None or film.volume.reduced is None:
+        return
+    reduced, plane, in_space = film.volume.reduced, film.shape.span == "plane", film.shape.span == "space"
+    corners = film.positions()[film.sides()]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    if plane:
+        area = float(edges[:, 0].sum())
+    elif in_space:
+        area = float(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()) / 2.0
+    else:
+        area = float(2.0 * np.pi * corners[:, :, 0].mean(axis=1) @ edges[:, 0])
+    spacing, full = float(np.median(edges)), reduced_to_volume(1.0, area, plane)
+    least = 0.5 * area * spacing / full  # of a disc or a band of thickness 2 V/A, or a tube of that radius
+    if reduced >= least:
+        return
+    text = f"{reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, and its nodes are "
+    text += f"{spacing:.2g} m apart"
+    more = (least / reduced) ** (2 if in_space else 1)
+    remedy = f"use at least {np.ceil(1000.0 * least) / 1000.0:g}, or {np.ceil(11.0 * more) / 10.0:g} times as many nodes"
+    yield Finding((*path, "volume", "reduced"), text, remedy)
+
+
+def _place_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+    """Findings of where its nodes are: surfaces that are open or faulty, nodes at one place, or too few for its volume."""
+    surface = film.shape.surface
+    if surface is not None:
+        place = (*path, "surface")
+        if not surface.closed:
+            yield Finding(place, "is open", "a film is closed: use a surface that encloses a volume")
+            return
+        found = [Finding(place, text, remedy) for text, remedy in faults(*surface.triangulate(), closed=True)]
+        yield from found
+        if found:
+            return
+    places = film.positions()
+    if pair := coincident(places, film.sides()):
+        at = ", ".join(f"{value:g}" for value in places[pair[0]])
+        text = f"has two nodes at one place, ({at}) m: a film does not touch itself"
+        yield Finding(path, text, "move them apart, or join them where they are one")
+        return
+    yield from _thickness_problems(film, path[:-1])
+
+
+def problems_alone(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that has its velocity field to itself, or no grid."""
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
         text = "is for films that share their velocity field: the velocity of others follows from their loads"
@@ -82,7 +151,7 @@ def problems_alone(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
         yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")
 
 
-def problems_in_fluid(film: Film, path: Path, parts: Parts) -> Iterator[Finding]:
+def problems_in_fluid(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that shares its velocity field with other bodies."""
     grid, shape = parts.grid, (*path, "shape")
     if grid is None:

@@ -7,13 +7,13 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.forms import FilmPhysics, Forms, Tension, bending_energies, forms
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
-from pellucid.bodies.fluid_film.nodal_sums import NodalSums, Rows, SharedRows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, NodalSums, SharedRows
 from pellucid.bodies.fluid_film.operators import Operators
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import SurfacePoints, Traction
 
 
-class Film(Protocol):
+class BuildableFilm(Protocol):
     """What every film is built from, as its model describes it."""
 
     @property
@@ -65,10 +65,10 @@ class FilmForces:
         parts = self.forms(o, mass, 0.0)
         return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
 
-    def _felt(self, squares: Sequence[Rows | SharedRows], velocity: np.ndarray) -> list[Rows]:
+    def _felt(self, squares: Sequence[ElementRows | SharedRows], velocity: np.ndarray) -> list[ElementRows]:
         """What sums of squares of rows resist velocities with, as rows of forces."""
         whole = (square.of_components(velocity.shape[1]) for square in squares)
-        return [Rows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
+        return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 
     def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction, after: float) -> np.ndarray:
         """Forces of a traction on the nodes [N], shape (n, d), at a time after the start of the step of the clock [s]."""

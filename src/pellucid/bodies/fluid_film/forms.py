@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows, rows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, SharedRows, rows
 from pellucid.bodies.fluid_film.operators import Operators
 
 
@@ -47,9 +47,9 @@ class Tension(NamedTuple):
 class Forms(NamedTuple):
     """Matrices as sums of squares of rows, and forces as sums of rows."""
 
-    resistance: list[Rows | SharedRows]  # viscosity and drag [N s/m]
-    stiffness: list[Rows]  # what changes of pressure, tension and curvature resist [N s/m]
-    force: list[Rows]  # pressure within the film and bending [N]
+    resistance: list[ElementRows | SharedRows]  # viscosity and drag [N s/m]
+    stiffness: list[ElementRows]  # what changes of pressure, tension and curvature resist [N s/m]
+    force: list[ElementRows]  # pressure within the film and bending [N]
 
 
 def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
@@ -61,7 +61,7 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
         whole = w.sum(axis=1, keepdims=True)
         grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
         mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
-        resistance: list[Rows | SharedRows] = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
+        resistance: list[ElementRows | SharedRows] = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
         stiffness = [rows(grown, ahead * mean_stiffness)]
     else:
         factors = mu * np.array((2.0, 2.0, 1.0)[:parts])  # of D₁₁², D₂₂², (2 D₁₂)²
@@ -79,12 +79,12 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
     return Forms(resistance, stiffness, force)
 
 
-def turning(o: Operators) -> list[Rows]:
+def turning(o: Operators) -> list[ElementRows]:
     """∫ |∇v_n|², by which the film turns."""
     return [rows(o.slope, o.area[..., None])]
 
 
-def _drag(o: Operators, drag: Drag) -> list[Rows | SharedRows]:
+def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
     """ζ_t v_t·v_t + ζ_n v_n²; with v_t·v_t = v·v - v_n², or v_n² taken apart, whichever needs no difference."""
     if max(drag) == 0.0:
         return []
@@ -97,7 +97,7 @@ def _drag(o: Operators, drag: Drag) -> list[Rows | SharedRows]:
     return [rows(along, drag.tangential * o.area[..., None]), rows(normal, drag.normal * o.area)]
 
 
-def _of_each_component(o: Operators, factor: np.ndarray) -> Rows | SharedRows:
+def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
     """v·v. Mirrored nodes of curves have other functions for what is across the axis than along it."""
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)

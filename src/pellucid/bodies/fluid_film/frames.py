@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, SharedRows
 
 
 class Led(NamedTuple):
@@ -34,14 +34,14 @@ class Frames:
         """Components along these directions of vectors at the nodes, shape (n, d); their inverse is the same."""
         return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
 
-    def rows(self, forms: Sequence[Rows | SharedRows], nodes: np.ndarray) -> list[Rows]:
+    def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
         """Rows over components along these directions, of elements with these nodes (e, m)."""
         e, m = nodes.shape
         d, directions = self.directions.shape[2], self.directions[nodes]
         whole = [form.of_components(d) for form in forms]
         found = [np.einsum("ermd,emcd->ermc", form.rows.reshape(e, -1, m, d), directions) for form in whole]
         return [
-            Rows(np.ascontiguousarray(rows.reshape(form.rows.shape)), form.factor)
+            ElementRows(np.ascontiguousarray(rows.reshape(form.rows.shape)), form.factor)
             for rows, form in zip(found, whole, strict=True)
         ]
 

@@ -9,6 +9,10 @@ from pellucid.findings import Finding, Path
 from pellucid.model import Model, parameter
 from pellucid.smooth_step import risen
 
+FULLEST = 0.999
+"""Reduced volume to which a film can be brought: at 1 only the sphere is left, volume and area leave it no motion, and the
+equations for its velocity are singular. Curves and meridians of 8 nodes and surfaces of 42 reach this one."""
+
 
 class VolumeCase(Model):
     """The volume inside a film, which it keeps, or brings to another."""
@@ -26,15 +30,14 @@ class VolumeCase(Model):
             if self.over is not None:
                 yield Finding((*path, "over"), "is for a volume that changes", "give `reduced` too, or leave this out")
             return
-        if self.reduced > 1.0:
-            most = (
-                "no curve holds more than a circle of its length"
-                if plane
-                else "no surface holds more than a sphere of its area"
-            )
-            yield Finding(
-                (*path, "reduced"), f"{self.reduced:g} is impossible: {most}, which is 1", "use a reduced volume below 1"
-            )
+        if self.reduced > FULLEST:
+            curve, full, of = ("curve", "circle", "length") if plane else ("surface", "sphere", "area")
+            if self.reduced > 1.0:
+                text = f"{self.reduced:g} is impossible: no {curve} holds more than a {full} of its {of}, which is 1"
+            else:
+                text = f"{self.reduced:g} is above {FULLEST:g}: a {full}, which is 1, has no motion that keeps volume and {of}"
+            remedy = f"use at most {FULLEST:g}; a film that is to be a {full} begins as one, without `volume` and `area`"
+            yield Finding((*path, "reduced"), text, remedy)
         if self.over is None:
             text = "a volume that changed at once would need an infinite velocity"
             yield Finding(path, text, "add `over = ...`, the time that it takes, such as that in which the film relaxes")

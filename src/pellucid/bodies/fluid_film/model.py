@@ -8,7 +8,7 @@ from pydantic import PrivateAttr
 
 from pellucid.approximants.radial import AnyRadial
 from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
-from pellucid.bodies.fluid_film.checks import problems_alone, problems_in_fluid, shape_problems
+from pellucid.bodies.fluid_film.checks import own_problems, problems_alone, problems_in_fluid
 from pellucid.bodies.fluid_film.drag import DragCase
 from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
@@ -47,9 +47,7 @@ class FluidFilmCase(BodyModel):
     material: AnyFilmMaterial = parameter("", "what the film is made of")
     density: float | None = parameter("kg/m^2", "density in the surface at the start; without it that of rest", None, gt=0)
     drag: DragCase = parameter("", "drag of the fluid about it", DragCase(normal=0.0, tangential=0.0))
-    velocity: Vector = parameter(
-        "m/s", "initial velocity, where it shares its velocity field with other bodies", (0.0, 0.0, 0.0)
-    )
+    velocity: Vector = parameter("m/s", "initial velocity, where it shares its velocity field with others", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
     volume: VolumeCase | None = parameter("", "the volume inside; without it free", None)
     area: Literal["free", "kept"] = parameter("", "whether its area in all is kept, whatever its density", "free")
@@ -145,19 +143,6 @@ class FluidFilmCase(BodyModel):
     @property
     def _is_loop(self) -> bool:
         return self.shape.surface is not None and self.interpolation != "radial"
-
-    def _beyond_the_thesis(self) -> str:
-        """What of it the scheme of the thesis does not have, or nothing."""
-        beyond = {
-            "surfaces: it is for closed curves in the plane": self.shape.span != "plane",
-            "drag": self.has_drag,
-            "bending": self.material.bending_rigidity > 0.0,
-            "given volume or area": self.volume is not None or self.area == "kept",
-            'nodes that go with the material: they move along the normal (nodes = "even" stands for that)': self.nodes
-            == "material",
-            "time_weight": self.time_weight != 0.5,
-        }
-        return next((what for what, is_there in beyond.items() if is_there), "")
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""
@@ -259,9 +244,5 @@ class FluidFilmCase(BodyModel):
         """What does not go together."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
-        if self.volume is not None:
-            yield from self.volume.problems((*path, "volume"), self.shape.span == "plane", self.area == "kept")
-        if self.scheme == "thesis" and (lacks := self._beyond_the_thesis()):
-            yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
-        yield from shape_problems(self, path)
+        yield from own_problems(self, path)
         yield from problems_alone(self, path, parts) if is_alone(self, parts) else problems_in_fluid(self, path, parts)

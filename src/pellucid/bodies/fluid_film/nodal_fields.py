@@ -24,9 +24,14 @@ class NodalFields:
         """Positions, velocities and masses of the nodes; o: where they are now."""
         arrays, geometry = self._arrays, self._forces.geometry
         arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
-        arrays["velocity"][:] = in_space(geometry.places(arrays["v"]), geometry.axes)
+        self.show_velocities(arrays["v"])
         density = self._forces.at_points(self._forces.densities(o, arrays["part_mass"]))
         arrays["mass"][:] = self._shared(o.area * density)
+
+    def show_velocities(self, v: np.ndarray) -> None:
+        """Velocities where nodes have these, shape (n, d) [m/s]."""
+        geometry = self._forces.geometry
+        self._arrays["velocity"][:] = in_space(geometry.places(v), geometry.axes)
 
     def field(self, name: str) -> np.ndarray:
         """A field at the nodes: what varies between them as means by area of the elements about each."""

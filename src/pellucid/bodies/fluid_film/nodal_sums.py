@@ -14,22 +14,22 @@ from pellucid.jit.parallel import parallel_for
 CHUNK = 256  # nodes or elements
 
 
-class Rows(NamedTuple):
+class ElementRows(NamedTuple):
     """r rows of each element over its m nodes with d components, with a factor each."""
 
     rows: np.ndarray  # (e, r, m d)
     factor: np.ndarray  # (e, r)
 
-    def of_components(self, d: int) -> "Rows":
+    def of_components(self, d: int) -> "ElementRows":
         """Itself: see `SharedRows`."""
         return self
 
 
-def rows(values: np.ndarray, factor: np.ndarray) -> Rows:
+def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
     """Of rows (e, ..., m, d), with factors (e, ...) that broadcast to them."""
     e, (m, d) = len(values), values.shape[-2:]
     whole = np.array(np.broadcast_to(factor, values.shape[:-2]), dtype=float)  # kernels want writable arrays: one type for all
-    return Rows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
+    return ElementRows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
 
 
 class SharedRows(NamedTuple):
@@ -38,7 +38,7 @@ class SharedRows(NamedTuple):
     rows: np.ndarray  # (e, r, m)
     factor: np.ndarray  # (e, r)
 
-    def of_components(self, d: int) -> Rows:
+    def of_components(self, d: int) -> ElementRows:
         """The same as rows for each of d components."""
         return rows(self.rows[:, :, None, :, None] * np.eye(d)[:, None, :], self.factor[..., None])
 
@@ -110,7 +110,7 @@ class NodalSums:
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         self.n, self.d, self._uses = n, d, uses(nodes, n, d)
 
-    def gathered(self, forms: Sequence[Rows]) -> np.ndarray:
+    def gathered(self, forms: Sequence[ElementRows]) -> np.ndarray:
         """Σ factor row of all of them, shape (n, d)."""
         e, m = self._uses.nodes.shape
         parts = np.zeros((e, m * self.d))
@@ -124,7 +124,7 @@ class NodalSums:
         _gather(-(-self.n // CHUNK), self._uses, np.ascontiguousarray(parts.reshape(len(parts), -1)), result)
         return result
 
-    def rates(self, form: Rows, v: np.ndarray) -> np.ndarray:
+    def rates(self, form: ElementRows, v: np.ndarray) -> np.ndarray:
         """row · v of nodal values v, shape (n, d): shape (e, r). Factors do not count."""
         result = np.empty(form.factor.shape)
         _find_rates(-(-len(self._uses.nodes) // CHUNK), self._uses, form, np.ascontiguousarray(v), result)

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fluid_film.film_forces import Film, FilmForces, in_space
+from pellucid.bodies.fluid_film.film_forces import BuildableFilm, FilmForces, in_space
 from pellucid.bodies.fluid_film.forms import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.points_on_grid import PointsOnGrid
@@ -31,7 +31,7 @@ from pellucid.parts.surface_load import Traction
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
-class FilmInFluid(Film, Protocol):
+class FilmInFluid(BuildableFilm, Protocol):
     """A film that shares a velocity field."""
 
     @property
@@ -118,7 +118,7 @@ class FilmOnGrid(PointsOnGrid):
         """On its nodes in the order of its geometry [N for each metre of depth of a curve], shape (n, d)."""
         return self.forces.internal_force(self._o, self._film["part_mass"], self._film["v"])
 
-    def add_traction(self, traction: Traction, column: int) -> None:
+    def add_traction(self, traction: Traction, column: int, label: str) -> None:
         """Add forces on the film's surface to those on the nodes of the grid."""
         force = self.forces.traction_force(self._o, self._film["part_mass"], traction, 0.0)
         self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))

@@ -9,12 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
+from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, Unbalanced
 from pellucid.bodies.fluid_film.checks import THINNEST
 from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.operators import Operators
-from pellucid.bodies.fluid_film.solver import IncompatibleLoad
 from pellucid.linear_algebra import on_one_thread
 
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
@@ -48,6 +47,10 @@ class FilmSteps(Protocol):
 
         count: is told each own step and its length [s].
         """
+
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """Velocities of the nodes [m/s], shape (n, d), as a step of the clock begins; zero where there is no balance, which the
+        step will tell."""
 
 
 def is_still(done: StepDone, span: float) -> bool:
@@ -98,16 +101,22 @@ class OwnSteps:
         arrays["own_step"][0] = own
         return o
 
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """See `FilmSteps`: those of the first step of its own."""
+        x, span = self._arrays["x"], FIRST_SHARE * dt
+        volume, area = self._goals.at(elapsed + span)
+        with on_one_thread():
+            done = self._try(self._balance.geometry.operators(x), span, driving._replace(volume=volume, area=area, after=0.0))
+        self.fault = None
+        return np.zeros_like(x) if done is None or is_still(done, span) else done.velocity
+
     def _try(self, o: Operators, dt: float, driving: Driving) -> StepDone | None:
         arrays = self._arrays
         try:
             return self._balance.step(arrays["x"], o, arrays["part_mass"], dt, self._how.time_weight, driving)
-        except IncompatibleLoad:
-            self.fault = (
-                "is driven along motions that nothing resists: without drag, its tension must balance the loads on a curve and "
-                "what holds its volume; give it a `drag`"
-            )
-        except (np.linalg.LinAlgError, RuntimeError):  # of dense and of sparse systems
+        except Unbalanced as found:
+            self.fault = str(found)
+        except np.linalg.LinAlgError:
             self.fault = "has no balance of forces: its system of equations is singular"
         return None
 

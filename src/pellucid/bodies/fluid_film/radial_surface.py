@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pellucid.approximants.radial.blending import Rows, Simplices, blended
+from pellucid.approximants.radial.blending import BlendedRows, Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface, tangents_across
 from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
@@ -91,7 +91,7 @@ class RadialSurface(TriangleSurface):
         n = len(self._around)
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
-    def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> Rows:
+    def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
         """In triangles (k,) at shares (q, 3) or (k, q, 3) of their corners."""
         part = self._simplices._replace(corners=self._simplices.corners[triangle])
         return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])

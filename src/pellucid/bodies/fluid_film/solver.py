@@ -5,13 +5,18 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.nodal_sums import Rows, SharedRows
-
-INCOMPATIBLE = 0.02  # of the forces, that motions without resistance may feel by the error of the geometry
+from pellucid.bodies.fluid_film.nodal_sums import ElementRows, SharedRows
 
 
 class IncompatibleLoad(Exception):
-    """The load does work on motions that nothing resists: there is no velocity at which it is balanced."""
+    """The load does work on motions that nothing resists: there is no velocity at which it is balanced.
+
+    driven: the forces that drive them [N], shape (n, d).
+    """
+
+    def __init__(self, driven: np.ndarray) -> None:
+        super().__init__("a load drives motions that nothing resists")
+        self.driven = driven
 
 
 class Border(NamedTuple):
@@ -33,19 +38,27 @@ class System(NamedTuple):
 
     x: np.ndarray  # (n, d) [m]
     area: np.ndarray  # (n,) of the nodes [m²]
-    resistance: Sequence[Rows | SharedRows]  # R [N s/m]
-    stiffness: Sequence[Rows]  # S [N s/m]
+    resistance: Sequence[ElementRows | SharedRows]  # R [N s/m]
+    stiffness: Sequence[ElementRows]  # S [N s/m]
     force: np.ndarray  # (n, d) f [N]
     load: np.ndarray  # (n, d) what of it acts from outside [N]; the film's own forces do no work on rigid motions
     guess: np.ndarray  # (n, d) g [m/s], velocities about which the stiffness is zero
     known: np.ndarray  # (n, d) components that are prescribed
     velocity: np.ndarray  # (n, d) their values [m/s]
-    turning: Sequence[Rows] | None
+    turning: Sequence[ElementRows] | None
     """What the film turns by, where some motions meet no resistance: of those with the same strain rates the one is taken that
     turns least; on surfaces, that has no mean velocity and rotation."""
     accuracy: float  # error of the velocity that does not matter, of the velocity
     directions: np.ndarray | None = None
     """Of the components of vectors and rows at each node, shape (n, d, d), where they are not those of space."""
+
+
+def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
+    """Raise IncompatibleLoad where these forces on motions without resistance, in the directions of the system [N], shape
+    (n, d), are more than this share of the loads, both summed over the nodes."""
+    if np.linalg.norm(driven, axis=1).sum() > most * np.linalg.norm(system.load, axis=1).sum():
+        in_space = driven if system.directions is None else np.einsum("ncd,nc->nd", system.directions, driven)
+        raise IncompatibleLoad(in_space)
 
 
 class FilmSolver(Protocol):

@@ -78,6 +78,12 @@ class ThesisSteps:
         arrays["own_step"][0] = own
         return self._curve.operators(arrays["x"])
 
+    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
+        """See `FilmSteps`."""
+        span = FIRST_SHARE * dt
+        done = self._motion(span, driving._replace(after=0.0))[0]
+        return np.zeros_like(done.velocity) if is_still(done, span) else done.velocity
+
     def _motion(self, ahead: float, driving: Driving) -> tuple[StepDone, np.ndarray, np.ndarray]:
         """The motion now; tangential and normal velocities beside that of the centre of mass [m/s], shape (n, 2), and this.
 
@@ -145,7 +151,7 @@ class ThesisSteps:
         place = np.einsum("qm,emi->eqi", self._value, x[nodes])
         ratio = np.broadcast_to((density / self._balance.initial_density)[:, None], at.length.shape)
         points = SurfacePoints(in_space(place, axes), in_space(at.normal, axes), ratio)
-        loads = [(column, traction(points, driving.after)[..., axes]) for column, traction in driving.tractions]
+        loads = [(acting.column, acting.traction(points, driving.after)[..., axes]) for acting in driving.tractions]
         of_segments = (at.length * self._weight).sum(axis=1)
         of_nodes = 0.5 * (of_segments + np.roll(of_segments, 1))
         for column, force in driving.forces:

@@ -10,7 +10,7 @@ from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_model import MembraneCase
 from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
@@ -47,10 +47,10 @@ class MembraneElementsCase(MembraneCase):
         """Its nodes move by themselves where no other body shares their velocity field."""
         return alone
 
-    def why_not_relaxed(self, alone: bool) -> Reason | None:
+    def why_not_relaxed(self, alone: bool) -> Finding | None:
         """Other bodies in its velocity field: its nodes are those of the grid then."""
         text = f"other bodies share the velocity field of {self.name}"
-        return None if alone else Reason(text, "give it a `field` of its own")
+        return None if alone else Finding(("field",), text, "give it a `field` of its own")
 
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""

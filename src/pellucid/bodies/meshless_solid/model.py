@@ -12,12 +12,11 @@ from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.bodies.placing import place_problems
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
 from pellucid.geometry.spatial_order import spatial_order
 from pellucid.grid.model import GridCase
@@ -111,12 +110,12 @@ class MeshlessSolidCase(DampedModel):
 
         return MeshlessSolid(self, placement)
 
-    def why_not_relaxed(self, alone: bool) -> Reason | None:
+    def why_not_relaxed(self, alone: bool) -> Finding | None:
         """A viscous material: the time in which it creeps is not that of the relaxation."""
         if not isinstance(self.material, ViscoelasticMaterial):
             return None
         text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not follow'
-        return Reason(text, "give the body its `elastic` material, which bears the load at rest")
+        return Finding(("material", "kind"), text, "give the body its `elastic` material, which bears the load at rest")
 
     def check_set_up(self) -> None:
         """Too few neighbours for the functions of least squares, on meshes of up to 10 000 cells."""
@@ -192,7 +191,7 @@ class MeshlessSolidCase(DampedModel):
         if self.essential_conditions == "direct" and not self.approximant.interpolates:
             text = f'the functions of kind "{self.approximant.kind}" do not take values that are prescribed at the nodes'
             yield Finding((*path, "essential"), text, 'use "ebciem" or "sebciem", or leave it out')
-        yield from (Finding((*path, self.place), text, remedy) for text, remedy in solid_faults(self.mesh.mesh()))
+        yield from (Finding((*path, self.place), text, remedy) for text, remedy in self.mesh.faults())
         if parts.grid is not None:
             if self.essential_conditions != "direct":
                 text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"

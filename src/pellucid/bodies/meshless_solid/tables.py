@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants.nodal.consistency import correct
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.approximants.nodal.table import Rows, evaluate
+from pellucid.approximants.nodal.table import PointRows, evaluate
 from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.bodies.meshless_solid.solid import CHUNK, PACKS, Blocks, Elastic, Functions, Solid
@@ -31,7 +31,7 @@ class Tables(NamedTuple):
     row_sums: np.ndarray
 
 
-def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> Rows:
+def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> PointRows:
     """Shape functions and their gradients at so many points of each cell. Raises NoFunctions where there are none."""
     places = np.einsum("qk,cki->cqi", TETRAHEDRON[n_points], mesh.nodes[mesh.cells]).reshape(-1, 3)
     return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), places)

@@ -49,9 +49,7 @@ class NodeForces(NamedTuple):
     motions: tuple[int, int]  # the first row of prescribed motions, and that behind the last; supports come before
     faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
     walls: np.ndarray  # (3, 2) faces that let no node through: 0 or 1 + the row of their support
-    work: (
-        np.ndarray
-    )  # (chunks, ...) rows of works as `pellucid.energy` lays them out, impulses of the constraints, then of all else
+    work: np.ndarray  # (chunks, ...) rows of works, as in `pellucid.energy`, impulses of the constraints, then of all else
 
 
 @kernel(inner=True)

@@ -59,7 +59,7 @@ class FilmPressure(ChangesInTime, LoadModel):
 
     def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
         """What acts in a run."""
-        return ActiveFilmPressure(self, assembly)
+        return ActiveFilmPressure(self, assembly, path)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
@@ -76,10 +76,11 @@ class FilmPressure(ChangesInTime, LoadModel):
 class ActiveFilmPressure(ActiveCondition):
     """A pressure on a film that is built."""
 
-    def __init__(self, load: FilmPressure, assembly: "Assembly") -> None:
+    def __init__(self, load: FilmPressure, assembly: "Assembly", path: Path) -> None:
         self._body, self._load = assembly.bodies[load.body].body, load
         self._column = assembly.load_column(load.body, load.channel)
+        self._label = f"{'.'.join(map(str, path))} of kind {load.kind}"
 
     def begin(self, time: float, dt: float) -> None:
         """What it does over the step."""
-        self._body.add_traction(lambda points, after: self._load.traction(points, time + after), self._column)
+        self._body.add_traction(lambda points, after: self._load.traction(points, time + after), self._column, self._label)

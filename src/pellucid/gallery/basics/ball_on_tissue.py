@@ -25,13 +25,14 @@ AT_REST = 0.9  # of the run; from then on the force is taken
 FORCE, FINE = 0.03, 0.07  # 3 % with cells of 0.07 of the ball's radius, a quarter of the radius of contact, and of second order
 BENEATH = 0.25  # of the ball's radius, within which the face lies on it
 ENERGY = 0.02  # of the energy balance at the end; contact is slow and takes little
+MOMENTUM = 1e-12  # of all impulses: contact gives both sides the same
 
 CAPTIONS = {
     "force": "Force on the ball while it is pressed in and held: the layer's is that of slow motion.",
     "face": "Nodes of the tissue beside the plane y = 0 at the end, and the ball.",
 }
 
-METRICS = ("force", "gap", "energy")
+METRICS = ("force", "gap", "energy", "momentum")
 
 
 class Pressed(NamedTuple):
@@ -62,7 +63,7 @@ class Pressed(NamedTuple):
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
-    """Force at rest, how far the face is off the ball, energy."""
+    """Force at rest, how far the face is off the ball, energy, momentum."""
     exact, end = Pressed.of(run), float(run.history["time"][-1])
     depth = exact.depth(run, end)
     known, found = force(exact.layer, exact.radius, depth), _force(run)[np.asarray(run.history["time"]) > AT_REST * end].mean()
@@ -71,7 +72,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     from_middle = now - (0.0, 0.0, exact.middle(run, end))
     beneath = (begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)) & (np.hypot(now[:, 0], now[:, 1]) < BENEATH * exact.radius)
     gap = float(np.mean(np.linalg.norm(from_middle[beneath], axis=1)) - exact.radius)
-    energy = abs(float(run.summary["conservation"]["energy"]))
+    energy, momentum = (abs(float(run.summary["conservation"][name])) for name in ("energy", "momentum"))
     return {
         "force": Metric(
             float(found),
@@ -90,6 +91,9 @@ def metrics(run: "Run") -> dict[str, Metric]:
             "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell",
         ),
         "energy": Metric(energy, 0.0, energy, ENERGY, "", "relative error of the energy balance at the end"),
+        "momentum": Metric(
+            momentum, 0.0, momentum, MOMENTUM, "", "error of the momentum relative to all impulses from outside"
+        ),
     }
 
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from pellucid.gallery.benet2015.films import film_of
 from pellucid.gallery.benet2015.growing import METRICS, figures, metrics
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 if TYPE_CHECKING:
@@ -15,6 +15,6 @@ CAPTIONS = {"growth": "Radius, density and speed of the film against time, with 
 __all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The sphere with its density and what flows in it."""
     return {"motion": film_of_surfaces(run, [film_of(run).name])}

@@ -8,7 +8,7 @@ from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of, r
 from pellucid.references.vesicles import Growing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
@@ -76,6 +76,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"growth": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """A curve or a surface of revolution as it grows."""
     return {"motion": film_of_curves(run)}

@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
@@ -82,6 +82,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"flow": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The film as it is squeezed."""
     return {"motion": film_of_curves(run)}

@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
@@ -77,6 +77,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"profile": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The film in space as it is squeezed."""
     return {"motion": film_of_surfaces(run, [_films(run)[1]])}

@@ -8,7 +8,7 @@ from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
@@ -76,6 +76,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"tether": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The tube as it is pulled."""
     return {"motion": film_of_curves(run)}

@@ -1,4 +1,4 @@
-"""The vesicle in a constriction: it passes, it stays off the walls, it keeps its mass and the area inside."""
+"""The vesicle in a constriction: it passes with the flow, stays off the walls and keeps its mass and the area inside."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
 
 NAME = "vesicle"
-TOUCH = 0.5  # cells: walls are nodes of the grid
-ROUNDING = 1e-9  # m
+NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell
+SHORT = 0.01  # of its radius
+FASTEST = 1.5  # of the mean velocity between plates: the middle of the channel
+SIDEWAYS = 0.01  # of its radius: channel, flow and points are symmetric
 PANELS = 6
 
 CAPTIONS = {
@@ -25,20 +27,59 @@ CAPTIONS = {
     "shape": "Place and deformation of the vesicle, and the area inside, against time.",
 }
 
-METRICS = ("passed", "clearance", "area", "film_mass")
+METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 
 
 def metrics(run: "Run") -> dict[str, Metric]:
-    """Where its last node is at the end, how near the walls it came, what it lost."""
+    """What flow took it through the throat, where it is at the end, how near the walls it came, what it lost.
+
+    In the middle of a channel it goes faster than the mean of the flow and slower than its fastest part: until it is in the
+    throat, the piston displaces between 1/1.5 and the whole of what was between.
+    """
     times = run.times(NAME)
-    frames = [run.fields(NAME, float(time)) for time in times]
-    beyond = float(frames[-1]["position"][:, 0].min())
-    nearest = min(_distance(run, fields["position"]) for fields in frames) / run.case.grid.cell
+    places = [run.fields(NAME, float(time))["position"][:, :2] for time in times]
+    middle = np.array([place.mean(axis=0) for place in places])
+    radius = 0.5 * float(np.ptp(places[0][:, 1]))
+    piston = np.array([run.fields("piston", float(time))["position"][:, 0].mean() for time in times])
+    height = run.case.grid.upper[1] - run.case.grid.lower[1]
+    pushed = height * (piston - piston[0]) / _room(run, float(middle[0, 0]), 0.0)
+    through = bool(middle[-1, 0] > 0.0)
+    share = float(np.interp(0.0, middle[:, 0], pushed)) if through else float("nan")
+    reference, band = 0.5 * (1.0 + 1.0 / FASTEST), 0.5 * (1.0 - 1.0 / FASTEST)
+    last, end = (
+        float(places[-1][:, 0].min()) / radius,
+        max(float(wall.centre()[0] + wall.radius) for wall in _walls(run)) / radius,
+    )
+    nearest = min(_distance(run, place) for place in places) / run.case.grid.cell
+    aside = float(np.abs(middle[:, 1]).max()) / radius
+    text = "flow that took its middle into the throat, of what was between; reference: the middle of 1/1.5 and 1"
     return {
-        "passed": Metric(beyond, 0.0, max(0.0, -beyond), ROUNDING, "m", "place of its last node beyond the throat at the end"),
-        "clearance": Metric(nearest, 0.0, max(0.0, -nearest), TOUCH, "", "least distance from the walls, in cells"),
+        "passage": Metric(share, reference, abs(share - reference), band, "", text),
+        "beyond": Metric(
+            last, end, max(0.0, end - last), SHORT, "", "its last node at the end, in radii; reference: where walls end"
+        ),
+        "clearance": Metric(
+            nearest, NEAREST, max(0.0, NEAREST - nearest), TOUCH, "", "least distance from the walls, in cells"
+        ),
+        "sideways": Metric(
+            aside, 0.0, aside, SIDEWAYS, "", "largest distance of its middle from that of the channel, in radii"
+        ),
         **kept(run, NAME),
     }
+
+
+def _room(run: "Run", start: float, end: float) -> float:
+    """Area of the channel from one place along x to another [m²]."""
+    x = np.linspace(start, end, 2001)
+    low, high = (np.full(len(x), side) for side in (run.case.grid.lower[1], run.case.grid.upper[1]))
+    for wall in _walls(run):
+        centre = wall.centre()
+        reach = np.sqrt(np.maximum(float(wall.radius) ** 2 - (x - centre[0]) ** 2, 0.0))
+        if centre[1] < 0.0:
+            low = np.maximum(low, centre[1] + reach)
+        else:
+            high = np.minimum(high, centre[1] - reach)
+    return float(np.trapezoid(high - low, x))
 
 
 def _walls(run: "Run") -> list[Any]:
@@ -49,7 +90,7 @@ def _walls(run: "Run") -> list[Any]:
 
 def _distance(run: "Run", position: np.ndarray) -> float:
     """Of the nearest node from the walls [m]."""
-    return min(float(np.hypot(*(position - wall.centre())[:, :2].T).min()) - float(wall.radius) for wall in _walls(run))
+    return min(float(np.hypot(*(position[:, :2] - wall.centre()[:2]).T).min()) - float(wall.radius) for wall in _walls(run))
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:

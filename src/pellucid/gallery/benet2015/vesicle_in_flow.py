@@ -8,7 +8,7 @@ from pellucid.gallery.benet2015.films import finish_panel, kept
 from pellucid.geometry.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
@@ -81,7 +81,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"deformation": _deformation(run), "sections": _sections(run)}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The drop: how fast its film moves along the normal, and how it goes round as a tank tread."""
     return {"motion": film_of_surfaces(run, ["film"])}
 

@@ -8,7 +8,7 @@ from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -91,6 +91,6 @@ def _film(run: "Run") -> "Figure":
     return figure
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The film as it turns."""
     return {"motion": film_of_curves(run)}

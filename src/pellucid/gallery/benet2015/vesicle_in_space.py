@@ -1,4 +1,4 @@
-"""The bending energy of a vesicle in space against the published one."""
+"""The bending energy of a vesicle in space against that of the shape equations."""
 
 from typing import TYPE_CHECKING
 
@@ -8,7 +8,7 @@ from pellucid.gallery.benet2015 import vesicle_shapes
 from pellucid.gallery.benet2015.films import film_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
-CAPTIONS = {"energy": "Bending energy against time with the published one, and the profile at the end."}
+CAPTIONS = {"energy": "Bending energy against time with that of the shape equations, and the profile at the end."}
 
 METRICS = ("prolate-90",)
 
@@ -34,7 +34,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     energies = run.history[f"bending-{film.name}"] / (8.0 * np.pi * film.material.bending_rigidity)
     left.plot(run.history["time"], energies, color=COLOURS[1], label="film")
-    left.axhline(SHAPE_ENERGIES["prolate", 0.9], color="black", linewidth=1, linestyle="--", label="published")
+    left.axhline(SHAPE_ENERGIES["prolate", 0.9], color="black", linewidth=1, linestyle="--", label="shape equations")
     label(left, "time", "bending energy over 8πκ", "s", "")
     left.legend()
     place = run.fields(film.name)["position"]
@@ -45,6 +45,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"energy": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The vesicle as it comes to rest."""
     return {"motion": film_of_surfaces(run, [film_of(run).name])}

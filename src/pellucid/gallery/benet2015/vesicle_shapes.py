@@ -1,4 +1,4 @@
-"""Shapes of vesicles and their bending energies against published ones."""
+"""Shapes of vesicles and their bending energies against those of the shape equations."""
 
 from math import pi
 from typing import TYPE_CHECKING
@@ -9,7 +9,7 @@ from pellucid.gallery.benet2015.films import films_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import new_figure
 
 if TYPE_CHECKING:
@@ -72,6 +72,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"shapes": figure}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The vesicles as they come to rest."""
     return {"motion": film_of_curves(run)}

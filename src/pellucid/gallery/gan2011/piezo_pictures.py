@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_points.model import MembranePointsCase
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Camera, Plane, View, camera_for
@@ -63,7 +63,7 @@ def figures(run: "Run") -> "dict[str, Figure]":
     return {"oocyte_whole": oocyte_whole(run), "oocyte_cut": oocyte_cut(run)}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The oocyte whole and cut open side by side."""
     times = evenly(run.times("zona"), FILM_PICTURES)
     whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
@@ -75,7 +75,7 @@ def films(run: "Run") -> dict[str, Film]:
         draw_oocyte(right, run, time, cut)
         return figure
 
-    return {"oocyte": Film(draw, times)}
+    return {"oocyte": Animation(draw, times)}
 
 
 def oocyte_whole(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":

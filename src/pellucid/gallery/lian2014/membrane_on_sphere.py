@@ -7,7 +7,7 @@ from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.rendering.camera import View
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def figures(run: "Run") -> "dict[str, Figure]":
     return {"curves": figure_of(run, _curves()), "shapes": shapes.panels(run, VIEW, INSTANTS)}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """The sheet as it falls and wraps itself round the sphere."""
     return {"draping": shapes.film(run, VIEW)}
 

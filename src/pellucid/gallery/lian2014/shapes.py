@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.rendering.axes import corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
@@ -66,7 +66,7 @@ def panels(run: "Run", view: View, times: Iterable[float]) -> "Figure":
     return figure
 
 
-def film(run: "Run", view: View) -> Film:
+def film(run: "Run", view: View) -> Animation:
     """Sheet and sphere from the start to the end."""
     times = evenly(run.times("sheet"), FILM_PICTURES)
     camera = camera_for(view, _places(run, times), FILM_COLUMNS)
@@ -77,7 +77,7 @@ def film(run: "Run", view: View) -> Film:
         draw(figure.subplots(), run, time, camera)
         return figure
 
-    return Film(picture, times)
+    return Animation(picture, times)
 
 
 def draw(axes: "Axes", run: "Run", time: float, camera: Camera) -> None:

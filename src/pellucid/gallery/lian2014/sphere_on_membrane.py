@@ -9,7 +9,7 @@ from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.rendering.camera import View
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def figures(run: "Run") -> "dict[str, Figure]":
     return {"curves": figure_of(run, _curves()), "shapes": shapes.sections(run, "sphere", INSTANTS, SHOWN, 1.9)}
 
 
-def films(run: "Run") -> dict[str, Film]:
+def films(run: "Run") -> dict[str, Animation]:
     """Impact and rebound."""
     return {"impact": shapes.film(run, VIEW)}
 

@@ -1,1 +1,1 @@
-"""Lian, Liu & Zhang 2014: membranes of finite elements that touch material points on the grid."""
+"""Mountris et al. 2019: meshless solids of maximum entropy in total-Lagrangian form, under very large strain."""

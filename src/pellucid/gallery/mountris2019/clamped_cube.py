@@ -1,5 +1,6 @@
 """A cube between clamps that is pulled or pressed, against finite elements of second order."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,9 +8,15 @@ import numpy as np
 from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
 from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
     from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
 
 EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
 
@@ -52,14 +59,30 @@ def known_at(run: "Run", distance: float) -> AtRest:
     return BONDED_CUBE[form_of(run), distance]
 
 
+def beside_known(axes: "Axes", run: "Run", values: "Array", places: Sequence[float], known: Sequence[float]) -> None:
+    """Values at the equilibria against how far the top has moved up or down [m], and what finite elements say at some places
+    [m], with by how much the run is off there."""
+    moved = abs(displacement(run, 2))
+    axes.plot(1e3 * moved, values, "-o", color=COLOURS[0], markersize=4, label="meshless solid")
+    at = 1e3 * abs(np.array(places))
+    axes.plot(at, known, "s", color="black", fillstyle="none", markersize=11, label="finite elements")
+    for place, value in zip(at, known, strict=True):
+        row = int(np.argmin(abs(1e3 * moved - place)))
+        if abs(1e3 * moved[row] - place) < 1e-6 * place:  # at an equilibrium: nothing is known between them
+            off = f"{100.0 * (values[row] / value - 1.0):+.2f} %"
+            axes.annotate(off, (place, value), (10, -14), textcoords="offset points", fontsize=9)
+    axes.margins(x=0.2)
+    axes.legend(loc="upper left", labelspacing=0.8)
+
+
 def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric:
     return Metric(value, known, abs(value / known - 1.0), tolerance, unit, "finite elements of second order")
 
 
 def _scatter(run: "Run") -> Metric:
-    """How far the pressure of a node in the inner half is from the mean of its neighbours, over its range there.
+    """How far the pressure of a node in the inner half is from the mean of its neighbours: root mean square, over its range.
 
-    A checkerboard has about one; a smooth field on this mesh a few hundredths.
+    A checkerboard, two values that alternate, has one. Of a smooth field this falls with the square of the spacing.
     """
     name = run.case.body[0].name
     start, pressure = run.fields(name, 0.0)["position"], run.fields(name)["pressure"]

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.gallery.mountris2019.clamped_cube import METRICS as SHARED
-from pellucid.gallery.mountris2019.clamped_cube import known_at, metrics_at, of_mesh
-from pellucid.gallery.mountris2019.curves import displacement, form_of
+from pellucid.gallery.mountris2019.clamped_cube import beside_known, known_at, metrics_at, of_mesh
+from pellucid.gallery.mountris2019.curves import form_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -23,7 +23,10 @@ DISTANCE = 0.05
 
 METRICS = (*SHARED, "bulge")
 
-CAPTIONS = {"cube_extension": "How far the free sides have moved, and the force on the top, beside finite elements."}
+CAPTIONS = {
+    "cube_extension": "How far the free sides have moved: points, and lines by finite elements. The force on the top, and by "
+    "how much it is off."
+}
 
 
 def _lines(run: "Run") -> "dict[str, tuple[Array, Array]]":
@@ -63,14 +66,13 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     figure = new_figure(10.0, 4.0)
     left, right = figure.subplots(1, 2)
     heights = np.linspace(0.0, 0.1, 200)
-    for colour, (line, (height, moved)) in zip(COLOURS, _lines(run).items(), strict=False):
-        left.plot(1e3 * _known_line(run, line, heights), 1e3 * heights, color="black", linewidth=1)
-        left.plot(1e3 * moved[:, 0], 1e3 * height, "o", color=colour, label=f"middle of a {line}" if line == "face" else "edge")
+    names = {"face": "middle of a face", "edge": "edge of the cube"}
+    for colour, marker, (line, (height, moved)) in zip(COLOURS, "os", _lines(run).items(), strict=False):
+        left.plot(1e3 * _known_line(run, line, heights), 1e3 * heights, color=colour, linewidth=1.5)
+        left.plot(1e3 * moved[:, 0], 1e3 * height, marker, color=colour, markerfacecolor="white", label=names[line])
+    left.plot([], [], color="#555", linewidth=1.5, label="finite elements")
     label(left, "displacement across", "height at rest", "mm", "mm")
-    left.legend()
-    known = known_at(run, DISTANCE)
-    right.plot(1e3 * displacement(run, 2), run.history["reaction_z"], "-o", color=COLOURS[0], label="reaction")
-    right.plot([1e3 * DISTANCE], [known.reaction], "x", color="black", markersize=9, label="finite elements")
+    left.legend(loc="center right")
+    beside_known(right, run, run.history["reaction_z"], [DISTANCE], [known_at(run, DISTANCE).reaction])
     label(right, "displacement of the top", "force on the top", "mm", "N")
-    right.legend()
     return {"cube_extension": figure}

@@ -1,9 +1,11 @@
-"""What the cases of Mountris et al. 2019 share: residuals, work of what is prescribed, least volumes, force and energy."""
+"""What the cases of Mountris et al. 2019 share: residuals, work of what is prescribed, least volumes, stiffness beside finite
+elements, force and energy."""
 
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pellucid.references.indented import indented
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -12,6 +14,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
+
+
+EXCESS = (
+    0.25  # three times what averaged functions keep of the excess of linear tetrahedra in the cube that is pulled, 0.07 to 0.09
+)
+LEAST_LOST = 0.24  # of the volume about a node, see `least_volume`
 
 
 def form_of(run: "Run") -> Literal["coupled", "decoupled"]:
@@ -45,11 +53,33 @@ def work_done(run: "Run") -> Metric:
     return Metric(stored, given, abs(stored / given - 1.0), 2e-3, "J", "work of the motion less the heat of the damping")
 
 
+def excess(run: "Run", body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
+    """By how much energy and force are above those of quadratic tetrahedra on the same mesh, at a share of the displacement, in
+    parts of what linear ones are above; none on a mesh for which these are not known."""
+    known = indented(body, run.summary["points"], share)
+    row = int(np.argmin(abs(run.history["time"] / run.case.time.end - share)))
+    if known is None or abs(run.history["time"][row] / run.case.time.end - share) > 1e-9:
+        return {}
+    found = {}
+    for name, column, (first, second) in (("energy", "strain_energy", known.energy), ("force", reaction, known.force)):
+        above = float((abs(run.history[column][row]) - second) / (first - second))
+        text = f"{name} above that of quadratic tetrahedra, over how far linear ones are above"
+        found[f"excess_{name}"] = Metric(above, 0.0, abs(above), EXCESS, "", text)
+    return found
+
+
 def least_volume(run: "Run") -> Metric:
-    """The least ratio of volumes at a node over those at rest: a solid that is not inverted has a positive one."""
+    """The least ratio of volumes about a node over those at rest.
+
+    Nearly incompressible tissue keeps it near one: ln J = -p/λ with λ = 49 μ. Under the rim of an indenter the pressure has no
+    bound, so that it falls with the mesh: 27-node bricks have 0.91 and 0.88 on two meshes (`validation/mountris2019-cylinder`).
+    Twice the loss of the finer one is tolerated.
+    """
     name, density = run.stored.bodies[0].name, run.stored.bodies[0].density
     ratio = float(density / run.fields(name)["density"].max())
-    return Metric(ratio, 1.0, abs(ratio - 1.0), 0.5, "", "least volume of a node over that at rest; nearly incompressible: one")
+    return Metric(
+        ratio, 1.0, abs(ratio - 1.0), LEAST_LOST, "", "least volume of a node over that at rest; nearly incompressible: one"
+    )
 
 
 def displacement(run: "Run", axis: int) -> "NDArray[np.float64]":

@@ -29,6 +29,7 @@ FRONT = (0.0, -1.0, 0.0)
 """The side from which bodies are opened: the eye is there."""
 
 ASIDE = 1e-3  # of the size of what is surrounded
+IN_FRONT = 0.01  # of the size of the picture, by which membranes are drawn nearer to the eye than solids that they lie on
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [m], shape (3,) each."""
 
@@ -67,11 +68,13 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
     panels = figure.subplots(down, across, squeeze=False).ravel()
     surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
+    nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * VIEW.axes()[2]
     for axes, time, state, values in zip(panels, chosen, states, shown, strict=False):
         drawn: list[Drawable] = []
         for name, fields in state.items():
             colours = np.nan_to_num(coloured(values[name], (low, high), SEQUENTIAL))
-            drawn.append(_drawable(fields, surfaces[name], colours))
+            lies_on = len(solids) > 0 and len(cells[name].tetrahedra) == 0 and len(surfaces[name].triangles) > 0
+            drawn.append(_drawable(fields, surfaces[name], colours, nearer if lies_on else 0.0 * nearer))
             if cut and len(cells[name].tetrahedra):
                 drawn.append(cut_face(fields["position"], cells[name].tetrahedra, colours, cut))
         show(axes, render(drawn, camera, cut), camera)
@@ -84,6 +87,14 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     bar.set_label(with_unit(*meaning(run.stored.bodies, quantity)))
     bar.outline.set_visible(False)
     return figure
+
+
+def is_open_in_front(run: "Run") -> bool:
+    """Whether all solids lie at the front of the grid, as at a plane of symmetry: they are open there without a cut."""
+    grid = run.stored.grid
+    names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
+    fronts = np.array([run.fields(name, 0.0)["position"][:, 1].min() for name in names])
+    return grid is not None and bool(np.all(abs(fronts - grid.lower[1]) < ASIDE * grid.cell))
 
 
 def opening(positions: list[np.ndarray]) -> Plane | None:
@@ -117,8 +128,8 @@ def _surface(cells: Cells, position: np.ndarray) -> Faceted:
     return Faceted(triangles, np.arange(len(position)))
 
 
-def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray) -> Drawable:
-    position, shown = fields["position"], surface.vertex
+def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray, nearer: np.ndarray) -> Drawable:
+    position, shown = fields["position"] + nearer, surface.vertex
     if len(surface.triangles):
         return Mesh(position[shown], surface.triangles, colours[shown], np.zeros(len(shown), bool))
     stride = -(-len(position) // MOST_BALLS)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.results.pictures.bodies_in_plane import INSTANTS
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
 from pellucid.results.pictures.style import label, new_figure, with_unit
@@ -107,7 +107,7 @@ def curves_in_plane(run: "Run") -> "Figure":
     return figure
 
 
-def film_of_curves(run: "Run") -> Film:
+def film_of_curves(run: "Run") -> Animation:
     """The same, moving."""
     times = evenly(run.times(run.stored.bodies[0].name), PICTURES)
     stage = Stage(run, times)
@@ -118,7 +118,7 @@ def film_of_curves(run: "Run") -> Film:
         stage.bar(figure, stage.draw(axes, time), [axes])
         return figure
 
-    return Film(draw, [float(time) for time in times])
+    return Animation(draw, [float(time) for time in times])
 
 
 def _flat(position: np.ndarray) -> list[int]:

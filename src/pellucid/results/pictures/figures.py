@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
-from pellucid.results.pictures.bodies_in_space import panels_in_space
+from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
 from pellucid.results.pictures.case_module import drawn_by_module
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
 from pellucid.results.storage.files import explained, replacing
+from pellucid.simulation.watch import FIRST_JUDGED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,8 +51,8 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
 
 def bodies(run: "Run") -> "dict[str, Figure]":
     """Bodies at some instants by speed, in steady states by displacement, and by pressure or stress; in space solids once
-    whole and once cut open; along a tube the profiles at the end; films that are curves by their density. Of what does not move
-    there is no speed, and of a line no picture."""
+    whole and once cut open, unless a plane of symmetry at the front does that; along a tube the profiles at the end; films that
+    are curves by their density. Of what does not move there is no speed, and of a line no picture."""
     if are_curves(run):
         return {"bodies": curves_in_plane(run)}
     if all(len(run.cells(body.name).lines) for body in run.stored.bodies):
@@ -64,7 +65,7 @@ def bodies(run: "Run") -> "dict[str, Figure]":
     if any(thin):
         return {f"bodies_{name}": panels_in_plane(run, name) for name in quantities}
     figures = {f"bodies_{name}": panels_in_space(run, name) for name in quantities}
-    if any(len(run.cells(body.name).tetrahedra) for body in run.stored.bodies):
+    if any(len(run.cells(body.name).tetrahedra) for body in run.stored.bodies) and not is_open_in_front(run):
         figures |= {f"bodies_{name}_inside": panels_in_space(run, name, halved=True) for name in quantities}
     return figures
 
@@ -97,9 +98,9 @@ def energies(run: "Run") -> "Figure":
     largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
     warn = 100.0 * run.stored.energy.warn
     if largest > 0.3 * warn:
-        for limit in (-warn, warn):
-            right.axhline(limit, color="#D55E00", linestyle="--", linewidth=1.0)
-        right.annotate("limit of the warning", (times[0], warn), color="#D55E00", fontsize=8, va="bottom")
+        judged = times[min(int(np.searchsorted(run.history["step"], FIRST_JUDGED)), len(times) - 1) :]
+        right.hlines([-warn, warn], judged[0], times[-1], color="#D55E00", linestyle="--", linewidth=1.0)
+        right.annotate("limit of the warning", (times[-1], warn), color="#D55E00", fontsize=8, va="bottom", ha="right")
     return figure
 
 

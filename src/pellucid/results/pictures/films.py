@@ -27,7 +27,7 @@ WEIGHT = 1.0 / 3.0  # power of the number of pixels with which a colour counts
 ROUNDS = 3  # in which the palette moves to the means of what it stands for
 
 
-class Film(NamedTuple):
+class Animation(NamedTuple):
     """`draw(time)` gives the figure of an instant [s], all of one size; the film shows those of `times`, in order."""
 
     draw: "Callable[[float], Figure]"
@@ -46,7 +46,7 @@ def write_films(run: "Run", progress: Progress) -> list[Path]:
     return paths
 
 
-def write_film(film: Film, path: Path, progress: Progress | None = None) -> None:
+def write_film(film: Animation, path: Path, progress: Progress | None = None) -> None:
     """Draw every picture of a film and write it to `path`. Raises ValueError for a film without pictures."""
     from PIL.Image import Dither
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.geometry.vertex_normals import vertex_normals
-from pellucid.results.pictures.films import Film
+from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits
 from pellucid.results.pictures.rendering.axes import INK, coloured, scale_bar, show
@@ -91,7 +91,7 @@ class _Stage:
         axes.quiver(x, y, length * u, length * v, angles="xy", scale_units="xy", scale=1.0, width=0.004, color=INK, zorder=3)
 
 
-def film_of_surfaces(run: "Run", names: Sequence[str]) -> Film:
+def film_of_surfaces(run: "Run", names: Sequence[str]) -> Animation:
     """Bodies that are closed surfaces in space, coloured by their density, those without one by their velocity along the
     normal; with arrows of the flow in them."""
     from matplotlib.cm import ScalarMappable
@@ -112,7 +112,7 @@ def film_of_surfaces(run: "Run", names: Sequence[str]) -> Film:
         bar.outline.set_visible(False)  # type: ignore[operator]
         return figure
 
-    return Film(draw, [float(time) for time in times])
+    return Animation(draw, [float(time) for time in times])
 
 
 def _fastest(fields: Fields) -> float:

@@ -16,10 +16,12 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.case_module import captions
 from pellucid.results.pictures.films import FILM_DPI, write_films
+from pellucid.results.pictures.quantities import is_film
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.stored_case import StoredBody, StoredCase
+from pellucid.state import FIELDS
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
@@ -38,7 +40,8 @@ CAPTIONS = {
     "bodies_displacement": "The bodies, coloured by how far they are from where they began.",
     "bodies_displacement_inside": "Solids cut open through the middle of the largest, coloured by how far they have moved.",
     "bodies_speed": "The bodies, coloured by speed.",
-    "bodies_load": "The bodies, coloured by pressure (fluids) or by von Mises' equivalent stress (solids).",
+    "bodies_load": "The bodies, coloured by pressure (fluids), von Mises' equivalent stress (solids) or density in the surface "
+    "(fluid films).",
     "bodies_speed_inside": "Solids cut open through the middle of the largest, coloured by speed.",
     "bodies_load_inside": "Solids cut open through the middle of the largest, coloured by von Mises' equivalent stress.",
     "profiles_of_points": "Every point at the end.",
@@ -115,12 +118,13 @@ def _header(run: Run, summary: dict[str, Any]) -> str:
 
 def _facts(run: Run, summary: dict[str, Any]) -> str:
     commit = f" <small>({escape(summary['commit'][:10])})</small>" if summary["commit"] else ""
+    alone = _are_films_alone(run.stored)  # their own steps are not counted
     facts = [
-        ("points", f"{summary['points']:,}".replace(",", "\u202f")),
-        ("steps", f"{summary['steps']:,}".replace(",", "\u202f")),
+        ("nodes" if alone else "points", f"{summary['points']:,}".replace(",", "\u202f")),
+        ("steps of the clock" if alone else "steps", f"{summary['steps']:,}".replace(",", "\u202f")),
         ("simulated time", f"{number(summary['end_time'])} s"),
         ("wall time", f"{number(summary['wall_seconds'], 3)} s"),
-        ("point-steps per second", f"{number(summary['point_steps_per_second'] / 1e6, 3)} million"),
+        *([] if alone else [("point-steps per second", f"{number(summary['point_steps_per_second'] / 1e6, 3)} million")]),
         ("threads", str(summary["threads"])),
         ("pellucid", escape(summary["version"]) + commit),
     ]
@@ -189,12 +193,15 @@ def _conservation(run: Run, summary: dict[str, Any]) -> str:
     def shown(error: float | None) -> str:
         return "not finite" if error is None else number(error, 3)
 
+    has_films = any(map(is_film, run.stored.bodies))
     remarks = {
-        "mass": "the points keep theirs",
+        "mass": "what flows between the nodes of films adds up" if has_films else "the points keep theirs",
         "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
         "energy": "of the energy balance at the end",
     }
-    rows = ([name, shown(error), remarks.get(name, "")] for name, error in summary["conservation"].items())
+    left_out = {"momentum"} if _are_films_alone(run.stored) else set()  # they have no inertia
+    errors = summary["conservation"].items()
+    rows = ([name, shown(error), remarks.get(name, "")] for name, error in errors if name not in left_out)
     return _table(("quantity", "relative error", ""), rows, "numbers last-word")
 
 
@@ -214,9 +221,18 @@ def _analysis_row(case: StoredCase) -> list[str]:
     if case.steady is not None:
         steps = f"{case.steady.load_steps} load steps" if case.steady.load_steps > 1 else "one load step"
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
-    step = f"fixed at {number(case.time.step)} s" if case.time.step else f"Courant number {number(case.time.courant)}"
-    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer"
-    return ["time", f"{order}, step {step}, to {number(case.time.end)} s"]
+    fixed = f"fixed at {number(case.time.step)} s" if case.time.step else ""
+    if _are_films_alone(case):
+        step = f"steps of the films' own within steps {fixed or 'of the output'}"
+    else:
+        step = f"step {fixed}" if fixed else f"step Courant number {number(case.time.courant)}"
+    order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer, " if case.grid else ""
+    return ["time", f"{order}{step}, to {number(case.time.end)} s"]
+
+
+def _are_films_alone(case: StoredCase) -> bool:
+    """Whether all bodies are films with nodes of their own, which take steps of their own and have no inertia."""
+    return case.grid is None and all(map(is_film, case.bodies))
 
 
 def _grid_row(grid: GridCase) -> list[str]:
@@ -226,5 +242,6 @@ def _grid_row(grid: GridCase) -> list[str]:
 
 
 def _words(body: StoredBody) -> str:
-    words = (body.kind, body.material, body.equation_of_state, f"density {body.density:g} kg/m³")
+    unit = FIELDS["areal_density" if is_film(body) else "density"].unit
+    words = (body.kind, body.material, body.equation_of_state, f"density {body.density:g} {pretty(unit)}")
     return ", ".join(filter(None, words)).replace("-", " ")

@@ -12,7 +12,8 @@ from pellucid.grid.model import GridCase
 
 
 class StoredBody(NamedTuple):
-    """A body by its name, with the kinds of body, material and equation of state, and its density [kg/m³]."""
+    """A body by its name, with the kinds of body, material and equation of state, and its density [kg/m³], of a
+    fluid film that in its surface [kg/m²]."""
 
     name: str
     kind: str

@@ -1,0 +1,40 @@
+"""From when on the energy balance is judged, and what is advised."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from pellucid.case.spec import EnergyCase
+from pellucid.errors import RunStopped
+from pellucid.simulation.watch import FIRST_JUDGED, MOVED, Watch
+
+
+def clock(n_steps):
+    return SimpleNamespace(n_steps=n_steps, finished=lambda until: False, progress=lambda: 1.0, against_energy_error=None)
+
+
+def half_lost(moved):
+    """A balance that lacks half of what moved, with 1 J stored."""
+    lost = {"transfer": 0.0, "time_integration": -0.5 * moved}
+    return SimpleNamespace(energy_error=lambda: -0.5, energy_scale=moved, stored=1.0, **lost)
+
+
+@pytest.mark.parametrize(
+    ("has_grid", "advice"),
+    [
+        (True, "use a smaller step, a finer grid, or raise energy.stop"),
+        (False, "use a smaller step, or raise energy.stop"),
+    ],
+)
+def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(has_grid, advice):
+    watch = Watch(EnergyCase(), False, has_grid)
+    watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1))
+    with pytest.raises(RunStopped, match=advice):
+        watch.energy(half_lost(5.0), clock(FIRST_JUDGED))
+
+
+def test_bodies_with_steps_of_their_own_are_judged_once_energy_has_moved():
+    watch = Watch(EnergyCase(), True, False)
+    watch.energy(half_lost(0.9 * MOVED), clock(5))
+    with pytest.raises(RunStopped, match="use a lower `accuracy`, more nodes, or raise"):
+        watch.energy(half_lost(1.1 * MOVED), clock(1))
