@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from math import fsum
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -101,8 +102,8 @@ class Body(ABC):
 
     @property
     def mass(self) -> float:
-        """Mass [kg]."""
-        return float(self.arrays["mass"].sum())
+        """Mass [kg], the same to the last bit in whatever order the points are stored."""
+        return fsum(self.arrays["mass"])
 
     def volumes(self) -> np.ndarray:
         """Volumes of the points [m³], shape (n,), in the order in which they are stored."""

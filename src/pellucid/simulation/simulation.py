@@ -188,7 +188,6 @@ class Simulation:
         dt = self.clock.next_step(self.bodies)
         self.sort()
         self._begin(dt)
-        self.budget.begin(self.bodies)
         self._scheme(self, dt)
         self.clock.advance(dt)
         for body in self.bodies:
@@ -219,6 +218,7 @@ class Simulation:
         self.conditions.begin(time, passing)
         if self.case.gravity_amplitude is not None:
             self._share_gravity(self.case.gravity_amplitude.at(time))
+        self.budget.begin(self.bodies)
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
