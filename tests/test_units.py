@@ -69,10 +69,10 @@ def test_what_is_no_such_quantity_is_explained(text: str, unit: str, words: list
     ],
 )
 def test_a_text_is_parsed_and_never_calculated(text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(UnitError, match="cannot read"):
         to_si(text, "s")
-    assert time.perf_counter() - start < 2.0
+    assert time.process_time() - start < 2.0
 
 
 def test_pint_is_imported_only_where_a_unit_is_met() -> None:

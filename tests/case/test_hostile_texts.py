@@ -16,10 +16,10 @@ DEEP, LONG = "[" * 500 + "]" * 500, "1" * 5000
 
 
 def refused(text: str, words: str, **settings: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(CaseError, match=words) as caught:
         loads(text).with_settings(dict(parse_setting(f"{key.replace('__', '.')}={value}") for key, value in settings.items()))
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
     message = str(caught.value)
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", message)
     assert len(message) < 2000
