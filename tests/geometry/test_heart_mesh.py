@@ -95,7 +95,7 @@ def test_three_edges_or_more_lead_through_the_right_wall_at_the_finest():
 def test_walls_that_the_lattice_would_miss_are_refused():
     with pytest.raises(ValidationError, match=r"heart.size\n.*less than or equal to 0.0035"):
         SolidMesh(heart={"size": 0.004})
-    with pytest.raises(ValidationError, match="make `size` larger"):
+    with pytest.raises(ValidationError, match=r"a mesh of about 7.6e.07 points, and one has at most 2e.06; make it coarser"):
         SolidMesh(heart={"size": 0.0002})
 
 

@@ -246,7 +246,8 @@ def two_volumes(meshlane, path, shift):
     """A file of two boxes, meshed apart, of which the upper one stands on the lower one, moved by `shift` along x."""
     box = box_mesh(np.zeros(3), np.ones(3), (2, 2, 2))
     nodes = np.vstack([box.nodes, box.nodes + np.array([shift, 0.0, 1.0])])
-    meshlane.write(str(path), meshlane.Mesh(nodes, [("tetra", np.vstack([box.cells, box.cells + len(box.nodes)]))]))
+    mesh = meshlane.Mesh(nodes, [("tetra", np.vstack([box.cells, box.cells + len(box.nodes)]))])
+    meshlane.write(str(path), mesh, file_format="gmsh")
 
 
 def test_volumes_that_were_meshed_apart_are_refused(meshlane, tmp_path):

@@ -62,7 +62,7 @@ def test_faces_of_the_lattices_box_are_flat_and_end_sharp():
     ("size", "words"),
     [
         (1.0, r"have 64 % of the volume of the shape, which must be within 10 %; make `size` smaller"),
-        (1e-3, r"2001 x 2001 x 2001 of them, more than 1000000; make `size` larger"),
+        (1e-3, r"a mesh of about 1.6e\+10 points, and one has at most 2e\+06; make it coarser"),
     ],
 )
 def test_a_lattice_too_coarse_or_too_fine_is_refused(size, words):

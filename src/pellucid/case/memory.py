@@ -16,10 +16,9 @@ POINT_BYTES = 450  # position, velocity, state of the law, and the second copy t
 
 def check_memory(case: "Case") -> None:
     """Raise CaseError where nodes, points and tables of shape functions together need more than the physical memory."""
-    there = physical_memory()
+    there, needed = physical_memory(), memory_estimate(case)
     nodes, points = n_nodes(case), n_points(case)
-    tables = sum(body.table_bytes() for body in case.body)
-    needed = NODE_BYTES * nodes + POINT_BYTES * points + tables
+    tables = table_bytes(case)
     if there is None or needed <= there:
         return
     if tables > 0.5 * needed:
@@ -36,6 +35,16 @@ def check_memory(case: "Case") -> None:
     )
     remedy = f"use a larger grid.cell (above {fits:.2g} m), or a machine with more memory"
     raise CaseError(Problem(text, "grid.cell", case.grid.cell, remedy))
+
+
+def memory_estimate(case: "Case") -> float:
+    """What nodes, points and tables need together [bytes], without the program itself and its kernels."""
+    return NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
+
+
+def table_bytes(case: "Case") -> float:
+    """What tables of shape functions at quadrature points need [bytes]."""
+    return sum(body.table_bytes() for body in case.body)
 
 
 def n_nodes(case: "Case") -> float:

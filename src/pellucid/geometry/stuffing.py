@@ -18,7 +18,6 @@ NEAR_LONG, NEAR_SHORT = 0.24999, 0.41189
 """A node nearer to the boundary is moved there: as shares of an edge of a cube, and of one from a corner to a middle
 (Labelle & Shewchuk 2007, for the best bound on dihedral angles)."""
 LONG = 0.9  # of a cube's edge: short edges have 0.87
-MOST_CUBES = 1_000_000  # about a gigabyte of work space
 _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
@@ -37,14 +36,11 @@ def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) 
 
     `contains` says which of points [m], shape (n, 3), lie inside, shape (n,). Nodes of the boundary lie on that of the region;
     what is sharp there is cut off within a cube, but faces of the box are flat and end sharp. Raises ValueError where no node
-    of the lattice lies inside, and for a lattice too fine for memory.
+    of the lattice lies inside.
 
     Source: Labelle & Shewchuk 2007, ACM Transactions on Graphics 26, 57; but quadrilaterals are cut from their deeper corner,
     which on the shapes tried gives larger angles than they guarantee (10.7 degrees).
     """
-    if np.prod(np.array(counts, float)) > MOST_CUBES:
-        text = f"cubes of {size:g} m make a lattice of {' x '.join(map(str, counts))} of them, more than {MOST_CUBES}"
-        raise Refusal(text, "make `size` larger")
     lattice = box_mesh(lower, lower + size * np.array(counts), counts)
     nodes, sign = lattice.nodes.copy(), np.where(contains(lattice.nodes), 1, -1)
     if not (sign > 0).any():

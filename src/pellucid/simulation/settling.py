@@ -7,8 +7,9 @@ Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R
 import signal
 import time as wall_clock
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
+from pellucid.energy import EnergyBudget
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
@@ -16,9 +17,8 @@ from pellucid.progress import Progress
 from pellucid.simulation.clock import Clock
 
 if TYPE_CHECKING:
-    from pellucid.case import TimeCase
+    from pellucid.case import Case, TimeCase
     from pellucid.case.settle import SettleCase
-    from pellucid.simulation.simulation import Simulation
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
 
@@ -87,7 +87,21 @@ class SettlingClock(Clock):
         return passes
 
 
-def settle(simulation: "Simulation", caught: Sequence[int], progress: Progress | None) -> dict[str, Any]:
+class Settles(Protocol):
+    """What is asked of a simulation."""
+
+    case: "Case"
+    clock: Clock
+    budget: EnergyBudget
+
+    def advance_bodies(self) -> None: ...
+    def kinetic_energy(self) -> float: ...
+    def stop_bodies(self) -> None: ...
+    def begin_balance(self) -> None: ...
+    def show(self, progress: Progress) -> None: ...
+
+
+def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None) -> dict[str, Any]:
     """Bring the bodies of a simulation to rest with what acts at time 0; what the summary tells of it.
 
     caught: signals that arrived so far; one ends the settling, of which nothing is kept. Raises RunStopped, Interrupted.
@@ -105,7 +119,9 @@ def settle(simulation: "Simulation", caught: Sequence[int], progress: Progress |
         if settling.passes_peak(simulation.kinetic_energy(), budget.moved, budget.at_stake):
             simulation.stop_bodies()
         if caught:
-            raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
+            raise Interrupted(
+                "the run was interrupted while bodies settled, which begins again", by_keyboard=caught[0] == signal.SIGINT
+            )
         now = wall_clock.monotonic()
         if progress and now - shown > PROGRESS_INTERVAL:
             shown = now
