@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
 NODE_BYTES = 170  # mass, six vectors, an energy, three constraints
+PROGRAM_BYTES = 300 * 2**20  # the program, its libraries and kernels
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 
 
@@ -21,14 +22,15 @@ def check_memory(case: "Case") -> None:
     tables = table_bytes(case)
     if there is None or needed <= there:
         return
-    if tables > 0.5 * needed:
+    arrays, room = needed - PROGRAM_BYTES, max(there - PROGRAM_BYTES, 1.0)
+    if tables > 0.5 * arrays:
         text = f"shape functions at quadrature points need about {needed / 2**30:.3g} GiB of memory"
         remedy = "use a coarser mesh, fewer points_per_cell, or an approximant with fewer nodes in a support"
         raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy=remedy))
     if case.grid_or_none is None:
         text = f"the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of memory"
         raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy="use fewer points"))
-    fits = case.grid.cell * (needed / there) ** (1.0 / (3 - sum(case.grid.thin())))
+    fits = case.grid.cell * (arrays / room) ** (1.0 / (3 - sum(case.grid.thin())))
     text = (
         f"the grid has {nodes:.3g} nodes and the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of "
         f"memory, and this machine has {there / 2**30:.3g} GiB"
@@ -38,8 +40,8 @@ def check_memory(case: "Case") -> None:
 
 
 def memory_estimate(case: "Case") -> float:
-    """What nodes, points and tables need together [bytes], without the program itself and its kernels."""
-    return NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
+    """What the program, nodes, points and tables need together [bytes]; see `validation/memory`."""
+    return PROGRAM_BYTES + NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
 
 
 def table_bytes(case: "Case") -> float:

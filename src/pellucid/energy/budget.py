@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.energy.works import ALWAYS, INTERNAL, Channel, StepWork
+from pellucid.energy.works import ALWAYS, INTERNAL, TRANSFER_HEAT, Channel, StepWork
 
 
 class Totals:
@@ -167,10 +167,11 @@ class EnergyBudget:
         return max(self.moved, self.at_stake)
 
     def energy_error(self) -> float:
-        """Energy that no channel explains, relative to what is at stake: the largest energy that moved so far, and at least
-        what was stored as strain and by gravity at the start."""
+        """Energy that no channel explains, and what transfers made where their heat is negative, relative to what is at stake:
+        the largest energy that moved so far, and at least what was stored as strain and by gravity at the start."""
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
+        error -= min(self.sums.get(TRANSFER_HEAT.name, 0.0), 0.0)
         return float(error / self.energy_scale) if self.energy_scale > 0.0 else 0.0
 
     def lost_entries(self) -> list[str]:

@@ -76,7 +76,7 @@ class BodyModel(Part):
         """Number of points, good to a layer of them; None where the case has no grid."""
 
     def table_bytes(self) -> float:
-        """Memory that it takes beside its points, tables of shape functions [bytes]."""
+        """Memory that it takes beside its points, such as tables of shape functions [bytes]."""
         return 0.0
 
     @abstractmethod

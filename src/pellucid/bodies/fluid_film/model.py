@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.solver import FilmSolver
     from pellucid.parts.body import Body, Placement
 
+CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # of a node, see `validation/memory`
+
 
 class FluidFilmCase(BodyModel):
     """A film of fluid, such as the skin of a vesicle: viscous within its surface, without inertia."""
@@ -216,6 +218,10 @@ class FluidFilmCase(BodyModel):
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""
         return len(self.positions())
+
+    def table_bytes(self) -> float:
+        """Of stencils, rows and factors [bytes]."""
+        return len(self.positions()) * (SURFACE_BYTES if self.shape.surface is not None else CURVE_BYTES)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""

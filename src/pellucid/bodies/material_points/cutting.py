@@ -22,7 +22,7 @@ from pellucid.geometry.shapes import Box, Geometry
 SAMPLES = 512  # of a lattice cell: 8 along each of three axes, 23 of two;
 FEWEST_SAMPLES = 64  # fewer of each where there are many cells, which then are small for what they are cut by,
 SAMPLES_IN_ALL = 8_000_000  # so that seeding takes seconds
-SAMPLES_AT_ONCE = 2_000_000  # bounds the memory
+SAMPLES_AT_ONCE = 200_000  # bounds the memory, some 20 MB
 REACH = 1.5  # diagonals of a lattice cell: a sliver farther from every point has nowhere to go
 NEIGHBOURS = 8  # points that may be as near to a sliver as each other: those about the middle of a cell
 AS_NEAR = 1e-6  # relative difference of distances that rounding may make
