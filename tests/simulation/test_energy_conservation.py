@@ -113,3 +113,20 @@ def test_velocities_ahead_of_stresses_are_counted():
         errors.append((worst, plain))
     assert errors[0][1] / errors[1][1] == pytest.approx(2.0, rel=0.1)
     assert errors[0][0] < 1e-3 * errors[0][1], "the law is integrated to third order in strains of a thousandth"
+
+
+@pytest.mark.parametrize("transfer", ["flip", "apic"])
+def test_beside_a_membrane_the_transfers_make_no_energy(transfer):
+    """Gas in a stirred field that it shares with a sheet: each keeps what lumping takes of its own, and these overlap."""
+    sheet = {"rectangle": {"corner": [2, 0, 0], "first_edge": [0, 4, 0], "second_edge": [0, 0, 1], "points": [13, 4]}}
+    material = {"kind": "linear-membrane", "density": 2.0, "young_modulus": 50.0, "poisson_ratio": 0.3}
+    net = {"name": "net", "kind": "membrane-points", "surface": sheet, "thickness": 0.1, "material": material}
+    stir = {"amplitude": (0.3, 0.2, 0.0), "wave_vector": (2.0, 1.0, 0.0)}
+    sides = [
+        box((x, 0, 0), (x + 2, 4, 1), GAS | {"pressure": p}, (2, 2, 1), name=name, velocity_wave=stir)
+        for x, p, name in ((0, 1.5, "hot"), (2, 1.0, "cold"))
+    ]
+    sim = simulation(*sides, net, counts=(4, 4, 1), support=SLIP[:4], end=1e3, transfer=transfer)
+    for _ in range(STEPS):
+        sim.step()
+        assert sim.energies()["transfer_heat"] >= -ROUNDING * sim.budget.energy_scale

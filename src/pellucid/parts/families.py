@@ -33,6 +33,10 @@ class GridBody(Body):
     keeps_heat = False
     """Whether its points take up what transfers and internal forces take from the kinetic energy."""
 
+    def return_heat(self, share: float) -> None:
+        """Of a body that keeps heat: give up this share of what it kept in this step."""
+        raise ValueError(f"body {self.name} keeps no heat")
+
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """The nodes of the grid are constrained."""
 

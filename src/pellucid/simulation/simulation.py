@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
+from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
@@ -29,7 +29,7 @@ from pellucid.simulation.settling import settle
 from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.transfer_loss import part_forces, transfer_work
+from pellucid.simulation.transfer_loss import part_forces, return_heat, transfer_work
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -166,7 +166,8 @@ class Simulation:
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.nodal_bodies)]
         last = self.case.time.scheme != "usf"
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
-        works = [*self._works, *self.conditions.works(), *lost, *own]
+        made = -self.budget.sums.get(TRANSFER_HEAT.name, 0.0) - sum(float(work.works[TRANSFER]) for work in lost)
+        works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
 

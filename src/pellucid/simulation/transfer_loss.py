@@ -35,3 +35,20 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
     done.works[INTERNAL] = -returned - sum(loss.kept for loss in kept)
     done.works[TRANSFER] = lost - returned + sum(loss.total - loss.kept for loss in kept)
     return done
+
+
+def return_heat(bodies: Iterable[GridBody], made: float) -> StepWork:
+    """Where the transfers of a run have made energy so far [J], let bodies return it from the heat that they kept in this step.
+
+    In a velocity field that a fluid shares with others, the fluid keeps what lumping takes of its points, the others get back
+    what it takes of the work of their forces: the two overlap.
+    """
+    keeping = [body for body in bodies if body.keeps_heat]
+    kept = sum(body.transfer_loss.kept for body in keeping)
+    done = no_work(TRANSFER + 1, 0)
+    if made > 0.0 and kept > 0.0:
+        share = min(made / kept, 1.0)
+        for body in keeping:
+            body.return_heat(share)
+        done.works[[INTERNAL, TRANSFER]] = share * kept
+    return done

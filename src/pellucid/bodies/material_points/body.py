@@ -76,6 +76,11 @@ class MaterialPoints(PointsOnGrid):
         self.totals.stored += float(gained)  # for USF, in which the points were strained before
         return float(kept)
 
+    def return_heat(self, share: float) -> None:
+        """Give up this share of the heat that it kept in this step."""
+        self.arrays["internal_energy"] -= share * np.maximum(self._heat, 0.0)
+        self.totals.stored -= share * self.transfer_loss.kept
+
     def _collect_strain_sums(self, last: bool) -> None:
         super()._collect_strain_sums(last)
         if self.material.keeps_work:
