@@ -50,6 +50,6 @@ def test_a_block_that_is_thrown_keeps_its_energy(name):
         strained.append(sim.bodies[0].totals.stored)
         errors.append(abs(sim.budget.energy_error()))
     assert max(strained) > 0.5 * kinetic
-    # velocities stand half a step behind positions: an error of the first order that swings, as of any law
-    assert max(errors) < 0.025
+    # of the second order in the step, since `staggering` has the half step between velocities and stresses: 2e-5 to 3e-5
+    assert max(errors) < 1e-4
     assert np.isfinite(sim.bodies[0].field("stress")).all()

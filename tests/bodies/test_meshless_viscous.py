@@ -152,7 +152,7 @@ def test_the_energy_closes_with_what_is_dissipated(material):
         lost.append(simulation.energies()["dissipated"])
     assert np.all(np.diff(lost) >= 0.0)
     assert lost[-1] > 0.05 * kinetic
-    assert max(errors) < 0.025  # of the first order, as of hyperelastic laws
+    assert max(errors) < 5e-3  # of the first order, as the velocity of half a step before damps
     assert simulation.conservation()["momentum"] < 1e-12
     assert np.isfinite(simulation.bodies[0].field("stress")).all()
 

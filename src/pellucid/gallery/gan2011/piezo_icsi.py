@@ -56,7 +56,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "facing": Metric(
             facing, 1.0, 1.0 - facing, 0.15, "", "share of the points failed at 28 us on the half that faces the pipette"
         ),
-        # of first order in the step; at the paper's step it is 0.5 %
+        # of first order in the step; with five times the paper's it is 0.9 % just after the pipette has set off
         "energy_error": Metric(unexplained, 0.0, unexplained, 0.05, "", "largest relative error of the energy balance"),
     }
     if run.case.grid == load("gan2011/piezo-icsi").grid:
