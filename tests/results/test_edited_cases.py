@@ -56,6 +56,13 @@ def test_a_run_goes_on_with_settings_and_keeps_them(begun):
     assert resume_case(begun.out, report=False).finished
 
 
+def test_an_end_that_is_past_is_refused(begun):
+    before = results(begun)
+    with pytest.raises(UsageError, match=r"time.end = 0.2 s is before 0.51 s"):
+        resume_case(begun.out, settings={"time.end": 0.2})
+    assert results(begun) == before
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [

@@ -153,3 +153,20 @@ def test_an_unstable_fixed_step_is_an_error_of_the_case():
     spinning = box((1, 1, 1), (3, 3, 3), GAS, angular_velocity=(0, 0, 40.0))
     with pytest.raises(CaseError, match="largest stable step of body `block`"):
         simulation(spinning, step=0.5)
+
+
+@pytest.mark.parametrize(("before", "after"), [(None, 1e-2), (1e-2, 5e-3), (5e-3, 1e-2), (1e-2, None)])
+def test_a_run_goes_on_with_another_step_where_it_is(before, after):
+    first = Clock(TimeCase(end=1.0, step=before))
+    for _ in range(7):
+        first.advance(first.next_step([body(0.04)]))
+    clock, times = Clock(TimeCase(end=1.0, step=after)), []
+    clock.restore(first.state_numbers(), {})
+    assert clock.time == first.time
+    while not clock.finished(None):
+        step = clock.next_step([body(0.04)])
+        clock.advance(step)
+        times.append(clock.time)
+    assert np.all(np.diff([first.time, *times]) > 0.0)
+    assert times[0] == pytest.approx(first.time + (after or 0.04 * clock.case.courant))
+    assert times[-1] == 1.0

@@ -115,8 +115,7 @@ def test_velocities_ahead_of_stresses_are_counted():
     assert errors[0][0] < 1e-3 * errors[0][1], "the law is integrated to third order in strains of a thousandth"
 
 
-@pytest.mark.parametrize("transfer", ["flip", "apic"])
-def test_beside_a_membrane_the_transfers_make_no_energy(transfer):
+def test_beside_a_membrane_the_transfers_make_no_energy():
     """Gas in a stirred field that it shares with a sheet: each keeps what lumping takes of its own, and these overlap."""
     sheet = {"rectangle": {"corner": [2, 0, 0], "first_edge": [0, 4, 0], "second_edge": [0, 0, 1], "points": [13, 4]}}
     material = {"kind": "linear-membrane", "density": 2.0, "young_modulus": 50.0, "poisson_ratio": 0.3}
@@ -126,7 +125,10 @@ def test_beside_a_membrane_the_transfers_make_no_energy(transfer):
         box((x, 0, 0), (x + 2, 4, 1), GAS | {"pressure": p}, (2, 2, 1), name=name, velocity_wave=stir)
         for x, p, name in ((0, 1.5, "hot"), (2, 1.0, "cold"))
     ]
-    sim = simulation(*sides, net, counts=(4, 4, 1), support=SLIP[:4], end=1e3, transfer=transfer)
+    sim = simulation(*sides, net, counts=(4, 4, 1), support=SLIP[:4], end=1e3)
+    before = 0.0
     for _ in range(STEPS):
         sim.step()
-        assert sim.energies()["transfer_heat"] >= -ROUNDING * sim.budget.energy_scale
+        heat = sim.energies()["transfer_heat"]
+        assert heat >= before - ROUNDING * sim.budget.energy_scale
+        before = heat

@@ -239,6 +239,14 @@ class PointsOnGrid(GridBody):
         self.sort()
         self.renew_totals()
         self._take(state)  # no strain leaves no viscous stress
+        if len(self._affine):
+            kept = self._affine.copy()
+            affine.gather_affine(
+                self.n_slabs, self.mapped, self.grid.nodes.velocity
+            )  # sums the energy of the fields as they are
+            self._affine[:] = kept
+            self.totals.affine = float(ordered_sum(self.slabs.sums)[AFFINE_BEFORE])
+            self.totals.kinetic += self.totals.affine
 
     def _take(self, state: Mapping[str, np.ndarray]) -> None:
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):

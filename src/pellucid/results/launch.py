@@ -12,7 +12,7 @@ from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
-from pellucid.results.storage.identity import check_bodies, check_case, with_changes
+from pellucid.results.storage.identity import check_bodies, check_case, check_start, with_changes
 from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
@@ -41,6 +41,8 @@ def run_case(
     _check_until(until)
     if out is not None:
         RunFolder(out).check_replaceable()  # before the set-up, which may take long
+        if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
+            raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
     from pellucid.case.spec import required
 
     start = read_start(required(case), progress.message)
@@ -49,7 +51,7 @@ def run_case(
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
         with folder.made():
             folder.start(case)
-            return _finish(simulation, Recorder(folder, case), until, progress, report, temporary=out is None)
+            return _finish(simulation, Recorder(folder, case, start=start), until, progress, report, temporary=out is None)
 
 
 def resume_case(
@@ -89,23 +91,29 @@ def _go_on(
     found = checkpoint.read_latest(folder.checkpoint, progress.message)
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
-        with _simulation(case, threads, progress, read_start(case, progress.message)) as simulation:
+        start = read_start(case, progress.message)
+        with _simulation(case, threads, progress, start) as simulation:
             folder.start(case)
             if settings:
                 folder.write_case(case)
-            return _finish(simulation, Recorder(folder, case), until, progress, report)
+            return _finish(simulation, Recorder(folder, case, start=start), until, progress, report)
     arrays, numbers = found
     recorded = numbers["recorder"]
     kept = recorded.get("identity", {})
     check_case(folder.path, case, kept)
     _same_inputs(case, recorded["inputs"])
-    with _simulation(case, threads, progress) as simulation:
+    start = read_start(case, progress.message)
+    check_start(folder.path, start, kept)
+    with _simulation(case, threads, progress, start) as simulation:
         check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
+        if case.time.end < simulation.time * (1.0 - 1e-12):
+            text = f"time.end = {case.time.end:g} s is before {simulation.time:g} s, where the run in {folder.path} is"
+            raise UsageError(f"{text}; give a later end, or start a new run")
         if settings:
             folder.write_case(case)
         folder.reopen()
-        return _finish(simulation, Recorder(folder, case, recorded), until, progress, report)
+        return _finish(simulation, Recorder(folder, case, recorded, start), until, progress, report)
 
 
 def _check_until(until: float | None) -> None:

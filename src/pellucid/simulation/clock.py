@@ -31,6 +31,8 @@ class Clock:
         self.time = 0.0
         self.dt = 0.0
         self.largest = 0.0
+        self._fixed_from = (0, 0.0)
+        """The steps done and the time [s] from which on fixed steps have had the present length."""
         self.weight = 1.0
         """What the impulses of the last step count in the reactions so far."""
 
@@ -42,7 +44,8 @@ class Clock:
         stable, name = self.stable_step(bodies)
         if self.case.step is not None:
             self._check_fixed(self.case.step, stable, name)
-            remaining = self.case.end / self.case.step - self.n_steps
+            steps, time = self._fixed_from
+            remaining = (self.case.end - time) / self.case.step - (self.n_steps - steps)
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
         dt = min(self.case.courant * stable, self.most, self.case.end)
         self.check_collapse(dt, name, bodies)
@@ -80,7 +83,8 @@ class Clock:
         self.n_steps += 1
         self.dt = dt
         fixed = self.case.step
-        self.time = self.n_steps * fixed if fixed is not None and dt == fixed else self.time + dt
+        steps, time = self._fixed_from
+        self.time = time + (self.n_steps - steps) * fixed if fixed is not None and dt == fixed else self.time + dt
         if self.case.end - self.time < 1e-9 * dt:
             self.time = self.case.end
 
@@ -114,9 +118,13 @@ class Clock:
 
     def state_numbers(self) -> dict[str, Any]:
         """What a checkpoint keeps."""
-        return {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
+        kept = {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
+        return {**kept, "fixed_from": list(self._fixed_from), "fixed": self.case.step}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         self.n_steps, self.time = numbers["n_steps"], numbers["time"]
         self.dt, self.largest = numbers["dt"], numbers["largest"]
+        steps, time = numbers["fixed_from"]
+        same = numbers["fixed"] == self.case.step
+        self._fixed_from = (int(steps), float(time)) if same else (self.n_steps, self.time)

@@ -82,6 +82,8 @@ class Simulation:
         layout = layout_of(case, [*columns, *(channel for body in case.body for channel in body.channels())])
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
+        if case.start is not None and start is None:
+            raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
         take_up(built, start or {})
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
@@ -166,7 +168,7 @@ class Simulation:
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.nodal_bodies)]
         last = self.case.time.scheme != "usf"
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
-        made = -self.budget.sums.get(TRANSFER_HEAT.name, 0.0) - sum(float(work.works[TRANSFER]) for work in lost)
+        made = -sum(float(work.works[TRANSFER]) for work in lost)
         works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)

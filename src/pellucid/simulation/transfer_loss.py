@@ -38,7 +38,7 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
 
 
 def return_heat(bodies: Iterable[GridBody], made: float) -> StepWork:
-    """Where the transfers of a run have made energy so far [J], let bodies return it from the heat that they kept in this step.
+    """Where the transfers of a step made energy [J], let bodies return it from the heat that they kept in this step.
 
     In a velocity field that a fluid shares with others, the fluid keeps what lumping takes of its points, the others get back
     what it takes of the work of their forces: the two overlap.

@@ -35,7 +35,7 @@ PAGE = """<!doctype html>
 
 CAPTIONS = {
     "where_it_stopped": "The state in which the run stopped itself; a ring marks the point, and at larger scale.",
-    "energies": "The energy balance and its error, relative to the energy that went through it.",
+    "energies": "The energy balance and its error, relative to what is at stake.",
     "momentum": "Total momentum.",
     "probes": "The probes of the case.",
     "bodies_displacement": "The bodies, coloured by how far they are from where they began.",

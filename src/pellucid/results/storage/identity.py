@@ -1,8 +1,11 @@
 """What a run is: a checkpoint is gone on from only by the case, the bodies and the version that it was written by."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from pellucid.errors import UsageError, shown
 from pellucid.results.storage.package import package_version
@@ -10,6 +13,8 @@ from pellucid.results.storage.package import package_version
 if TYPE_CHECKING:
     from pellucid.case import Case
 
+Start = Mapping[str, Mapping[str, np.ndarray]]
+"""Arrays of the bodies that go on from an earlier run, by name; empty for a case that begins anew."""
 TEXTS = ("title", "source", "description", "times", "quick")
 MAY_CHANGE = (
     *TEXTS,
@@ -20,9 +25,10 @@ MAY_CHANGE = (
 MOST_SHOWN = 5
 
 
-def identity(case: "Case", bodies: Sequence[Any]) -> dict[str, Any]:
+def identity(case: "Case", bodies: Sequence[Any], start: Start) -> dict[str, Any]:
     """What a checkpoint keeps of case, version and bodies, for JSON."""
-    return {"version": package_version(), "case": _fixed(case), "points": {body.name: body.n_points for body in bodies}}
+    points = {body.name: body.n_points for body in bodies}
+    return {"version": package_version(), "case": _fixed(case), "points": points, "start": _digest(start)}
 
 
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
@@ -44,6 +50,12 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
         free = ", ".join(key for key in MAY_CHANGE if key not in TEXTS)
         raise UsageError(f"{text}\n    what may change is {free}; start a new run for anything else")
     return new
+
+
+def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:
+    """Raise `UsageError` where the state that a run began from is another now: regions are chosen in it."""
+    if _digest(start) != kept["start"]:
+        _refuse(folder, ["the state of the earlier run from which it began (start.path) is another now"])
 
 
 def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:
@@ -69,6 +81,18 @@ def _fixed(case: "Case") -> dict[str, Any]:
             table = table[part]
         table.pop(last, None)
     return data
+
+
+def _digest(start: Start) -> str:
+    """SHA-256 of the state of an earlier run; empty for a case that begins anew."""
+    if not start:
+        return ""
+    found = hashlib.sha256()
+    for body, arrays in sorted(start.items()):
+        for name, array in sorted(arrays.items()):
+            found.update(f"{body}/{name}".encode())
+            found.update(np.ascontiguousarray(array).tobytes())
+    return found.hexdigest()
 
 
 def _differences(before: Any, now: Any, place: str = "") -> list[str]:

@@ -9,7 +9,7 @@ from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import OutputError, explained, sync
-from pellucid.results.storage.identity import identity
+from pellucid.results.storage.identity import Start, identity
 from pellucid.results.storage.package import package_commit, package_version
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run_folder import RunFolder
@@ -27,8 +27,10 @@ class Recorder:
     `numbers` are those of the checkpoint that the run goes on from, None for a run from the start.
     """
 
-    def __init__(self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None) -> None:
-        self.folder, self.case = folder, case
+    def __init__(
+        self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None, start: Start | None = None
+    ) -> None:
+        self.folder, self.case, self._start = folder, case, start or {}
         self._resumed = numbers is not None
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
         self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
@@ -91,7 +93,7 @@ class Recorder:
             "probes": self._probes.to_data(),
             "inputs": self._inputs,
             "kinds": self._kinds,
-            "identity": identity(self.case, sim.bodies),
+            "identity": identity(self.case, sim.bodies, self._start),
             "wall_seconds": self.wall_seconds(),
             "written": self._written.to_data(),
         }

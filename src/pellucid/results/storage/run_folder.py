@@ -4,16 +4,17 @@ import hashlib
 import json
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
 
 import numpy as np
 
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric, finite
 from pellucid.results.storage import lock
-from pellucid.results.storage.files import explained, usable, write_text
+from pellucid.results.storage.files import DRAFT, explained, replacing, usable, write_text
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -38,6 +39,7 @@ class RunFolder:
         self.report = self.path / "report.html"
         self.forensics = self.path / "forensics"
         self._failure = self.forensics / "failure.json"
+        self._state = self.forensics / "state.npz"
 
     def fields(self, body: str) -> Path:
         """The file of a body's frames."""
@@ -82,7 +84,7 @@ class RunFolder:
         with explained(self.path), usable(self.path):
             shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
             self.history.unlink(missing_ok=True)
-            shutil.rmtree(self.path / "fields", ignore_errors=True)
+            _remove(self.path / "fields", (".vtkhdf",))
             self.reopen()
             if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
                 self.write_case(case)
@@ -99,8 +101,8 @@ class RunFolder:
         with explained(self.path), usable(self.path):
             self.summary.unlink(missing_ok=True)
             self.report.unlink(missing_ok=True)
-            shutil.rmtree(self.figures, ignore_errors=True)
-            shutil.rmtree(self.forensics, ignore_errors=True)
+            _remove(self.figures, (".png", ".gif"))
+            _remove(self.forensics, (".json", ".npz"))
 
     def read_case(self) -> "Case":
         """The resolved case. Raises `UsageError` where the folder holds no run."""
@@ -143,19 +145,34 @@ class RunFolder:
         """Leave why a run stopped itself, and its whole state. Raises OSError where this cannot be written."""
         self.forensics.mkdir(exist_ok=True)
         write_text(self._failure, json.dumps(_json_safe(failure), indent=2, default=str, allow_nan=False) + "\n")
-        np.savez(self.forensics / "state.npz", **dict(arrays))  # type: ignore[arg-type]
+        with replacing(self._state) as temporary, temporary.open("wb") as file:
+            np.savez(file, **dict(arrays))  # type: ignore[arg-type]
 
     def read_failure(self) -> dict[str, Any]:
         """Why the run stopped itself; empty where it did not."""
-        return dict(json.loads(self._failure.read_text(encoding="utf-8"))) if self._failure.is_file() else {}
+        if not self._failure.is_file():
+            return {}
+        try:
+            return dict(json.loads(self._failure.read_text(encoding="utf-8")))
+        except ValueError:
+            return {"message": f"{self._failure} is damaged: why the run stopped is not known", "step": None, "time": None}
 
     def read_state(self) -> dict[str, np.ndarray]:
         """The state in which a run stopped itself, arrays as `<body>/<name>`; empty where there is none."""
-        path = self.forensics / "state.npz"
-        if not path.is_file():
+        try:
+            with np.load(self._state, allow_pickle=False) as arrays:
+                return dict(arrays)
+        except (OSError, ValueError, EOFError, BadZipFile):  # none, or one that is damaged
             return {}
-        with np.load(path, allow_pickle=False) as arrays:
-            return dict(arrays)
+
+
+def _remove(folder: Path, endings: tuple[str, ...]) -> None:
+    """Remove files of these endings from a folder, and it where nothing else is in it."""
+    for path in folder.glob("*"):
+        if path.suffix in (*endings, DRAFT):
+            path.unlink(missing_ok=True)
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def _signed(text: str) -> str:
