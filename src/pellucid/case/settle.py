@@ -40,6 +40,10 @@ class SettleCase(Part):
                 value = getattr(body, key, None)
                 if value is not None and (not isinstance(value, tuple) or any(value)):
                     yield Finding((*other, key), "[settle] takes all velocity from the bodies", "leave it out")
+            for number, initial in enumerate(getattr(body, "initial", None) or ()):
+                if initial.kind == "velocity-gradient":
+                    text = "[settle] takes all velocity from the bodies"
+                    yield Finding((*other, "initial", number, "kind"), text, "leave it out")
         for other, support in parts.placed(Support):
             if any(support.velocity):
                 text = "[settle] holds the time of motions, but not a support that moves"

@@ -66,7 +66,9 @@ def _ending(run: Run) -> str:
     resume = f"<code>pellucid resume {escape(str(run.out))}</code>"
     if run.stopped:
         text = escape(run.stopped["message"]).replace("\n", "<br>")
-        why = f"{text}<br>{resume}, with <code>--set</code> for another step, takes it up from its last checkpoint."
+        kept = any(run.folder.checkpoint.glob("*.npz"))
+        where = "from its last checkpoint" if kept else "from its start, as it has no checkpoint"
+        why = f"{text}<br>{resume} takes it up {where}; <code>--set</code> gives it another step or limit."
     elif run.folder.ended:
         why = f"Stopped early, at {at} s of {end} s: nothing is judged yet."
     else:
