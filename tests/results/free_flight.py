@@ -87,7 +87,7 @@ class FakeSimulation:
     breaks_at: int | None = None
     place: ClassVar[dict[str, object]] = {}
 
-    def __init__(self, case: Case, threads: int | None = None) -> None:
+    def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:
         self.case, self.threads = case, threads or 1
         self.bodies = [FakeBody("gas", True, (0.5, 0.5), 80, 1.0), FakeBody("block", False, (2.5, 0.5), 32, 0.0)]
         self.time, self.n_steps, self.dt = 0.0, 0, 0.0

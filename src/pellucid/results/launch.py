@@ -135,7 +135,7 @@ def _simulation(
     check_memory(required(case))
     progress.begin("setting up")
     with compilation_told(progress, kernel_key(case)), laws_blamed(case):
-        yield Simulation(case, threads, start=start) if start else Simulation(case, threads)
+        yield Simulation(case, threads, start=start)
 
 
 @contextmanager

@@ -5,7 +5,6 @@ Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R
 """
 
 import signal
-import time as wall_clock
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -21,9 +20,6 @@ if TYPE_CHECKING:
     from pellucid.case.settle import SettleCase
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
-
-
-PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 ROUNDED = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
@@ -98,7 +94,7 @@ class Settles(Protocol):
     def kinetic_energy(self) -> float: ...
     def stop_bodies(self) -> None: ...
     def begin_balance(self) -> None: ...
-    def show(self, progress: Progress) -> None: ...
+    def show(self, progress: Progress | None) -> None: ...
 
 
 def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None) -> dict[str, Any]:
@@ -110,7 +106,7 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
     if case.settle is None:
         return {}
     settling = SettlingClock(case.settle, case.time, clock.longest, case.body)
-    simulation.clock, shown = settling, 0.0
+    simulation.clock = settling
     if progress:
         progress.begin("settling")
     while not settling.is_settled:
@@ -122,10 +118,7 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
             raise Interrupted(
                 "the run was interrupted while bodies settled, which begins again", by_keyboard=caught[0] == signal.SIGINT
             )
-        now = wall_clock.monotonic()
-        if progress and now - shown > PROGRESS_INTERVAL:
-            shown = now
-            simulation.show(progress)
+        simulation.show(progress)
     simulation.stop_bodies()
     simulation.clock = clock
     simulation.begin_balance()

@@ -115,6 +115,7 @@ class Simulation:
         own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
         self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
         self.timers: dict[str, float] = {}
+        self._shown = 0.0
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
             warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
@@ -225,7 +226,6 @@ class Simulation:
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
-        shown = 0.0
         with signals_caught() as caught:
             try:
                 if not self._begun:
@@ -240,10 +240,7 @@ class Simulation:
                     if caught:
                         recorder.checkpoint(self)
                         raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
-                    now = wall_clock.monotonic()
-                    if progress and now - shown > PROGRESS_INTERVAL:
-                        shown = now
-                        self.show(progress)
+                    self.show(progress)
                 recorder.end(self)
             except RunStopped as error:
                 recorder.failed(self, error)
@@ -258,8 +255,12 @@ class Simulation:
             raise
         recorder.begin(self)
 
-    def show(self, progress: Progress) -> None:
-        """Tell how far it is."""
+    def show(self, progress: Progress | None) -> None:
+        """How far it is, now and then."""
+        now = wall_clock.monotonic()
+        if progress is None or now - self._shown < PROGRESS_INTERVAL:
+            return
+        self._shown = now
         points = sum(body.n_points for body in self.bodies)
         error = self.budget.energy_error()
         progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)

@@ -18,7 +18,7 @@ Start = Mapping[str, Mapping[str, np.ndarray]]
 TEXTS = ("title", "source", "description", "times", "quick")
 MAY_CHANGE = (
     *TEXTS,
-    *("output",),
+    "output",
     *("time.end", "time.step", "time.courant", "energy.warn", "energy.stop"),
 )
 """Keys of a case that a run may go on with in another way than it began."""
