@@ -282,8 +282,10 @@ def test_a_checkpoint_of_another_version_is_refused():
         (({"title": "x"},), "is no case"),
     ],
 )
-def test_what_is_no_case_is_refused(arguments, words):
+def test_what_is_no_case_is_refused(arguments, words, tmp_path):
     with pytest.raises(UsageError, match=words):
         pellucid.run(*arguments)
+    with pytest.raises(UsageError, match=words):
+        pellucid.run(*arguments, out=tmp_path / "run")
     with pytest.raises(UsageError, match=words):
         pellucid.Simulation(*arguments)

@@ -37,15 +37,15 @@ def run_case(
     run in `out` is replaced. Raises `UsageError` for what is no case, for a folder with other files in it or in use,
     `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
     """
-    progress = progress or WarningsOnly()
+    from pellucid.case.spec import required
+
+    progress, case = progress or WarningsOnly(), required(case)
     _check_until(until)
     if out is not None:
         RunFolder(out).check_replaceable()  # before the set-up, which may take long
         if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
             raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
-    from pellucid.case.spec import required
-
-    start = read_start(required(case), progress.message)
+    start = read_start(case, progress.message)
     with _simulation(case, threads, progress, start) as simulation:  # before the folder is touched: a bad case erases nothing
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
@@ -128,11 +128,10 @@ def _simulation(
     """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told."""
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
-    from pellucid.case.spec import required
     from pellucid.simulation.kernel_key import kernel_key
     from pellucid.simulation.simulation import Simulation
 
-    check_memory(required(case))
+    check_memory(case)
     progress.begin("setting up")
     with compilation_told(progress, kernel_key(case)), laws_blamed(case):
         yield Simulation(case, threads, start=start)
