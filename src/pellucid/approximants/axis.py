@@ -7,7 +7,7 @@ the same boundary functions for cubic splines).
 
 from typing import Any, Protocol
 
-from pellucid.jit import generic, pointwise
+from pellucid.jit import default_function, generic, pointwise
 
 # cells squared; close to a wall the weights hardly spread, and dividing by less would lose the digits of a linear field
 LEAST_SPREAD = 1e-4
@@ -30,6 +30,27 @@ def axis_weights(fn: Any, u: float, n: int) -> Any:
 
     n: number of cells along the axis. The tuples have `fn.stencil` entries.
     """
+
+
+@generic
+def axis_numbers(fn: Any, u: float, n: int) -> Any:
+    """First node, and a tuple of numbers of which `axis_values` makes offset, weights and derivatives."""
+
+
+@generic
+def axis_values(fn: Any, numbers: Any) -> Any:
+    """Offset of the first node from the point in cells, weights, derivatives: numbers, or vectors where `numbers` are."""
+
+
+@default_function(axis_numbers)
+def _all(fn, u, n):
+    i, w, g = axis_weights(fn, u, n)
+    return i, (i - u, w, g)
+
+
+@default_function(axis_values)
+def _same(fn, numbers):
+    return numbers
 
 
 @generic

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from pellucid.approximants.axis import affine_weights, axis_weights
+from pellucid.approximants.axis import affine_weights, axis_numbers, axis_values, axis_weights
 from pellucid.jit import point_function
 
 
@@ -15,6 +15,16 @@ class Flat(NamedTuple):
 @point_function(axis_weights, Flat)
 def _axis_weights(fn, u, n):
     return 0, (1.0,), (0.0,)
+
+
+@point_function(axis_numbers, Flat)
+def _axis_numbers(fn, u, n):
+    return 0, (-u,)
+
+
+@point_function(axis_values, Flat)
+def _axis_values(fn, numbers):
+    return numbers[0], (1.0,), (0.0,)
 
 
 @point_function(affine_weights, Flat)

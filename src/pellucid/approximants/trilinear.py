@@ -2,8 +2,10 @@
 
 from typing import NamedTuple
 
-from pellucid.approximants.axis import affine_weights, axis_weights
-from pellucid.jit import point_function
+from numpy import floor
+
+from pellucid.approximants.axis import affine_weights, axis_numbers, axis_values, axis_weights
+from pellucid.jit import point_function, pointwise
 
 
 class Trilinear(NamedTuple):
@@ -12,11 +14,28 @@ class Trilinear(NamedTuple):
     stencil: int = 2
 
 
+@pointwise
+def _cell(u, n):
+    return min(max(floor(u), 0.0), n - 1.0)
+
+
 @point_function(axis_weights, Trilinear)
 def _axis_weights(fn, u, n):
-    i = min(max(int(u), 0), n - 1)
+    i = _cell(u, n)
     f = u - i
-    return i, (1.0 - f, f), (-1.0, 1.0)
+    return int(i), (1.0 - f, f), (-1.0, 1.0)
+
+
+@point_function(axis_numbers, Trilinear)
+def _axis_numbers(fn, u, n):
+    i = _cell(u, n)
+    return i, (u - i,)
+
+
+@point_function(axis_values, Trilinear)
+def _axis_values(fn, numbers):
+    f = numbers[0]
+    return -1.0 * f, (1.0 - f, f), (-1.0, 1.0)
 
 
 @point_function(affine_weights, Trilinear)

@@ -13,7 +13,9 @@ from pellucid.grid import transfer as kernels
 from pellucid.grid.points import (
     AFFINE,
     AFFINE_BEFORE,
+    GAINED,
     HEATING,
+    KEPT,
     KINETIC,
     LOSS,
     LUMPING,
@@ -29,12 +31,14 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.vectors import scatter_vectors
+from pellucid.grid.velocities import update_velocities
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.reductions import ordered_sum
 
+NO_ENERGY = np.zeros(0)
 HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
 
 
@@ -95,7 +99,8 @@ class PointsOnGrid(GridBody):
 
     def keep_forces_apart(self) -> None:
         """Add internal forces to those that its velocity field keeps apart."""
-        self._nodes = self.grid.nodes._replace(force=self.velocity_field.force_apart())
+        rows = self.velocity_field.forces_apart()
+        self._nodes = self.grid.nodes._replace(forces=rows.reshape(-1), force=rows[:, :3])
         self._bind_slabs(self.slabs)
 
     @property
@@ -147,14 +152,15 @@ class PointsOnGrid(GridBody):
             nodes = self.grid.nodes
             affine.gather_affine(self.n_slabs, self.mapped, nodes.strain_velocity if self._stencil == 2 else nodes.velocity)
         free = self.constraint is None
-        kernels.update_velocities(self.n_slabs, self.mapped, int(remap and free))
+        update_velocities(self.n_slabs, self.mapped, self.kept_energy(), dt, int(remap and free))
         sums = ordered_sum(self.slabs.sums)
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
         if len(self._affine):  # the points have moved since, and the nodes' distances from them are others
             loss += self.totals.affine - float(sums[AFFINE_BEFORE])
             self.totals.affine = float(sums[AFFINE])
-        kept = self._keep_heat(dt) if self.keeps_heat else 0.0
-        self.transfer_loss = TransferLoss(loss, lumping, kept)
+        if self.keeps_heat:
+            self.totals.stored += float(sums[GAINED])  # for USF, in which the points were strained before
+        self.transfer_loss = TransferLoss(loss, lumping, float(sums[KEPT]))
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
             kernels.sum_momentum(self.n_slabs, self.mapped)
@@ -162,10 +168,9 @@ class PointsOnGrid(GridBody):
                 kernels.scatter_momentum(self.n_slabs, self.mapped)
         self._collect_momentum_sums()
 
-    def _keep_heat(self, dt: float) -> float:
-        """Of a body that keeps heat: take up the work of internal forces over dt [s], and of what the transfer lost what can be
-        heat, which is returned [J]."""
-        raise ValueError(f"body {self.name} keeps no heat")
+    def kept_energy(self) -> np.ndarray:
+        """The specific energy of its points [J/kg], shape (n,), of a body that keeps heat; of others an empty array."""
+        return NO_ENERGY
 
     def _collect_momentum_sums(self) -> None:
         sums = ordered_sum(self.slabs.sums)

@@ -25,7 +25,7 @@ def _row(affine, p):
 @pointwise
 def _energies(about, lattice, nodes, v, new, before, after):
     """Of unit mass [J/kg]: of the affine fields before and after, and what the transfers of the step lose."""
-    wx, wy, wz, first, place = about.wx, about.wy, about.wz, about.first, about.place
+    wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
     velocity, increment, squares = nodes.velocity, nodes.velocity_increment, nodes.increment_energy
     old_field = new_field = lost = 0.0
     for a in range(len(wx)):
@@ -34,9 +34,9 @@ def _energies(about, lattice, nodes, v, new, before, after):
                 I = node_at(about, lattice, a, b, c)
                 N = wx[a] * wy[b] * wz[c]
                 r = (
-                    (first[0] + a - place[0]) * lattice.cell,
-                    (first[1] + b - place[1]) * lattice.cell,
-                    (first[2] + c - place[2]) * lattice.cell,
+                    (offset[0] + a) * lattice.cell,
+                    (offset[1] + b) * lattice.cell,
+                    (offset[2] + c) * lattice.cell,
                 )
                 one = two = loss = 0.0
                 for d in range(3):
@@ -61,10 +61,10 @@ def _gather_affine_slab(s, mapped, gradient):
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         about = stencil(functions, lattice, points.position, p)
-        wx, wy, wz, first, place = about.wx, about.wy, about.wz, about.first, about.place
-        bx = affine_weights(functions[0], first[0] - place[0], wx, about.gx)
-        by = affine_weights(functions[1], first[1] - place[1], wy, about.gy)
-        bz = affine_weights(functions[2], first[2] - place[2], wz, about.gz)
+        wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
+        bx = affine_weights(functions[0], offset[0], wx, about.gx)
+        by = affine_weights(functions[1], offset[1], wy, about.gy)
+        bz = affine_weights(functions[2], offset[2], wz, about.gz)
         before = _row(affine, p)
         affine[p, :] = 0.0
         for a in range(len(wx)):

@@ -24,7 +24,9 @@ class Lattice(NamedTuple):
 class Nodes(NamedTuple):
     """Nodal arrays of one velocity field; n nodes."""
 
-    mass: np.ndarray  # (n,) [kg]
+    inertia: np.ndarray  # (4 n,) rows of momentum x, y, z and mass, as points give them to the nodes
+    forces: np.ndarray  # (4 n,) rows of internal force x, y, z and nothing
+    mass: np.ndarray  # (n,) [kg]; this and the next two are views of the rows
     momentum: np.ndarray  # (n, 3) mapped from the points [kg m/s]
     force: np.ndarray  # (n, 3) internal force [N]
     velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
@@ -59,9 +61,10 @@ class Grid:
         self.thin = thin
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
-        momentum, force, velocity, velocity_increment, strain_velocity, mean_velocity = (np.zeros((n, 3)) for _ in range(6))
-        velocities = velocity, velocity_increment, strain_velocity, mean_velocity
-        self.nodes = Nodes(np.zeros(n), momentum, force, *velocities, np.zeros(n), np.zeros((n, 3), np.int16))
+        inertia, forces = np.zeros((n, 4)), np.zeros((n, 4))
+        mapped = inertia.reshape(-1), forces.reshape(-1), inertia[:, 3], inertia[:, :3], forces[:, :3]
+        velocities = (np.zeros((n, 3)) for _ in range(4))
+        self.nodes = Nodes(*mapped, *velocities, np.zeros(n), np.zeros((n, 3), np.int16))
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

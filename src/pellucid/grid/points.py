@@ -121,5 +121,7 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
     AFFINE_BEFORE,
     AFFINE,
     POWER,
+    GAINED,
+    KEPT,
     COLUMNS,
-) = range(15)
+) = range(17)

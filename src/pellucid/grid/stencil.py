@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_weights
-from pellucid.grid.velocity_transfer import affine_velocity
+from pellucid.grid.velocity_transfer import row_of_line, row_of_node
 from pellucid.jit import pointwise
+from pellucid.jit.vector import load, nothing, store
 
 
 class Stencil(NamedTuple):
     """The nodes that reach a point; their indices count along the axes from the first one."""
 
     start: int  # where the first node is stored
-    first: tuple[int, int, int]  # its place on the lattice
-    place: tuple[float, float, float]  # the point, in cells from the lower corner
+    offset: Any  # from the point to the first node along the axes, in cells
     wx: Any  # shape functions along x, a tuple
     wy: Any
     wz: Any
@@ -39,7 +39,7 @@ def stencil(functions, lattice, position, p):
     j, wy, gy = axis_weights(functions[1], Y, n[1])
     k, wz, gz = axis_weights(functions[2], Z, n[2])
     start = i * stride[0] + j * stride[1] + k * stride[2]
-    return Stencil(start, (i, j, k), (X, Y, Z), wx, wy, wz, gx, gy, gz)
+    return Stencil(int(start), (i - X, j - Y, k - Z), wx, wy, wz, gx, gy, gz)
 
 
 @pointwise
@@ -50,108 +50,69 @@ def node_at(about, lattice, a, b, c):
 
 
 @pointwise
-def gather(about, lattice, field):
-    """Σ N_I field_I of a vector field, shape (nodes, 3)."""
+def _gather_of(about, lattice, field, d):
+    """Σ N_I of a component of a vector field."""
     wx, wy, wz = about.wx, about.wy, about.wz
-    fx = fy = fz = 0.0
+    total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
         for b in range(len(wy)):
-            w = wx[a] * wy[b]
-            for c in range(len(wz)):
+            I = node_at(about, lattice, a, b, 0)
+            line = wz[0] * field[I, d]
+            for c in range(1, len(wz)):
                 I = node_at(about, lattice, a, b, c)
-                W = w * wz[c]
-                fx += W * field[I, 0]
-                fy += W * field[I, 1]
-                fz += W * field[I, 2]
-    return fx, fy, fz
+                line += wz[c] * field[I, d]
+            total += wx[a] * wy[b] * line
+    return total
 
 
 @pointwise
-def gather_increments(about, lattice, velocity, increment, energy):
-    """Σ N_I of the nodal velocity and its increment, shape (nodes, 3), and of the energy of the latter, shape (nodes,)."""
+def gather(about, lattice, field):
+    """Σ N_I field_I of a vector field, shape (nodes, 3)."""
+    x, y = _gather_of(about, lattice, field, 0), _gather_of(about, lattice, field, 1)
+    return x, y, _gather_of(about, lattice, field, 2)
+
+
+@pointwise
+def gather_scalar(about, lattice, field):
+    """Σ N_I field_I of a scalar field, shape (nodes,)."""
     wx, wy, wz = about.wx, about.wy, about.wz
-    vx = vy = vz = dx = dy = dz = e = 0.0
+    total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
         for b in range(len(wy)):
-            w = wx[a] * wy[b]
-            for c in range(len(wz)):
+            line = wz[0] * field[node_at(about, lattice, a, b, 0)]
+            for c in range(1, len(wz)):
+                line += wz[c] * field[node_at(about, lattice, a, b, c)]
+            total += wx[a] * wy[b] * line
+    return total
+
+
+@pointwise
+def _gradient_of(about, lattice, velocity, d):
+    """The derivatives of a component of the nodal velocity by x, y, z in cells."""
+    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+    x = y = z = nothing(wx[0] * wy[0] * wz[0])
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            I = node_at(about, lattice, a, b, 0)
+            line, slope = wz[0] * velocity[I, d], gz[0] * velocity[I, d]
+            for c in range(1, len(wz)):
                 I = node_at(about, lattice, a, b, c)
-                W = w * wz[c]
-                vx += W * velocity[I, 0]
-                vy += W * velocity[I, 1]
-                vz += W * velocity[I, 2]
-                dx += W * increment[I, 0]
-                dy += W * increment[I, 1]
-                dz += W * increment[I, 2]
-                e += W * energy[I]
-    return (vx, vy, vz), (dx, dy, dz), e
+                line += wz[c] * velocity[I, d]
+                slope += gz[c] * velocity[I, d]
+            x += gx[a] * wy[b] * line
+            y += wx[a] * gy[b] * line
+            z += wx[a] * wy[b] * slope
+    return x, y, z
 
 
 @pointwise
 def gather_gradient(about, lattice, velocity):
     """Gradient of the nodal velocity `velocity` [1/s], a 9-tuple."""
     h = lattice.inverse_cell
-    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-    xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
-    for a in range(len(wx)):
-        for b in range(len(wy)):
-            lx = ly = lz = dx = dy = dz = 0.0
-            for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
-                lx += wz[c] * velocity[I, 0]
-                ly += wz[c] * velocity[I, 1]
-                lz += wz[c] * velocity[I, 2]
-                dx += gz[c] * velocity[I, 0]
-                dy += gz[c] * velocity[I, 1]
-                dz += gz[c] * velocity[I, 2]
-            w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-            xx += gX * lx
-            xy += gY * lx
-            xz += w * dx
-            yx += gX * ly
-            yy += gY * ly
-            yz += w * dy
-            zx += gX * lz
-            zy += gY * lz
-            zz += w * dz
-    return (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
-
-
-@pointwise
-def gather_with_gradient(about, lattice, strain_velocity, velocity):
-    """Gradient of the nodal velocity `strain_velocity` [1/s], a 9-tuple, and the velocity `velocity` [m/s]."""
-    h = lattice.inverse_cell
-    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-    xx = xy = xz = yx = yy = yz = zx = zy = zz = nx = ny = nz = 0.0
-    for a in range(len(wx)):
-        for b in range(len(wy)):
-            lx = ly = lz = dx = dy = dz = mx = my = mz = 0.0
-            for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
-                lx += wz[c] * strain_velocity[I, 0]
-                ly += wz[c] * strain_velocity[I, 1]
-                lz += wz[c] * strain_velocity[I, 2]
-                dx += gz[c] * strain_velocity[I, 0]
-                dy += gz[c] * strain_velocity[I, 1]
-                dz += gz[c] * strain_velocity[I, 2]
-                mx += wz[c] * velocity[I, 0]
-                my += wz[c] * velocity[I, 1]
-                mz += wz[c] * velocity[I, 2]
-            w, gX, gY = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-            xx += gX * lx
-            xy += gY * lx
-            xz += w * dx
-            yx += gX * ly
-            yy += gY * ly
-            yz += w * dy
-            zx += gX * lz
-            zy += gY * lz
-            zz += w * dz
-            nx += w * mx
-            ny += w * my
-            nz += w * mz
-    L = (h * xx, h * xy, h * xz, h * yx, h * yy, h * yz, h * zx, h * zy, h * zz)
-    return L, (nx, ny, nz)
+    xx, xy, xz = _gradient_of(about, lattice, velocity, 0)
+    yx, yy, yz = _gradient_of(about, lattice, velocity, 1)
+    zx, zy, zz = _gradient_of(about, lattice, velocity, 2)
+    return (xx * h, xy * h, xz * h, yx * h, yy * h, yz * h, zx * h, zy * h, zz * h)
 
 
 @pointwise
@@ -179,38 +140,28 @@ def add_scalar(about, lattice, target, value):
 
 
 @pointwise
-def add_momentum(about, lattice, target, transfer, m, v, C):
-    """Add N_I m (v + C (x_I - x)) to each node of `target`, shape (nodes, 3); C as `affine_of` gives it."""
-    wx, wy, wz = about.wx, about.wy, about.wz
-    first, place = about.first, about.place
+def add_inertia(about, lattice, inertia, transfer, rows):
+    """Add to each node's row of `inertia` what a point gives it of momentum and mass; rows as `inertia_rows` gives them."""
+    wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
     for a in range(len(wx)):
-        dx = (first[0] + a - place[0]) * lattice.cell
         for b in range(len(wy)):
-            dy = (first[1] + b - place[1]) * lattice.cell
-            share = wx[a] * wy[b] * m
+            w = wx[a] * wy[b]
+            line = row_of_line(transfer, rows, (offset[0] + a) * h, (offset[1] + b) * h)
             for c in range(len(wz)):
-                dz = (first[2] + c - place[2]) * lattice.cell
-                I = node_at(about, lattice, a, b, c)
-                w = share * wz[c]
-                target[I, 0] += w * affine_velocity(transfer, v[0], C[0], C[1], C[2], dx, dy, dz)
-                target[I, 1] += w * affine_velocity(transfer, v[1], C[3], C[4], C[5], dx, dy, dz)
-                target[I, 2] += w * affine_velocity(transfer, v[2], C[6], C[7], C[8], dx, dy, dz)
+                I = 4 * node_at(about, lattice, a, b, c)
+                store(inertia, I, load(inertia, I) + (w * wz[c]) * row_of_node(transfer, rows, line, (offset[2] + c) * h))
 
 
 @pointwise
-def add_internal_force(about, lattice, target, volume, stress, p):
-    """Add -V σ ∇N_I of point p to each node of `target`, shape (nodes, 3)."""
+def add_internal_force(about, lattice, force, volume, stress):
+    """Add -V σ ∇N_I to each node's row of `force`; stress: the columns of σ as rows of four."""
     wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-    V = -volume[p] * lattice.inverse_cell
-    sxx, syy, szz = V * stress[p, 0], V * stress[p, 1], V * stress[p, 2]
-    syz, sxz, sxy = V * stress[p, 3], V * stress[p, 4], V * stress[p, 5]
+    V = -volume * lattice.inverse_cell
+    sx, sy, sz = V * stress[0], V * stress[1], V * stress[2]
     for a in range(len(wx)):
         for b in range(len(wy)):
-            w, dx, dy = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
-            tx, ty, tz = sxx * dx + sxy * dy, sxy * dx + syy * dy, sxz * dx + syz * dy
-            ux, uy, uz = sxz * w, syz * w, szz * w
+            t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy
+            u = (wx[a] * wy[b]) * sz
             for c in range(len(wz)):
-                I = node_at(about, lattice, a, b, c)
-                target[I, 0] += tx * wz[c] + ux * gz[c]
-                target[I, 1] += ty * wz[c] + uy * gz[c]
-                target[I, 2] += tz * wz[c] + uz * gz[c]
+                I = 4 * node_at(about, lattice, a, b, c)
+                store(force, I, load(force, I) + (wz[c] * t + gz[c] * u))

@@ -12,6 +12,7 @@ from pellucid.grid.lattice import Lattice, Nodes
 from pellucid.grid.stencil import Stencil, node_at
 from pellucid.grid.velocity_transfer import Apic, Blend, Flip
 from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit.vector import nothing
 
 
 @pointwise
@@ -21,7 +22,7 @@ def lumping_heat(energy, change):
 
 
 @generic
-def further_heat(transfer: Any, about: Stencil, lattice: Lattice, nodes: Nodes, v: Any, new: Any, change: Any) -> float:
+def further_heat(transfer: Any, about: Stencil, lattice: Lattice, nodes: Nodes, v: Any, new: Any, change: Any) -> Any:
     """What the transfer loses beyond that, with v the point's velocity before the step and `new` that of the nodes [J/kg].
 
     Not that of APIC: `gather_affine` finds what that loses in all, from the affine fields before and after the step.
@@ -31,7 +32,7 @@ def further_heat(transfer: Any, about: Stencil, lattice: Lattice, nodes: Nodes, 
 @point_function(further_heat, Flip)
 @point_function(further_heat, Apic)
 def _nothing(transfer, about, lattice, nodes, v, new, change):
-    return 0.0
+    return nothing(v[0])
 
 
 @point_function(further_heat, Blend)
@@ -43,12 +44,12 @@ def _blend(transfer, about, lattice, nodes, v, new, change):
     old = (new[0] - change[0], new[1] - change[1], new[2] - change[2])
     velocity, increment = nodes.velocity, nodes.velocity_increment
     wx, wy, wz = about.wx, about.wy, about.wz
-    filtered = 0.0
+    filtered = nothing(v[0])
     for a in range(len(wx)):
         for b in range(len(wy)):
             for c in range(len(wz)):
                 I = node_at(about, lattice, a, b, c)
-                apart = 0.0
+                apart = nothing(v[0])
                 for d in range(3):
                     apart += (velocity[I, d] - new[d]) * (velocity[I, d] - increment[I, d] - old[d])
                 filtered += wx[a] * wy[b] * wz[c] * apart

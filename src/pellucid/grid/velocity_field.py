@@ -20,11 +20,11 @@ class VelocityField:
         self.name, self.grid, self.moves_points = name, grid, moves_points
         self._apart = NO_FORCE
 
-    def force_apart(self) -> np.ndarray:
-        """Internal forces [N], shape (nodes, 3), that are kept apart until the momentum is advanced: of bodies that keep heat,
-        beside others that do not."""
+    def forces_apart(self) -> np.ndarray:
+        """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
+        keep heat, beside others that do not."""
         if not len(self._apart):
-            self._apart = np.zeros((self.grid.n_nodes, 3))
+            self._apart = np.zeros((self.grid.n_nodes, 4))
         return self._apart
 
     def set_actions(
@@ -47,7 +47,7 @@ class VelocityField:
     def clear(self) -> None:
         """Set mass, momentum and forces to zero."""
         nodes = self.grid.nodes
-        for array in (nodes.mass, nodes.momentum, nodes.force, self._apart):
+        for array in (nodes.inertia, nodes.forces, self._apart):
             array.fill(0.0)
 
     def clear_momentum(self) -> None:

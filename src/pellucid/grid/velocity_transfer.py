@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function
+from pellucid.jit.vector import row
 
 
 class Flip(NamedTuple):
@@ -42,8 +43,19 @@ def affine_of(transfer: Any, affine: Any, p: int) -> Any:
 
 
 @generic
-def affine_velocity(transfer: Any, v: float, C0: float, C1: float, C2: float, dx: float, dy: float, dz: float) -> float:
-    """A component of the velocity that a point gives to a node at distance (dx, dy, dz) [m/s]."""
+def inertia_rows(transfer: Any, m: float, v: Any, affine: Any, p: int, counted: float) -> Any:
+    """What point p of mass m [kg] and velocity v [m/s] gives to nodes, as rows of momentum x, y, z [kg m/s] and mass: at its
+    place and, for APIC, by distance along x, y, z. The mass is taken `counted` times, 0 or 1."""
+
+
+@generic
+def row_of_line(transfer: Any, rows: Any, dx: float, dy: float) -> Any:
+    """Of that, what a line of nodes along z gets at these distances [m]."""
+
+
+@generic
+def row_of_node(transfer: Any, rows: Any, line: Any, dz: float) -> Any:
+    """Of that of its line, what a node gets at the distance dz [m]."""
 
 
 @point_function(new_velocity, Flip)
@@ -82,15 +94,43 @@ def _affine(transfer, affine, p):
     )
 
 
-@point_function(affine_velocity, Flip)
-@point_function(affine_velocity, Blend)
-def _rigid_velocity(transfer, v, C0, C1, C2, dx, dy, dz):
-    return v
+@point_function(inertia_rows, Flip)
+@point_function(inertia_rows, Blend)
+def _rigid_rows(transfer, m, v, affine, p, counted):
+    return row(m * v[0], m * v[1], m * v[2], counted * m)
 
 
-@point_function(affine_velocity, Apic)
-def _affine_velocity(transfer, v, C0, C1, C2, dx, dy, dz):
-    return v + C0 * dx + C1 * dy + C2 * dz
+@point_function(row_of_line, Flip)
+@point_function(row_of_line, Blend)
+def _rigid_line(transfer, rows, dx, dy):
+    return rows
+
+
+@point_function(row_of_node, Flip)
+@point_function(row_of_node, Blend)
+def _rigid_node(transfer, rows, line, dz):
+    return line
+
+
+@point_function(inertia_rows, Apic)
+def _affine_rows(transfer, m, v, affine, p, counted):
+    C = affine_of(transfer, affine, p)
+    return (
+        row(m * v[0], m * v[1], m * v[2], counted * m),
+        row(m * C[0], m * C[3], m * C[6], 0.0),
+        row(m * C[1], m * C[4], m * C[7], 0.0),
+        row(m * C[2], m * C[5], m * C[8], 0.0),
+    )
+
+
+@point_function(row_of_line, Apic)
+def _affine_line(transfer, rows, dx, dy):
+    return rows[0] + dx * rows[1] + dy * rows[2]
+
+
+@point_function(row_of_node, Apic)
+def _affine_node(transfer, rows, line, dz):
+    return line + dz * rows[3]
 
 
 # by the name in the case file; each takes the case's flip fraction

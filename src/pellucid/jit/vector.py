@@ -2,7 +2,8 @@
 
 LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code. `load`
 takes four numbers of a 1-D array that lie side by side, of either precision, `spread` repeats one of them, `splat` a number;
-`store` puts four back; `total` adds the lanes in a fixed order, `totals` those of three vectors at a time; + - * work on
+`store` puts four back; `row` makes a vector of four numbers, `nothing` a zero of the type of a number or a vector; `total` adds the lanes in a fixed order, `totals` those of three
+vectors at a time; `larger` takes the larger of each lane, that of the second where the first is no number; + - * work on
 vectors and numbers. Without the compiler, numpy arrays of four stand for vectors.
 
 Four doubles fill a register of AVX2, of which there are sixteen: nine sums of eight doubles would not fit.
@@ -36,6 +37,11 @@ VECTOR = VectorType()
 class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: VectorType) -> None:
         super().__init__(manager, kind, _DOUBLES)
+
+
+def vector_at(builder: Any, address: Any) -> Any:
+    """The address of a double as that of the vector which begins there."""
+    return builder.bitcast(address, _DOUBLES.as_pointer())
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
@@ -110,6 +116,31 @@ def _totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
     return VECTOR(VECTOR, VECTOR, VECTOR), emit
 
 
+@intrinsic
+def _row(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        row = ir.Constant(_DOUBLES, ir.Undefined)
+        for lane, value in enumerate(values):
+            row = builder.insert_element(row, value, ir.IntType(32)(lane))
+        return row
+
+    return VECTOR(*[types.float64] * 4), emit
+
+
+@intrinsic
+def _nothing(typing: Any, like: Any) -> Any:
+    kind: Any = VECTOR if like is VECTOR else types.float64
+    return kind(like), lambda context, builder, signature, values: context.get_constant_null(kind)
+
+
+@intrinsic
+def _larger(typing: Any, one: Any, other: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.select(builder.fcmp_ordered(">", *values), *values)
+
+    return VECTOR(VECTOR, VECTOR), emit
+
+
 def _binary(instruction: str) -> Any:
     @intrinsic
     def combine(typing: Any, one: Any, other: Any) -> Any:
@@ -167,6 +198,18 @@ def _plain_totals(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     return np.array([_plain_total(a), _plain_total(b), _plain_total(c), _plain_total(c)])
 
 
-_PLAIN = _plain_load, _plain_store, _plain_spread, _plain_splat, _plain_total, _plain_totals
-_COMPILED = _load, _store, _spread, _splat, _total, _totals
-load, store, spread, splat, total, totals = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+def _plain_nothing(like: Any) -> Any:
+    return 0.0 * np.asarray(like)
+
+
+def _plain_larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.where(one > other, one, other)
+
+
+def _plain_row(a: float, b: float, c: float, d: float) -> np.ndarray:
+    return np.array([a, b, c, d])
+
+
+_PLAIN = _plain_load, _plain_store, _plain_spread, _plain_splat, _plain_total, _plain_totals, _plain_row, _plain_nothing, _plain_larger
+_COMPILED = _load, _store, _spread, _splat, _total, _totals, _row, _nothing, _larger
+load, store, spread, splat, total, totals, row, nothing, larger = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

@@ -14,7 +14,7 @@ from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
 class ConservativeEnergy(NamedTuple):
-    """The energy has grown already, by the work of the forces that moved the nodes: see `pellucid.grid.work`."""
+    """The energy has grown already, by the work of the forces that moved the nodes: see `pellucid.grid.velocities`."""
 
     order: int = 3  # a NamedTuple without fields has no compiled type
 

@@ -11,12 +11,11 @@ from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import CaseError, Problem
-from pellucid.grid import transfer as kernels
+from pellucid.grid import straining
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import DISSIPATED, Slabs
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.grid.work import take_work
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
@@ -50,7 +49,7 @@ class MaterialPoints(PointsOnGrid):
 
     def _bind_slabs(self, slabs: Slabs) -> None:
         super()._bind_slabs(slabs)
-        self._strained = Bundle(kernels.StrainedPoints(self.mapped.content, self.law, self._state))
+        self._strained = Bundle(straining.StrainedPoints(self.mapped.content, self.law, self._state))
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
@@ -59,7 +58,7 @@ class MaterialPoints(PointsOnGrid):
                 self.update_positions(dt)
             self._bound_rate(float(np.linalg.norm(self.points.velocity, axis=1).max()) * self.grid.lattice.inverse_cell)
             return
-        kernels.update_stress(self.n_slabs, self._strained, dt, int(move))
+        straining.update_stress(self.n_slabs, self._strained, dt, int(move))
         if move:
             self.prescribe_positions()
         self._collect_strain_sums(last=move)
@@ -69,12 +68,9 @@ class MaterialPoints(PointsOnGrid):
         """Where its material does and the grid strains it."""
         return self.material.keeps_work and (self.constraint is None or self.constraint.strains)
 
-    def _keep_heat(self, dt: float) -> float:
-        sums = np.zeros((self.n_slabs, 2))
-        take_work(self.n_slabs, self.mapped, self.arrays["internal_energy"], sums, dt)
-        gained, kept = ordered_sum(sums)
-        self.totals.stored += float(gained)  # for USF, in which the points were strained before
-        return float(kept)
+    def kept_energy(self) -> np.ndarray:
+        """The specific energy of its points where it keeps heat."""
+        return self.arrays["internal_energy"] if self.keeps_heat else super().kept_energy()
 
     def return_heat(self, share: float) -> None:
         """Give up this share of the heat that it kept in this step."""

@@ -29,7 +29,8 @@ def _gather_slab(s, mapped, gradient, dt, move):
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        L, new = gather_with_gradient(stencil(functions, lattice, x, p), lattice, nodes.strain_velocity, nodes.velocity)
+        about = stencil(functions, lattice, x, p)
+        L, new = gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
         for d in range(9):
             gradient[p, d] = L[d]
         if move:

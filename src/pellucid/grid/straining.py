@@ -1,0 +1,181 @@
+"""Velocity gradients at the points and what follows from them: volumes, stresses, new places."""
+
+from math import inf, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import intp, uintp
+
+from pellucid.grid.blocks import about_lanes, add_columns, find_functions, functions_like, largest_of_column, run_end
+from pellucid.grid.points import (
+    DISSIPATED,
+    HEATING,
+    INVERTED,
+    LOST,
+    NOT_FINITE,
+    OK,
+    POWER,
+    RATE,
+    STORED,
+    MappedPoints,
+    place_of,
+)
+from pellucid.grid.stencil import gather, gather_gradient
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
+from pellucid.jit.parallel import parallel_for
+from pellucid.jit.vector import LANES, load, total
+from pellucid.materials.law import (
+    artificial_heating,
+    diffusivity,
+    dissipated_energy,
+    signal_speed,
+    stored_energy,
+    update,
+    volume_growth,
+)
+from pellucid.materials.point_state import load as load_state
+from pellucid.materials.point_state import store as store_state
+from pellucid.tensors import IDENTITY, end_stress_power
+
+VECTOR = (0.0, 0.0, 0.0)
+GIVEN = IDENTITY, VECTOR, VECTOR, VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
+# columns of a block: those of GIVEN, in place of some of which comes what was found
+PLACE, IN_CELLS, VOLUME, GROWTH, SIZE, BAD, FASTEST, STATE = 12, 15, 19, 20, 21, 22, 28, 29
+SUMS = 6  # from BAD on: bad points, points beyond their slab, and of STORED, DISSIPATED, POWER, HEATING
+
+
+class StrainedPoints(NamedTuple):
+    """Points that the velocity gradient strains, and their law."""
+
+    mapped: MappedPoints
+    law: Any
+    state: Any  # arrays of the state of the law
+
+
+@pointwise
+def _gather_block(mapped, n, found, first_node, c):
+    a = 0
+    while a < n:
+        end = run_end(first_node, a, n)
+        while a < end:
+            about = about_lanes(mapped.functions, found, first_node, a)
+            L = gather_gradient(about, mapped.lattice, mapped.nodes.strain_velocity)
+            put(c, a, (L, gather(about, mapped.lattice, mapped.nodes.velocity)))
+            a += LANES
+        a = end
+
+
+@pointwise
+def _fetch_block(mapped, arrays, start, n, c):
+    points, index = mapped.points, mapped.index
+    x, v = points.position, points.velocity
+    for q in range(n):
+        p = place_of(index, start + q)
+        place, velocity = (x[p, 0], x[p, 1], x[p, 2]), (v[p, 0], v[p, 1], v[p, 2])
+        put(c, q + PLACE * WIDTH, (place, velocity, points.mass[p], points.volume[p]))
+    for q in range(n):
+        put(c, q + STATE * WIDTH, load_state(arrays, place_of(index, start + q)))
+
+
+@pointwise
+def _respond(law, lattice, step, dt, lowest, highest, n, state_like, c):
+    """The law at the points of a block. A loop that writes nothing but columns becomes vectors."""
+    h, low, counts, axis = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.slab_axis
+    for q in range(n):
+        L, (ux, uy, uz), (x, y, z), (vx, vy, vz), m, V = take(GIVEN, c, q)
+        x, y, z = x + step * ux, y + step * uy, z + step * uz
+        X, Y, Z = (x - low[0]) * h, (y - low[1]) * h, (z - low[2]) * h
+        along = X if axis == 0 else (Y if axis == 1 else Z)
+        beyond = 1.0 if along < lowest else 0.0
+        beyond = 1.0 if along >= highest else beyond
+        growth = volume_growth(law, L, dt)
+        V *= growth
+        density = m / V
+        state = update(law, take(state_like, c, q + STATE * WIDTH), density, L, dt, lattice.cell)
+        energy = stored_energy(law, state, density)
+        speed = sqrt(vx * vx + vy * vy + vz * vz)
+        signal = signal_speed(law, state, density, L, lattice.cell)
+        magnitude = abs(energy + state.stress[0] + state.stress[1] + state.stress[2] + speed + signal)
+        bad = 0.0 if magnitude < inf else 1.0
+        bad = bad if growth > 0.0 else 1.0
+        bad = bad if X >= 0.0 else 1.0
+        bad = bad if Y >= 0.0 else 1.0
+        bad = bad if Z >= 0.0 else 1.0
+        bad = bad if X <= counts[0] else 1.0
+        bad = bad if Y <= counts[1] else 1.0
+        bad = bad if Z <= counts[2] else 1.0
+        rate, viscous = h * (signal + speed), 2.0 * h * h * diffusivity(law, density)
+        sums = (
+            m * energy,
+            m * dissipated_energy(law, state, density),
+            V * end_stress_power(state.stress, L, dt),
+            m * artificial_heating(law, state, density, L, lattice.cell),
+        )
+        faults = growth, magnitude, bad, beyond
+        found = (x, y, z), (X, Y, Z), m, V, faults, sums, rate if rate > viscous else viscous, state
+        put(c, q + PLACE * WIDTH, found)
+
+
+@pointwise
+def _fault(c, q, counts):
+    """What is wrong with point q of a block."""
+    (X, Y, Z), _, _, growth, magnitude = take((VECTOR, 0.0, 0.0, 0.0, 0.0), c, q + IN_CELLS * WIDTH)
+    if growth <= 0.0:
+        return INVERTED
+    if not (growth > 0.0 and magnitude < inf and abs(X + Y + Z) < inf):
+        return NOT_FINITE
+    inside = X >= 0.0 and counts[0] >= X and Y >= 0.0 and counts[1] >= Y and Z >= 0.0 and counts[2] >= Z
+    return OK if inside else LOST
+
+
+@kernel(inner=True)
+def _update_stress_slab(s, strained, dt, move):
+    mapped, law, arrays = strained.mapped, strained.law, strained.state
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    x, volume = points.position, points.volume
+    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    first_fault = at_fault = 0
+    state_like = load_state(arrays, uintp(0))
+    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
+    c, sums = np.empty(WIDTH * (STATE + size(state_like))), np.zeros((SUMS + 1) * LANES)
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        find_functions(functions, lattice, index, x, start, n, found, first_node)
+        _gather_block(mapped, n, found, first_node, c)
+        _fetch_block(mapped, arrays, start, n, c)
+        _respond(law, lattice, dt * move, dt, lowest, highest, n, state_like, c)
+        add_columns(c, BAD, n, sums, 0, SUMS)
+        largest_of_column(c, FASTEST, n, sums, SUMS)
+        if first_fault == OK and total(load(sums, 0)) > 0.0:
+            for q in range(n):
+                fault = _fault(c, q, lattice.counts)
+                if fault != OK and first_fault == OK:
+                    first_fault = fault
+                    at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
+        for q in range(n):
+            p = place_of(index, start + q)
+            if c[uintp(q + GROWTH * WIDTH)] > 0.0:  # else the state stays as it was, to be read afterwards
+                volume[p] = c[uintp(q + VOLUME * WIDTH)]
+                store_state(arrays, p, take(state_like, c, q + STATE * WIDTH))
+        if move:
+            for q in range(n):
+                p = place_of(index, start + q)
+                x[p, 0], x[p, 1], x[p, 2] = take(VECTOR, c, q + PLACE * WIDTH)
+    slabs.left_slab[s] = 1 if move and total(load(sums, LANES)) > 0.0 else 0
+    slabs.fault[s, 0] = first_fault
+    slabs.fault[s, 1] = at_fault
+    for k, column in enumerate((STORED, DISSIPATED, POWER, HEATING)):
+        slabs.sums[s, column] = total(load(sums, (2 + k) * LANES))
+    slabs.sums[s, RATE] = sums[SUMS * LANES : (SUMS + 1) * LANES].max()
+
+
+@kernel()
+def update_stress(n, strained, dt, move):
+    """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, DISSIPATED, HEATING,
+    POWER, RATE of the sums.
+
+    strained: the bundle of `StrainedPoints`.
+    """
+    parallel_for(_update_stress_slab, n, strained, dt, move)

@@ -1,0 +1,130 @@
+"""New velocities of points from the nodes, with the heat of the transfer and the work of internal forces on the grid.
+
+Forces at the nodes work along the nodes' mean velocity; a body that keeps heat takes up that work where its stress did it.
+"""
+
+from math import sqrt
+
+import numpy as np
+from numpy import uintp
+
+from pellucid.grid.blocks import about_lanes, about_point, add_columns, find_functions, functions_like, run_end
+from pellucid.grid.points import (
+    GAINED,
+    KEPT,
+    KINETIC,
+    LOSS,
+    LUMPING,
+    MOMENTUM_X,
+    MOMENTUM_Y,
+    MOMENTUM_Z,
+    SPEED,
+    place_of,
+)
+from pellucid.grid.stencil import add_inertia, gather, gather_gradient, gather_scalar
+from pellucid.grid.transfer_heat import further_heat, lumping_heat
+from pellucid.grid.velocity_transfer import inertia_rows, new_velocity
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
+from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.vector import LANES, load, total
+from pellucid.tensors import IDENTITY, stress_power
+
+VECTOR = (0.0, 0.0, 0.0)
+# columns of a block: velocity before the step and after, heats of unit mass, gradient of the mean velocity, sums from MOVED on
+OLD, NEW, BY_LUMPING, HEAT, GRADIENT, MOVED, WORKED, COUNT = 0, 3, 6, 7, 8, 17, 24, 26
+SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
+"""Of the columns from MOVED on."""
+
+
+@pointwise
+def _gather_block(mapped, worked, n, found, first_node, c):
+    """New velocities, heats and gradients of the mean velocity of a block."""
+    functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
+    a = 0
+    while a < n:
+        end = run_end(first_node, a, n)
+        while a < end:
+            about = about_lanes(functions, found, first_node, a)
+            v = take_lanes(VECTOR, c, a + OLD * WIDTH)
+            change, mean = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
+            lumping = lumping_heat(gather_scalar(about, lattice, nodes.increment_energy), change)
+            new = (
+                new_velocity(transfer, v[0], mean[0], change[0]),
+                new_velocity(transfer, v[1], mean[1], change[1]),
+                new_velocity(transfer, v[2], mean[2], change[2]),
+            )
+            heat = lumping + further_heat(transfer, about, lattice, nodes, v, mean, change)
+            put(c, a + NEW * WIDTH, (new, lumping, heat))
+            if worked:
+                put(c, a + GRADIENT * WIDTH, gather_gradient(about, lattice, nodes.mean_velocity))
+            a += LANES
+        a = end
+
+
+@pointwise
+def _take_work(mapped, energy, dt, start, n, c):
+    """Add the work on the points of a block to their energies; what was gained, and the heat in it, into columns."""
+    volume, mass, sigma, index = mapped.points.volume, mapped.points.mass, mapped.points.stress, mapped.index
+    for q in range(n):
+        p = place_of(index, start + q)
+        s = (sigma[p, 0], sigma[p, 1], sigma[p, 2], sigma[p, 3], sigma[p, 4], sigma[p, 5])
+        put(c, q + OLD * WIDTH, (volume[p], dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))))
+    for q in range(n):
+        p = place_of(index, start + q)
+        V, work = take((0.0, 0.0), c, q + OLD * WIDTH)
+        heat, m = c[uintp(q + HEAT * WIDTH)], mass[p]
+        kept = heat if heat > 0.0 else 0.0
+        more = V / m * work + kept
+        energy[p] += more
+        put(c, q + WORKED * WIDTH, (m * more, m * kept))
+
+
+@kernel(inner=True)
+def _update_velocities_slab(s, mapped, energy, dt, remap):
+    functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
+    points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
+    v, heat, worked = points.velocity, mapped.heat, len(energy) > 0
+    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
+    c, sums = np.zeros(WIDTH * COUNT), np.zeros(len(SUMS) * LANES)
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        find_functions(functions, lattice, index, points.position, start, n, found, first_node)
+        for q in range(n):
+            p = place_of(index, start + q)
+            put(c, q + OLD * WIDTH, (v[p, 0], v[p, 1], v[p, 2]))
+        _gather_block(mapped, worked, n, found, first_node, c)
+        if len(affine) > 0:  # `gather_affine` knows the heat
+            for q in range(n):
+                c[uintp(q + HEAT * WIDTH)] = heat[place_of(index, start + q)]
+        for q in range(n):
+            p = place_of(index, start + q)
+            v[p, 0], v[p, 1], v[p, 2] = take(VECTOR, c, q + NEW * WIDTH)
+            heat[p] = c[uintp(q + HEAT * WIDTH)]
+        if worked:
+            _take_work(mapped, energy, dt, start, n, c)
+        for q in range(n):
+            (x, y, z), lumping, lost = take((VECTOR, 0.0, 0.0), c, q + NEW * WIDTH)
+            m, vv = points.mass[place_of(index, start + q)], x * x + y * y + z * z
+            put(c, q + MOVED * WIDTH, (0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * lost))
+        add_columns(c, MOVED, n, sums, 0, len(SUMS))
+        if remap:
+            for q in range(n):
+                p = place_of(index, start + q)
+                rows = inertia_rows(transfer, points.mass[p], take(VECTOR, c, q + NEW * WIDTH), affine, p, 0.0)
+                add_inertia(about_point(functions, found, first_node, q), lattice, nodes.inertia, transfer, rows)
+    for number, column in enumerate(SUMS):
+        slabs.sums[s, column] = total(load(sums, number * LANES))
+
+
+@kernel()
+def update_velocities(n, mapped, energy, dt, remap):
+    """New velocities of the points; where `remap` their momentum mapped to the nodes again.
+
+    Fills `heat` (not that of APIC), and LUMPING and LOSS of the sums, with what the transfer loses of the kinetic energy.
+    energy, shape (points,), or (0,) of a body that keeps no heat: specific energy [J/kg], to which dt V σ:∇v̄ is added, with
+    volume, stress and functions of the forces on the nodes and the mean velocity v̄ along which these did their work over the
+    step dt [s], and the heat of the transfer where it is a loss. GAINED and KEPT of the sums: what was added, and the heat in
+    it [J].
+    """
+    parallel_by_colour(_update_velocities_slab, n, mapped, energy, dt, remap)

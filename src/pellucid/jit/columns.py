@@ -1,0 +1,144 @@
+"""Numbers of a block of points in columns, which kernels work on: what is one number a point is a vector for `LANES` points.
+
+A block has up to BLOCK points. The columns of a scratch array are WIDTH numbers long, so that a vector which begins at the last
+point stays within them. A loop over the points of a block that writes nothing but one such array becomes vectors by itself.
+Tuples within tuples of numbers take a column for each of their numbers, in order.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.extending import intrinsic
+
+from pellucid.jit.vector import LANES, VECTOR, vector_at
+
+BLOCK = 32
+WIDTH = BLOCK + LANES
+
+
+def _leaves(kind: Any) -> int:
+    return sum(_leaves(part) for part in kind) if isinstance(kind, types.BaseTuple) else 1  # type: ignore[attr-defined]
+
+
+def _lanes_of(kind: Any) -> Any:
+    """The type of a tuple with a vector in place of each number."""
+    if not isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+        return VECTOR
+    parts = [_lanes_of(part) for part in kind]
+    if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
+        uniform = all(part == parts[0] for part in parts)
+        make: Any = types.NamedUniTuple if uniform else types.NamedTuple  # type: ignore[attr-defined]
+        return make(parts[0], len(parts), kind.instance_class) if uniform else make(parts, kind.instance_class)
+    return types.Tuple(parts)
+
+
+def _column(builder: Any, data: Any, at: Any, column: int) -> Any:
+    return builder.gep(data, [builder.add(at, at.type(column * WIDTH))], inbounds=True)
+
+
+@intrinsic
+def _size(typing: Any, like: Any) -> Any:
+    size = _leaves(like)
+    return types.intp(like), lambda context, builder, signature, values: ir.IntType(64)(size)
+
+
+@intrinsic
+def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, given[0]).data
+        column = 0
+
+        def store(kind: Any, value: Any) -> None:
+            nonlocal column
+            if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+                for place, part in enumerate(kind):
+                    store(part, builder.extract_value(value, place))
+                return
+            place = _column(builder, data, given[1], column)
+            if kind is VECTOR:
+                builder.store(value, vector_at(builder, place), align=8)
+            else:
+                builder.store(context.cast(builder, value, kind, types.float64), place)
+            column += 1
+
+        store(signature.args[2], given[2])
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, values), emit
+
+
+def _taking(kind: Any, lanes: bool) -> Any:
+    wanted = _lanes_of(kind) if lanes else kind
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        data = context.make_array(signature.args[1])(context, builder, given[1]).data
+        column = 0
+
+        def load(kind: Any) -> Any:
+            nonlocal column
+            if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+                return context.make_tuple(builder, kind, [load(part) for part in kind])
+            place = _column(builder, data, given[2], column)
+            column += 1
+            return builder.load(vector_at(builder, place), align=8) if lanes else builder.load(place)
+
+        return load(wanted)
+
+    return wanted, emit
+
+
+@intrinsic
+def _take(typing: Any, like: Any, array: Any, at: Any) -> Any:
+    wanted, emit = _taking(like, lanes=False)
+    return wanted(like, array, types.intp), emit
+
+
+@intrinsic
+def _take_lanes(typing: Any, like: Any, array: Any, at: Any) -> Any:
+    wanted, emit = _taking(like, lanes=True)
+    return wanted(like, array, types.intp), emit
+
+
+def _numbers(value: Any) -> Iterator[Any]:
+    if isinstance(value, tuple):
+        for part in value:
+            yield from _numbers(part)
+    else:
+        yield value
+
+
+def _plain_size(like: Any) -> int:
+    return sum(1 for _ in _numbers(like))
+
+
+def _plain_put(array: np.ndarray, at: int, values: Any) -> None:
+    for column, value in enumerate(_numbers(values)):
+        start = at + column * WIDTH
+        array[start : start + np.size(value)] = value
+
+
+def _rebuilt(like: Any, values: Iterator[Any]) -> Any:
+    if not isinstance(like, tuple):
+        return next(values)
+    parts = [_rebuilt(part, values) for part in like]
+    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
+
+
+def _plain_take(like: Any, array: np.ndarray, at: int) -> Any:
+    return _rebuilt(like, (float(array[at + column * WIDTH]) for column in range(_plain_size(like))))
+
+
+def _plain_take_lanes(like: Any, array: np.ndarray, at: int) -> Any:
+    starts = (at + column * WIDTH for column in range(_plain_size(like)))
+    return _rebuilt(like, (array[start : start + LANES].copy() for start in starts))
+
+
+_PLAIN = _plain_size, _plain_put, _plain_take, _plain_take_lanes
+_COMPILED = _size, _put, _take, _take_lanes
+# size(like): how many columns a tuple takes. put(array, at, values): store its numbers, or vectors, one to a column, from `at`
+# in the first one on. take(like, array, at), take_lanes(like, array, at): such a tuple of numbers, or of vectors.
+size, put, take, take_lanes = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
