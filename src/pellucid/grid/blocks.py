@@ -67,7 +67,7 @@ def run_end(first_node, q, n):
 
 @pointwise
 def add_columns(c, column, n, sums, number, count):
-    """Add the n numbers of each of some columns, `count` from `column` on, to vectors of sums from the one of that number on."""
+    """Add the n numbers of each of `count` columns, from `column` on, to as many vectors of sums, from `number` on."""
     for k in range(count):
         at = (column + k) * WIDTH
         for q in range(n, (n + LANES - 1) // LANES * LANES):

@@ -62,9 +62,20 @@ class Grid:
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
         inertia, forces = np.zeros((n, 4)), np.zeros((n, 4))
-        mapped = inertia.reshape(-1), forces.reshape(-1), inertia[:, 3], inertia[:, :3], forces[:, :3]
-        velocities = (np.zeros((n, 3)) for _ in range(4))
-        self.nodes = Nodes(*mapped, *velocities, np.zeros(n), np.zeros((n, 3), np.int16))
+        velocity, velocity_increment, strain_velocity, mean_velocity = (np.zeros((n, 3)) for _ in range(4))
+        self.nodes = Nodes(
+            inertia=inertia.reshape(-1),
+            forces=forces.reshape(-1),
+            mass=inertia[:, 3],
+            momentum=inertia[:, :3],
+            force=forces[:, :3],
+            velocity=velocity,
+            velocity_increment=velocity_increment,
+            strain_velocity=strain_velocity,
+            mean_velocity=mean_velocity,
+            increment_energy=np.zeros(n),
+            constrained=np.zeros((n, 3), np.int16),
+        )
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

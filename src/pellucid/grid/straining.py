@@ -102,9 +102,9 @@ def _respond(law, lattice, step, dt, lowest, highest, n, state_like, c):
         bad = bad if X >= 0.0 else 1.0
         bad = bad if Y >= 0.0 else 1.0
         bad = bad if Z >= 0.0 else 1.0
-        bad = bad if X <= counts[0] else 1.0
-        bad = bad if Y <= counts[1] else 1.0
-        bad = bad if Z <= counts[2] else 1.0
+        bad = bad if counts[0] >= X else 1.0
+        bad = bad if counts[1] >= Y else 1.0
+        bad = bad if counts[2] >= Z else 1.0
         rate, viscous = h * (signal + speed), 2.0 * h * h * diffusivity(law, density)
         sums = (
             m * energy,

@@ -33,7 +33,7 @@ def _lanes_of(kind: Any) -> Any:
         uniform = all(part == parts[0] for part in parts)
         make: Any = types.NamedUniTuple if uniform else types.NamedTuple  # type: ignore[attr-defined]
         return make(parts[0], len(parts), kind.instance_class) if uniform else make(parts, kind.instance_class)
-    return types.Tuple(parts)
+    return types.Tuple(parts)  # type: ignore[attr-defined]
 
 
 def _column(builder: Any, data: Any, at: Any, column: int) -> Any:

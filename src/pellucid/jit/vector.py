@@ -1,10 +1,12 @@
 """A vector of four doubles for kernels: four points at a time.
 
-LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code. `load`
-takes four numbers of a 1-D array that lie side by side, of either precision, `spread` repeats one of them, `splat` a number;
-`store` puts four back; `row` makes a vector of four numbers, `nothing` a zero of the type of a number or a vector; `total` adds the lanes in a fixed order, `totals` those of three
-vectors at a time; `larger` takes the larger of each lane, that of the second where the first is no number; + - * work on
-vectors and numbers. Without the compiler, numpy arrays of four stand for vectors.
+LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code.
+
+`load` takes four numbers of an array that lie side by side, of either precision, `store` puts four back. `spread` repeats one
+number of an array, `splat` a number, `row` makes a vector of four numbers, `nothing` a zero of the type of a number or vector.
+`total` adds the lanes in a fixed order, `totals` those of three vectors at a time. `larger` takes the larger of each lane,
+that of the second where the first is no number. + - * work on vectors and numbers. Without the compiler, numpy arrays of four
+stand for vectors.
 
 Four doubles fill a register of AVX2, of which there are sixteen: nine sums of eight doubles would not fit.
 """
@@ -71,7 +73,8 @@ def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
     return types.none(array, types.intp, VECTOR), emit
 
 
-def _repeat(builder: Any, number: Any) -> Any:
+def repeat(builder: Any, number: Any) -> Any:
+    """A vector of one number, in code for the compiler."""
     empty = ir.Constant(_DOUBLES, ir.Undefined)
     first = builder.insert_element(empty, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, empty, ir.Constant(_NUMBERS, [0] * LANES))
@@ -79,14 +82,14 @@ def _repeat(builder: Any, number: Any) -> Any:
 
 @intrinsic
 def _splat(typing: Any, number: Any) -> Any:
-    return VECTOR(types.float64), lambda context, builder, signature, values: _repeat(builder, values[0])
+    return VECTOR(types.float64), lambda context, builder, signature, values: repeat(builder, values[0])
 
 
 @intrinsic
 def _spread(typing: Any, array: Any, index: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
-        return _repeat(builder, builder.load(builder.gep(data, [values[1]])))
+        return repeat(builder, builder.load(builder.gep(data, [values[1]])))
 
     return VECTOR(types.Array(types.float64, 1, "C"), types.intp), emit
 
@@ -210,6 +213,16 @@ def _plain_row(a: float, b: float, c: float, d: float) -> np.ndarray:
     return np.array([a, b, c, d])
 
 
-_PLAIN = _plain_load, _plain_store, _plain_spread, _plain_splat, _plain_total, _plain_totals, _plain_row, _plain_nothing, _plain_larger
+_PLAIN = (
+    _plain_load,
+    _plain_store,
+    _plain_spread,
+    _plain_splat,
+    _plain_total,
+    _plain_totals,
+    _plain_row,
+    _plain_nothing,
+    _plain_larger,
+)
 _COMPILED = _load, _store, _spread, _splat, _total, _totals, _row, _nothing, _larger
 load, store, spread, splat, total, totals, row, nothing, larger = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

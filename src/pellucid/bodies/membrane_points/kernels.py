@@ -13,7 +13,7 @@ from numpy import intp
 
 from pellucid.bodies.membrane_points.point import failed, in_frame, responded, turned
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
-from pellucid.grid.stencil import gather_with_gradient, stencil
+from pellucid.grid.stencil import gather, gather_gradient, stencil
 from pellucid.grid.transfer import placed
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
