@@ -242,6 +242,8 @@ class Simulation:
                         raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
                     self.show(progress)
                 recorder.end(self)
+                if caught:
+                    raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise

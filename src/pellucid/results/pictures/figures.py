@@ -12,7 +12,8 @@ from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plan
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
-from pellucid.results.storage.files import explained, replacing
+from pellucid.results.storage.drawn import drawing
+from pellucid.results.storage.files import explained
 from pellucid.simulation.watch import FIRST_JUDGED
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
             for name, figure in figures.items():
                 path = folder / f"{name}.png"
                 figure.draw_without_rendering()  # the layout settles in the second drawing
-                with replacing(path) as temporary:
+                with drawing(path) as temporary:
                     figure.savefig(temporary, format="png", dpi=DPI)
                 titles[path] = figure.get_suptitle()
     return titles

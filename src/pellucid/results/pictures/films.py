@@ -9,7 +9,8 @@ import numpy as np
 from pellucid.progress import Progress
 from pellucid.results.pictures.case_module import drawn_by_module
 from pellucid.results.pictures.style import house_style
-from pellucid.results.storage.files import explained, replacing
+from pellucid.results.storage.drawn import drawing
+from pellucid.results.storage.files import explained
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,7 +64,7 @@ def write_film(film: Animation, path: Path, progress: Progress | None = None) ->
     # one palette and no dithering: what does not change between pictures is not stored again
     first, *others = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
     durations = [FRAME] * len(others) + [HOLD]
-    with replacing(path) as temporary:
+    with drawing(path) as temporary:
         first.save(temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
 
 

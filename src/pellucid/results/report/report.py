@@ -59,7 +59,7 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
     Raises `UsageError` where there is no run, or nothing of it yet, and where another process writes to its folder.
     """
     run = out if isinstance(out, Run) else Run(out)
-    with run.folder.held() if run.folder.mark.is_file() else nullcontext():  # runs of earlier versions have none
+    with run.folder.held() if run.folder.is_of_a_run else nullcontext():  # runs of earlier versions have none
         return draw_report(run, beside, progress)
 
 

@@ -49,6 +49,7 @@ class Recorder:
         with explained(self.folder.path):
             if self._resumed:
                 self._check_what_is_there(sim)
+                self.folder.reopen()
                 history.cut(self.folder.history, self._rows.done)
                 for body in sim.bodies:
                     frames.cut(self.folder.fields(body.name), self._frames.done)
