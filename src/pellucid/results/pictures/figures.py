@@ -7,16 +7,17 @@ import numpy as np
 
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
-from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.case_module import drawn_by_module, noticed
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
-from pellucid.results.pictures.stopped import where_it_stopped
+from pellucid.results.pictures.stopped import MARK, where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
 from pellucid.results.storage.drawn import drawing
 from pellucid.results.storage.files import explained
 from pellucid.simulation.watch import FIRST_JUDGED
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from pellucid.results.storage.run import Run
@@ -24,10 +25,11 @@ if TYPE_CHECKING:
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
-def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
+def write_figures(run: "Run", beside: "Run | None", notices: list[str]) -> dict[Path, str]:
     """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles.
 
-    The probes are drawn together with those of the same name of the run `beside`.
+    The probes are drawn together with those of the same name of the run `beside`. To `notices` comes what cannot be drawn
+    because files of the run are damaged.
     """
     folder = run.folder.figures
     titles = {}
@@ -35,7 +37,8 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
         stopped = where_it_stopped(run)
         figures = {} if stopped is None else {"where_it_stopped": stopped}
         figures |= drawn_by_module(run, "figures")
-        figures |= bodies(run)
+        with noticed(notices):
+            figures |= bodies(run)
         if not all(is_still(body) for body in run.stored.bodies):
             figures["energies"] = energies(run)
             if run.stored.steady is None and has_momentum(run):
@@ -93,6 +96,8 @@ def energies(run: "Run") -> "Figure":
             hollow = run.stored.steady is not None and name.endswith("_work")
             marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
             left.plot(times, values, _line(run, number // 7 % 4), label=words, **marker)
+    for axes in (left, right):
+        _mark_stop(run, axes)
     label(left, _time(run), "energy", "s", "J")
     if left.lines:
         figure.legend(loc="outside lower center", ncols=5)
@@ -119,6 +124,7 @@ def momentum(run: "Run") -> "Figure":
     axes = figure.subplots()
     for axis, line in zip("xyz", LINES, strict=False):
         axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
+    _mark_stop(run, axes)
     label(axes, "time", "momentum", "s", "kg m/s")
     axes.legend(ncols=3, loc="best")
     return figure
@@ -135,6 +141,7 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
         axes.plot(run.history["time"], run.history[probe], _line(run))
         if beside and beside.units.get(probe) == run.units[probe]:
             axes.plot(beside.history["time"], beside.history[probe], _line(beside, 1))
+        _mark_stop(run, axes)
         label(axes, _time(run), probe, "s", run.units[probe])
     for axes in panels[number:]:
         axes.remove()
@@ -142,6 +149,13 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     if beside and len(lines) > 1:
         figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
+
+
+def _mark_stop(run: "Run", axes: "Axes") -> None:
+    """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
+    time, times = run.stopped.get("time"), run.history["time"]
+    if time is not None and len(times) and time > times[-1]:
+        axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":")
 
 
 def _time(run: "Run") -> str:

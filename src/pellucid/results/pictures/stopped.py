@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.storage.files import OutputError
 from pellucid.state import of_owner
 
 if TYPE_CHECKING:
@@ -74,7 +75,10 @@ def _place(run: "Run", failure: dict[str, Any]) -> np.ndarray | None:
     body, point = failure.get("body"), failure.get("point")
     if body is None or point is None:
         return None
-    last = run.fields(body)["position"]
+    try:
+        last = run.fields(body)["position"]
+    except OutputError:  # its fields are damaged
+        return None
     return last[point] if point < len(last) and np.isfinite(last[point]).all() else None
 
 

@@ -65,14 +65,20 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 
 def draw_report(run: Run, beside: Run | None = None, progress: Progress | None = None) -> Path:
     """The same in a folder that is held."""
-    sections = [header(run), facts(run)]  # says where there is nothing yet, before anything is drawn
+    head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | captions(run)
     progress = progress or WarningsOnly()
-    titles = dict.fromkeys(write_films(run, progress), "")
+    notices: list[str] = []
+    titles = dict.fromkeys(write_films(run, progress, notices), "")
     progress.begin("figures")
-    titles |= figures.write_figures(run, beside)
+    titles |= figures.write_figures(run, beside, notices)
+    for text in notices:
+        progress.message(f"left out of the report: {text}")
     pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]
-    sections += [
+    sections = [
+        head,
+        *(f'<p class="note">Left out: {escape(text)}.</p>' for text in notices),
+        facts_of_run,
         section("Checks", _metrics(run.metrics)) if run.metrics else "",
         section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
         section("Figures", "".join(pictures)),

@@ -13,7 +13,7 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric, finite
 from pellucid.results.storage import checkpoint, drawn, lock
-from pellucid.results.storage.files import draft_of, explained, replacing, usable, write_text
+from pellucid.results.storage.files import OutputError, draft_of, explained, replacing, usable, write_text
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -167,7 +167,11 @@ class RunFolder:
             raise UsageError(f"there is no folder {self.path}")
         if not self.ended:
             raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
-        return dict(json.loads(self.summary.read_text(encoding="utf-8")))
+        try:
+            return dict(json.loads(self.summary.read_text(encoding="utf-8")))
+        except ValueError:
+            text = f"{self.summary} is damaged\n    remove it: `pellucid resume {self.path}` writes it again"
+            raise OutputError(text) from None
 
     def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Leave why a run stopped itself, and its whole state. Raises OSError where this cannot be written."""
