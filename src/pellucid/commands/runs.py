@@ -132,7 +132,7 @@ def what_is_left(folder: Path) -> str:
     from pellucid.results.storage.run_folder import RunFolder
 
     chosen = RunFolder(folder)
-    if not chosen.was_held_here:
+    if not (chosen.was_held_here and chosen.case.is_file()):
         return "the run was interrupted before it began: nothing was written"
     if chosen.ended:
         return f"interrupted while the report was drawn; the results are whole\n    `pellucid report {folder}` draws it"

@@ -96,11 +96,9 @@ def energies(run: "Run") -> "Figure":
             hollow = run.stored.steady is not None and name.endswith("_work")
             marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
             left.plot(times, values, _line(run, number // 7 % 4), label=words, **marker)
-    for axes in (left, right):
-        _mark_stop(run, axes)
+    _mark_stop(run, left, "stop")
+    _mark_stop(run, right)
     label(left, _time(run), "energy", "s", "J")
-    if left.lines:
-        figure.legend(loc="outside lower center", ncols=5)
     right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black")
     right.axhline(0.0, color="#889", linewidth=0.8)
     label(right, _time(run), "error of the balance", "s", "%")
@@ -108,8 +106,11 @@ def energies(run: "Run") -> "Figure":
     warn = 100.0 * run.stored.energy.warn
     if largest > 0.3 * warn:
         judged = times[min(int(np.searchsorted(run.history["step"], FIRST_JUDGED)), len(times) - 1) :]
-        right.hlines([-warn, warn], judged[0], times[-1], color="#D55E00", linestyle="--", linewidth=1.0)
-        right.annotate("limit of the warning", (times[-1], warn), color="#D55E00", fontsize=8, va="bottom", ha="right")
+        if judged[0] < times[-1]:
+            line = {"color": "#D55E00", "linestyle": "--", "linewidth": 1.0, "label": "limit of the warning"}
+            right.hlines([-warn, warn], judged[0], times[-1], **line)
+    if left.lines or right.collections:
+        figure.legend(loc="outside lower center", ncols=5)
     return figure
 
 
@@ -151,11 +152,11 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     return figure
 
 
-def _mark_stop(run: "Run", axes: "Axes") -> None:
+def _mark_stop(run: "Run", axes: "Axes", name: str = "") -> None:
     """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
     time, times = run.stopped.get("time"), run.history["time"]
     if time is not None and len(times) and time > times[-1]:
-        axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":")
+        axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)
 
 
 def _time(run: "Run") -> str:
