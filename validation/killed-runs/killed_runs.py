@@ -131,9 +131,8 @@ def trials(numbers: range, folder: Path) -> list[dict[str, object]]:
         subprocess.run(begin(out, report), check=True, capture_output=True)  # this one may compile
         shutil.rmtree(out)
         lengths[report] = durations(begin(out, report), out)
-        print(
-            "with a report:" if report else "without:", {phase: round(s, 3) for phase, s in lengths[report].items()}, flush=True
-        )
+        shown = ", ".join(f"{phase} {seconds:.2f} s" for phase, seconds in lengths[report].items())
+        print(f"unbroken, {'with' if report else 'without'} a report: {shown}", flush=True)
     rows = []
     for number in numbers:
         report = PHASES[number % len(PHASES)] == "report"
