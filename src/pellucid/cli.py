@@ -1,5 +1,6 @@
 """The command line: `pellucid COMMAND`. Slow imports are inside the commands that need them."""
 
+import errno
 import warnings
 from typing import Any
 
@@ -7,7 +8,8 @@ import typer
 from typer.core import TyperGroup
 
 from pellucid.commands import cases, checks, machine, runs
-from pellucid.errors import PellucidError
+from pellucid.errors import PellucidError, Terminated, printable
+from pellucid.simulation.interrupts import termination_raised
 
 
 class Commands(TyperGroup):
@@ -15,15 +17,22 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            with warnings.catch_warnings():
+            with warnings.catch_warnings(), termination_raised():
                 warnings.showwarning = lambda message, *_where, **_to: typer.echo(f"warning: {message}", err=True)
                 return super().invoke(ctx)
         except PellucidError as error:
             typer.echo("\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())]), err=True)
             raise typer.Exit(error.exit_status) from None
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as error:
             typer.echo("pellucid: interrupted", err=True)
-            raise typer.Exit(130) from None
+            raise typer.Exit(143 if isinstance(error, Terminated) else 130) from None
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # whoever reads the output has left: typer ends in silence
+                raise
+            place = f"{error.filename}: " if error.filename else ""
+            reason = f"{place}{error.strerror or error or type(error).__name__}"
+            typer.echo(f"pellucid: {printable(reason)}\n    mend this, and give the command again", err=True)
+            raise typer.Exit(3) from None
 
 
 app = typer.Typer(

@@ -93,6 +93,10 @@ class Interrupted(PellucidError):
         self.exit_status = 130 if by_keyboard else 143
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM outside of the steps of a run: like Ctrl-C it undoes what is half written, and is no error to be caught."""
+
+
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """All but tabs and new lines: a terminal would obey them, and no path may have a null."""
 

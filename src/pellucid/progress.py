@@ -32,6 +32,9 @@ class Progress(Protocol):
     def message(self, text: str) -> None:
         """Something that the user should know in any case."""
 
+    def note(self, text: str) -> None:
+        """Something that whoever gave the command should know; a program that called knows it."""
+
     def stop(self) -> None:
         """Everything has ended, well or not."""
 
@@ -63,6 +66,9 @@ class QuietProgress:
         sys.stderr.write(f"{text}\n")
         sys.stderr.flush()
 
+    def note(self, text: str) -> None:
+        self.message(text)
+
     def stop(self) -> None:
         pass
 
@@ -75,6 +81,9 @@ class WarningsOnly(QuietProgress):
 
     def message(self, text: str) -> None:
         warnings.warn(text, stacklevel=3)
+
+    def note(self, text: str) -> None:
+        pass
 
 
 class TerminalProgress:
@@ -135,6 +144,9 @@ class TerminalProgress:
 
     def message(self, text: str) -> None:
         self._bar.console.print(text, markup=False, highlight=False)
+
+    def note(self, text: str) -> None:
+        self.message(text)
 
     def stop(self) -> None:
         self._book("")

@@ -430,6 +430,24 @@ def test_an_error_in_the_only_body_is_the_only_one_told(text: str) -> None:
     assert [problem.key for problem in caught.value.problems] == ["body.drop.material.density"]
 
 
+@pytest.mark.parametrize("count", [1, 2, 5, 7])
+def test_a_list_of_another_length_is_told_once_with_the_length_that_it_may_have(text: str, count: int) -> None:
+    wrong = text.replace('name = "block"', f'name = "block"\ninitial_stress = {[1.0] * count}')
+    with pytest.raises(CaseError) as caught:
+        loads(wrong)
+    (problem,) = caught.value.problems
+    assert problem.key == "body.block.initial_stress"
+    assert problem.text.startswith("must have 6 components (stress of a solid")
+
+
+def test_a_list_with_a_fewest_and_a_most_is_told_both(text: str) -> None:
+    tissue = 'kind = "holzapfel-gasser-ogden"\ndensity = 1200.0\nfibres = []'
+    with pytest.raises(CaseError) as caught:
+        loads(text.replace('kind = "linear-elastic"\ndensity = 1200.0', tissue))
+    (problem,) = [problem for problem in caught.value.problems if problem.key.endswith("fibres")]
+    assert problem.text.startswith("must have at least 1 and at most 2 items")
+
+
 def test_a_table_with_one_bracket_is_the_only_error_told() -> None:
     with pytest.raises(CaseError) as caught:
         loads(MISTAKES["one bracket for a body"][1])

@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 import pellucid.results
 from pellucid.cli import app
+from pellucid.errors import CaseError
 from pellucid.results.metrics import Metric
 from pellucid.results.storage.run_folder import RunFolder
 
@@ -95,13 +96,25 @@ def test_a_place_that_cannot_be_looked_at_is_refused(calls: list, monkeypatch: p
 
 
 def test_an_earlier_run_may_be_replaced(calls: list) -> None:
-    Path("again").mkdir()
     folder = RunFolder("again")
     with folder.made():
         folder.start(pellucid.load("basics/sod"))
     result = run("basics/sod", "--out", "again")
     assert result.exit_code == 0
-    assert "replacing the earlier run in again" in result.stderr
+    assert calls[0][1] == Path("again")
+
+
+def test_nothing_is_said_of_an_earlier_run_before_the_new_case_is_set_up(calls: list, monkeypatch: pytest.MonkeyPatch) -> None:
+    def bad(*_arguments: Any, **_options: Any) -> None:
+        raise CaseError("no such points")
+
+    folder = RunFolder("again")
+    with folder.made():
+        folder.start(pellucid.load("basics/sod"))
+    monkeypatch.setattr(pellucid.results, "run_case", bad)
+    result = run("basics/sod", "--out", "again")
+    assert result.exit_code == 2
+    assert "replacing" not in result.stderr
 
 
 @pytest.mark.parametrize(

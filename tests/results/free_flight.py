@@ -85,6 +85,7 @@ class FakeSimulation:
     """Points fly freely; with `breaks_at` the run stops itself in that step."""
 
     breaks_at: int | None = None
+    is_balanced = True
     place: ClassVar[dict[str, object]] = {}
 
     def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:

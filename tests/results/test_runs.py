@@ -226,6 +226,27 @@ def test_a_run_that_stops_itself_has_a_report(tmp_path, fake, monkeypatch):
     assert "stopped" not in (tmp_path / "run/report.html").read_text()
 
 
+def test_curves_reach_the_stop_where_all_of_the_row_is_known(tmp_path, fake, monkeypatch, expected):
+    monkeypatch.setattr(fake, "breaks_at", 9)
+    for balanced, last in ((True, 0.27), (False, 0.21)):
+        monkeypatch.setattr(fake, "is_balanced", balanced)
+        out = tmp_path / f"run-{balanced}"
+        with pytest.raises(RunStopped):
+            run_case(free_flight(**{"output.checkpoint": 1e-9}), out, report=False)
+        assert Run(out).history["time"][-1] == pytest.approx(last)
+    monkeypatch.setattr(fake, "breaks_at", None)
+    resume_case(tmp_path / "run-True", report=False)
+    assert results(tmp_path / "run-True") == expected
+
+
+def test_a_row_without_numbers_is_not_written_at_a_stop(tmp_path, fake, monkeypatch):
+    monkeypatch.setattr(fake, "breaks_at", 9)
+    monkeypatch.setattr(fake, "momentum", lambda self: np.full(3, np.nan if self.n_steps == 9 else 0.0))
+    with pytest.raises(RunStopped):
+        run_case(free_flight(), tmp_path / "run", report=False)
+    assert Run(tmp_path / "run").history["time"][-1] == pytest.approx(0.21)
+
+
 def test_a_failure_with_values_that_are_no_numbers_is_strict_json(tmp_path, fake, monkeypatch):
     monkeypatch.setattr(fake, "breaks_at", 9)
     monkeypatch.setattr(fake, "place", {"state": {"position": [np.nan, 1.0], "speed": np.inf}})

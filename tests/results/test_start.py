@@ -1,9 +1,14 @@
 """Cases that go on from the state of an earlier run."""
 
+import shutil
+import warnings
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from pellucid.case import Case, load, loads
+from pellucid.cli import app
 from pellucid.errors import CaseError, UsageError
 from pellucid.results import resume_case, run_case
 
@@ -130,17 +135,26 @@ def test_bodies_of_every_family_go_on(tmp_path, case):
 
 
 SOLID = {"kind": "linear-elastic", "density": 1.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
-SHORTER = {
-    "grid.upper": [2.5, 2, 0],
-    "body.block.shape.box.lower": [2.0, 0.5, 0],
-    "body.block.shape.box.upper": [2.5, 1.5, 0],
-}
+MOVED = {"body.block.shape.box.lower": [2.0, 0.5, 0], "body.block.shape.box.upper": [2.5, 1.5, 0]}
+SHORTER = {"grid.upper": [2.5, 2, 0], **MOVED}
+
+
+@pytest.fixture(scope="module")
+def earlier(tmp_path_factory):
+    """A run from which others start, and which none changes."""
+    return run_case(tank(), tmp_path_factory.mktemp("earlier") / "first", report=False)
 
 
 @pytest.mark.parametrize(
     ("start", "changes", "words"),
     [
         ({"path": "nowhere"}, {}, r"start\.path = .*nowhere.*\n.*there is no such folder"),
+        ({"body": []}, {}, r"start\.body = \[\]\n.*names no body\n.*leave it out for all"),
+        ({}, {"body.gas.velocity": [2, 0, 0]}, r"body\.gas\.velocity = \[2.*\n.*does not count.*this was \[1"),
+        ({}, {"body.gas.angular_velocity": [0, 0, 1]}, r"gas\.angular_velocity = .*\n.*does not count(.|\n)*leave it out"),
+        ({}, {"body.block.initial_stress": [1, 0, 0, 0, 0, 0]}, r"block\.initial_stress = .*\n.*does not count"),
+        ({}, {"body.gas.material.pressure": 2.0}, r"gas\.material\.pressure = 2.*\n.*does not count.*this was 1"),
+        ({}, {"grid.thickness": 0.5}, r"grid\.thickness = 0\.5\n.*1 m thick along z, and this grid is 0\.5 m thick"),
         ({"body": ["gass"]}, {}, r"there is no such body; those of the case are gas, block"),
         ({"time": 7.0}, {}, r"start\.time = 7(.|\n)*the last at 0\.2 s"),
         ({}, {"body.gas.points_per_cell": [1, 1, 1]}, r"body gas has 16 points here and had 64"),
@@ -152,10 +166,58 @@ SHORTER = {
         ),
     ],
 )
-def test_a_start_that_does_not_fit_is_an_error_of_the_case(tmp_path, start, changes, words):
-    first = run_case(tank(), tmp_path / "first", report=False)
-    with pytest.raises(CaseError, match=words):
-        run_case(
-            tank().with_settings({**changes, "start": {"path": str(first.out), **start}}), tmp_path / "second", report=False
-        )
+def test_a_start_that_does_not_fit_is_an_error_of_the_case(tmp_path, earlier, start, changes, words):
+    def run():
+        case = tank().with_settings({**changes, "start": {"path": str(earlier.out), **start}})
+        run_case(case, tmp_path / "second", report=False)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the places of shapes
+        with pytest.raises(CaseError, match=words):
+            run()
+    assert not (tmp_path / "second").exists()
+
+
+def test_what_the_shape_says_of_the_place_is_told_to_be_of_no_effect(tmp_path, earlier):
+    with pytest.warns(UserWarning, match="block goes on where it is in .*: its `shape`, another than there, places nothing"):
+        second = run_case(going_on(tank(**MOVED), earlier.out), tmp_path / "second", until=1e-9, report=False)
+    np.testing.assert_allclose(second.fields("block", 0.0)["position"], earlier.fields("block")["position"], rtol=1e-12)
+
+
+def test_a_body_described_with_less_than_in_the_earlier_run_goes_on(tmp_path, earlier):
+    case = going_on(tank(**{"body.gas.velocity": [0, 0, 0]}), earlier.out)
+    second = run_case(case, tmp_path / "second", until=1e-9, report=False)
+    np.testing.assert_allclose(second.fields("gas", 0.0)["velocity"], earlier.fields("gas")["velocity"], rtol=1e-12)
+
+
+def test_a_start_from_a_file_says_what_it_is(tmp_path, earlier):
+    with pytest.raises(CaseError, match=r"it is a file\n.*name the folder: path = .*first"):
+        going_on(tank(), earlier.folder.case)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CaseError, match=r"it is a file\n.*name the --out"):
+        going_on(tank(), tmp_path / "file")
+
+
+@pytest.mark.parametrize("damage", ["schema = ", "schema = 1\n", "\x00", "title = 3\nbody = 7\n"])
+def test_a_broken_case_of_the_earlier_run_is_blamed_itself(tmp_path, earlier, damage):
+    broken, file = tmp_path / "broken", tmp_path / "new.toml"
+    shutil.copytree(earlier.out, broken)
+    (broken / "case.toml").write_text(damage)
+    file.write_text(TANK.replace("TRANSFER", "flip") + f'[start]\npath = "{broken}"\n')
+    result = CliRunner().invoke(app, ["run", str(file), "--out", str(tmp_path / "second")])
+    assert result.exit_code == 2
+    line = file.read_text().splitlines().index(f'path = "{broken}"') + 1
+    assert f"{file}:{line}: start.path" in result.stderr
+    assert f"mend {broken / 'case.toml'}, or name another run" in result.stderr
+    assert f"{file}:1:" not in result.stderr
+
+
+@pytest.mark.parametrize("damage", [lambda data: b"rubbish" * 99, lambda data: data[:500], lambda data: b""])
+def test_a_start_from_damaged_fields_is_told(tmp_path, earlier, damage):
+    broken = tmp_path / "broken"
+    shutil.copytree(earlier.out, broken)
+    path = broken / "fields/gas.vtkhdf"
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(CaseError, match=r"start\.time = 0\.1\n.*gas\.vtkhdf is damaged"):
+        run_case(going_on(tank(), broken, time=0.1), tmp_path / "second", report=False)
     assert not (tmp_path / "second").exists()

@@ -27,6 +27,7 @@ class MembraneCase(DampedModel):
     """A membrane on a surface."""
 
     place: ClassVar[str] = "surface"
+    start_only: ClassVar[tuple[str, ...]] = (*DampedModel.start_only, "thickness", "tension")
     is_surface: ClassVar[bool] = True
 
     surface: Surface = parameter("", "where the membrane is at the start")

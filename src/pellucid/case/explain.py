@@ -61,7 +61,7 @@ def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
         if alternatives and all(detail.kind in TYPES or detail.kind in ("literal_error", "too_short") for detail in group):
             continue  # the value is of the other alternative's type, or lacks an item that is itself wrong: that says more
         found += _findings(path, group, data, schema)
-    return _without_echoes(found)
+    return _without_echoes(list(dict.fromkeys(found)))  # several missing items of a list are one fault
 
 
 def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
@@ -116,7 +116,7 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
         return [Finding(path, *error.reason) if isinstance(error, Refusal) else Finding(path, str(error))]
     if first.kind == "missing" and isinstance(path[-1], int):
         around = schema.field_at(path[:-1], data)
-        return [Finding(path[:-1], f"must have {_size(around)} components{_meaning(around)}")]
+        return [Finding(path[:-1], f"must have {_lengths(around, schema)}{_meaning(around)}")]
     if first.kind == "missing":
         return [Finding(path, f"is missing{meaning}", f"add `{path[-1]} = ...`")]
     if first.kind == "extra_forbidden":
@@ -131,11 +131,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
         item = isinstance(path[-1], int) and "description" not in field  # of a list, which has the meaning
         about = _meaning(schema.field_at(path[:-1], data) if item else field, with_unit=False)
         return [Finding(path, f"must be {words} {limit}{about}")]
-    if first.kind in ("too_long", "too_short") and "max_length" in first.context:
-        return [Finding(path, f"must have {first.context['max_length']} components{meaning}")]
-    if first.kind == "too_short":
-        least = first.context["min_length"]
-        return [Finding(path, f"must have at least {least} {'item' if least == 1 else 'items'}{meaning}")]
+    if first.kind in ("too_long", "too_short"):
+        return [Finding(path, f"must have {_lengths(field, schema)}{meaning}")]
     if first.kind == "string_too_long":
         return [Finding(path, f"must have at most {first.context['max_length']} characters")]
     if first.kind == "string_pattern_mismatch":
@@ -173,6 +170,19 @@ def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
 
 def _choices(detail: Detail) -> list[str]:
     return str(detail.context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
+
+
+def _lengths(field: dict[str, Any], schema: Schema) -> str:
+    """How many items a list may have, in words."""
+    words = []
+    for least, most in schema.lengths(field):
+        if least == most:
+            words.append(f"{least} components")
+        elif most is None:
+            words.append(f"at least {least} {'item' if least == 1 else 'items'}")
+        else:
+            words.append(f"at least {least} and at most {most} items")
+    return " or ".join(words) or "another number of items"
 
 
 def _size(field: dict[str, Any]) -> int:

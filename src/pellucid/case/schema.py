@@ -45,6 +45,17 @@ class Schema:
         options = [self._choice(option, None) for option in node.get("oneOf", ())]
         return [kind["const"] for option in options if "const" in (kind := option.get("properties", {}).get("kind", {}))]
 
+    def lengths(self, node: dict[str, Any]) -> list[tuple[int, int | None]]:
+        """The fewest and the most items that a list may have, None without a limit, for each kind of list that fits a field."""
+        if "$ref" in node:
+            return self.lengths(self.whole["$defs"][node["$ref"].rpartition("/")[2]])
+        options = node.get("anyOf", node.get("oneOf"))
+        if options is not None:
+            return list(dict.fromkeys(length for option in options for length in self.lengths(option)))
+        if node.get("type") != "array":
+            return []
+        return [(node.get("minItems", len(node.get("prefixItems", ()))), node.get("maxItems"))]
+
     def is_list_of_tables(self, node: dict[str, Any]) -> bool:
         """Whether a field is a list whose items are tables."""
         items = node.get("items", {})

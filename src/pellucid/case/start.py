@@ -20,15 +20,20 @@ class StartCase(Part):
     time: float | None = parameter(
         "s", "instant of that run: the nearest frame of the fields; without it its last checkpoint", None, ge=0
     )
-    body: tuple[str, ...] = parameter("", "names of the bodies; without it all that both runs have", ())
+    body: tuple[str, ...] | None = parameter("", "names of the bodies; without it all that both runs have", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """No run there, or no such body here."""
         folder = FilePath(self.path)
         if not (folder / "case.toml").is_file():
-            text = "it has no case.toml" if folder.is_dir() else "there is no such folder"
-            yield Finding((*path, "path"), f"is no folder of a run: {text}", "name the --out of a run of pellucid")
+            other = "it is a file" if folder.exists() else "there is no such folder"
+            what = "it has no case.toml" if folder.is_dir() else other
+            within = folder.is_file() and (folder.parent / "case.toml").is_file()
+            remedy = f'name the folder: path = "{folder.parent}"' if within else "name the --out of a run of pellucid"
+            yield Finding((*path, "path"), f"is no folder of a run: {what}", remedy)
+        if self.body == ():
+            yield Finding((*path, "body"), "names no body", "leave it out for all bodies that both runs have, or drop [start]")
         names = [body.name for body in parts.of(BodyModel)]
-        for number, name in enumerate(self.body):
+        for number, name in enumerate(self.body or ()):
             if name not in names:
                 yield Finding((*path, "body", number), f"there is no such body; those of the case are {', '.join(names)}")

@@ -19,7 +19,7 @@ from pellucid.commands.arguments import (
     read_time,
 )
 from pellucid.commands.table import print_metrics
-from pellucid.errors import CaseError, Interrupted
+from pellucid.errors import CaseError, Interrupted, Terminated
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -52,6 +52,8 @@ def run(
     every: Annotated[str | None, typer.Option("--every", metavar="T", help="Simulated time between frames.")] = None,
 ) -> None:
     """Run a case; curves, fields, checkpoints, figures and report.html go to DIR."""
+    from pellucid.results.storage.run_folder import RunFolder
+
     chosen = read_case(case, quick, settings)
     end = read_time("--until", until)
     interval = read_time("--every", every)
@@ -60,7 +62,9 @@ def run(
             chosen = chosen.with_settings({"output.frames": interval})
         except CaseError as error:
             raise error.blame(f"--every {every}") from None
-    folder = prepared(out) if out else unused(Path("runs"), case_name(case, chosen))
+    if out:
+        RunFolder(out).check_replaceable()
+    folder = out or unused(Path("runs"), case_name(case, chosen))
 
     from pellucid.case import located
     from pellucid.progress import watching
@@ -100,8 +104,12 @@ def report(
 
     for folder in (dir_, *([beside] if beside else ())):
         RunFolder(folder).read_stored()  # says where there is no run
-    with watching() as progress:
-        write_report(dir_, Run(beside) if beside else None, progress)
+    try:
+        with watching() as progress:
+            write_report(dir_, Run(beside) if beside else None, progress)
+    except KeyboardInterrupt as error:
+        text = f"interrupted: the report is not finished; the results in {dir_} are as they were"
+        raise Interrupted(text, not isinstance(error, Terminated)) from None
     typer.echo(f"the report is {dir_ / 'report.html'}")
 
 
@@ -115,6 +123,20 @@ def resumable(folder: Path) -> Iterator[None]:
             f"{error}\n    `pellucid resume {folder}` goes on from there, `pellucid report {folder}` shows what there is",
             error.by_keyboard,
         ) from None
+    except KeyboardInterrupt as error:  # outside of the steps
+        raise Interrupted(what_is_left(folder), not isinstance(error, Terminated)) from None
+
+
+def what_is_left(folder: Path) -> str:
+    """What a run has left in its folder that was interrupted outside of its steps."""
+    from pellucid.results.storage.run_folder import RunFolder
+
+    chosen = RunFolder(folder)
+    if not (chosen.was_held_here and chosen.case.is_file()):
+        return "the run was interrupted before it began: nothing was written"
+    if chosen.ended:
+        return f"interrupted while the report was drawn; the results are whole\n    `pellucid report {folder}` draws it"
+    return f"the run was interrupted outside of its steps\n    `pellucid resume {folder}` goes on with it"
 
 
 def case_name(argument: str, case: "Case") -> str:
@@ -127,17 +149,6 @@ def unused(parent: Path, name: str) -> Path:
     number = 1
     while (folder := parent / (name if number == 1 else f"{name}-{number}")).exists():
         number += 1
-    return folder
-
-
-def prepared(folder: Path) -> Path:
-    """The folder, fit for a new run: an earlier run may be replaced, anything else is refused with UsageError."""
-    from pellucid.results.storage.run_folder import RunFolder
-
-    chosen = RunFolder(folder)
-    chosen.check_replaceable()
-    if chosen.case.is_file():
-        typer.echo(f"replacing the earlier run in {folder}", err=True)
     return folder
 
 

@@ -38,6 +38,10 @@ class BodyModel(Part):
     """Whether it has inertia, on which forces act; what does not bounds no step."""
     place: ClassVar[str]
     """The key that says where it is at the start."""
+    start_only: ClassVar[tuple[str, ...]] = ("velocity", "initial")
+    """Keys of its state at the start alone, beside the place: one that goes on from an earlier run has its state from there."""
+    strained_from_place: ClassVar[bool] = True
+    """Whether strains are measured from where the case places it, also in a body that goes on from an earlier run."""
     is_surface: ClassVar[bool] = False
     """Whether it is a membrane, which has two sides and no volume of its own."""
 

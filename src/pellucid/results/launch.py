@@ -12,6 +12,7 @@ from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
+from pellucid.results.storage.files import explained
 from pellucid.results.storage.identity import check_bodies, check_case, check_start, with_changes
 from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
@@ -49,9 +50,12 @@ def run_case(
     with _simulation(case, threads, progress, start) as simulation:  # before the folder is touched: a bad case erases nothing
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
-        with folder.made():
+        recorder = Recorder(folder, case, start=start)
+        with explained(folder.path), folder.made():
+            if folder.case.is_file():
+                progress.note(f"replacing the earlier run in {folder.path}")
             folder.start(case)
-            return _finish(simulation, Recorder(folder, case, start=start), until, progress, report, temporary=out is None)
+            return _finish(simulation, recorder, until, progress, report, temporary=out is None)
 
 
 def resume_case(
@@ -70,7 +74,7 @@ def resume_case(
     progress = progress or WarningsOnly()
     _check_until(until)
     folder = RunFolder(out)
-    with folder.held():
+    with explained(folder.path), folder.held():
         return _go_on(folder, until, threads, progress, report, settings or {})
 
 
@@ -93,10 +97,11 @@ def _go_on(
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
         start = read_start(case, progress.message)
         with _simulation(case, threads, progress, start) as simulation:
+            recorder = Recorder(folder, case, start=start)
             folder.start(case)
             if settings:
                 folder.write_case(case)
-            return _finish(simulation, Recorder(folder, case, start=start), until, progress, report)
+            return _finish(simulation, recorder, until, progress, report)
     arrays, numbers = found
     recorded = numbers["recorder"]
     kept = recorded.get("identity", {})
@@ -112,7 +117,6 @@ def _go_on(
             raise UsageError(f"{text}; give a later end, or start a new run")
         if settings:
             folder.write_case(case)
-        folder.reopen()
         return _finish(simulation, Recorder(folder, case, recorded, start), until, progress, report)
 
 

@@ -1,22 +1,42 @@
-"""SIGTERM and Ctrl-C in a run: they wait until a step is done."""
+"""SIGTERM and Ctrl-C: in the steps of a run they wait until a step is done, elsewhere what is half written is undone."""
 
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
+
+from pellucid.errors import Terminated
 
 
 @contextmanager
 def signals_caught() -> Iterator[list[int]]:
     """Collect SIGTERM and SIGINT instead of dying in the middle of a step; only the main thread can."""
     caught: list[int] = []
+    with _handled({number: lambda n, _: caught.append(n) for number in (signal.SIGTERM, signal.SIGINT)}):
+        yield caught
+
+
+@contextmanager
+def termination_raised() -> Iterator[None]:
+    """Let SIGTERM raise Terminated, as Ctrl-C raises KeyboardInterrupt; only the main thread can."""
+
+    def end(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one is obeyed at once
+        raise Terminated
+
+    with _handled({signal.SIGTERM: end}):
+        yield
+
+
+@contextmanager
+def _handled(handlers: dict[int, Any]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
-        yield caught
+        yield
         return
-    numbers = (signal.SIGTERM, signal.SIGINT)
-    previous = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in numbers}
+    previous = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
-        yield caught
+        yield
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)

@@ -173,11 +173,13 @@ class Simulation:
         works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
+        self._balanced = self.n_steps
 
     def begin_balance(self) -> None:
         """Count mass, momentum and energy from the state as it is."""
         at_stake = energy_at_stake(self.bodies, self.case.gravity)
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
+        self._balanced = self.n_steps
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
@@ -242,6 +244,8 @@ class Simulation:
                         raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
                     self.show(progress)
                 recorder.end(self)
+                if caught:
+                    raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise
@@ -293,6 +297,11 @@ class Simulation:
         """The energy balance [J]."""
         return self.budget.energies(self.bodies)
 
+    @property
+    def is_balanced(self) -> bool:
+        """Whether the balance has all works of the steps done; not of a step in which a body stopped the run."""
+        return self._balanced == self.n_steps
+
     def momentum(self) -> np.ndarray:
         """Total momentum [kg m/s], shape (3,)."""
         return np.asarray(sum(body.totals.momentum for body in self.bodies))
@@ -342,3 +351,4 @@ class Simulation:
         self.budget.restore(numbers["balance"])
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = True, dict(numbers["settled"])
+        self._balanced = self.n_steps

@@ -102,6 +102,27 @@ def test_what_cannot_rest(changes, place, words):
     assert words in found[0].text
 
 
+@pytest.mark.parametrize("sound_speed", [20.0, 1500.0])
+@pytest.mark.parametrize("level", [1e9, 1e30])
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (1.0, 0.0, -9.0)])
+def test_a_level_so_far_away_that_the_fluid_there_is_another(level, gravity, sound_speed):
+    data = tank().to_data() | {"gravity": gravity}
+    data["body"][0]["hydrostatic"] = {"level": level}
+    data["body"][0]["material"]["eos"]["sound_speed"] = sound_speed
+    (found,) = checked(Case, data)[1]
+    assert found.path == ("body", 0, "hydrostatic", "level")
+    assert "far outside the grid, whose heights are" in found.text
+    assert "leave the level out" in found.remedy
+
+
+def test_a_level_some_way_above_the_grid_is_no_fault():
+    """Water 50 m under its surface is still the water described."""
+    data = tank().to_data()
+    data["body"][0] |= {"hydrostatic": {"level": 50.0}}
+    data["body"][0]["material"]["eos"]["sound_speed"] = 1500.0
+    assert checked(Case, data)[1] == []
+
+
 def test_an_oblique_column_that_ends_is_told_when_it_is_filled():
     water = box((0, 0, 0), (0.4, 0.4, 0.4), WATER, hydrostatic={"level": 0.1})
     with pytest.raises(CaseError, match=r"no such fluid above a height of 0\.1 m"):

@@ -118,7 +118,7 @@ def hanging(tmp_path_factory):
 
 def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the_loads(hanging, monkeypatch):
     monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
-    drawn = {path.stem for path in write_figures(hanging)}
+    drawn = {path.stem for path in write_figures(hanging, None, [])}
     assert drawn == {
         *(f"bodies_{what}{cut}" for what in ("displacement", "load") for cut in ("", "_inside")),
         "energies",

@@ -5,8 +5,10 @@ import types
 
 import pytest
 from free_flight import FakeSimulation, free_flight
+from typer.testing import CliRunner
 
 from pellucid.case import load
+from pellucid.cli import app
 from pellucid.errors import UsageError
 from pellucid.results import Run, run_case
 from pellucid.results.metrics import Metric
@@ -200,3 +202,36 @@ def test_a_run_stopped_early_is_not_judged(tmp_path, gallery):
     run = run_case(gallery, tmp_path / "run", until=0.3)
     assert run.metrics == {}
     assert "Stopped early" in (run.out / "report.html").read_text()
+
+
+def cut_off(data):
+    return data[:700]
+
+
+def of_another_program(data):
+    return b"rubbish" * 100
+
+
+def without_structure(data):
+    return data[:2000] + bytes(2000) + data[4000:]
+
+
+@pytest.mark.parametrize("damage", [cut_off, of_another_program, without_structure])
+def test_a_run_with_damaged_fields_has_a_report_of_the_rest(tmp_path, damage):
+    out = tmp_path / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FakeSimulation, "breaks_at", None)
+        fake = types.SimpleNamespace(Simulation=FakeSimulation)
+        patch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
+        run_case(free_flight(), out, until=0.3, report=False)
+    path = out / "fields/gas.vtkhdf"
+    path.write_bytes(damage(path.read_bytes()))
+    before = path.read_bytes()
+    result = CliRunner().invoke(app, ["report", str(out)])
+    assert result.exit_code == 0, result.output
+    assert f"left out of the report: {path} is damaged" in result.stderr
+    page = (out / "report.html").read_text()
+    assert f"Left out: {path} is damaged" in page
+    assert 'alt="The energy balance' in page
+    assert 'alt="The bodies' not in page
+    assert path.read_bytes() == before

@@ -33,6 +33,7 @@ class DiffusingFieldCase(BodyModel):
     """A concentration that diffuses on fixed nodes of a line or a closed surface, ∂c/∂t = D Δc; nothing moves."""
 
     place: ClassVar[str] = "domain"
+    start_only: ClassVar[tuple[str, ...]] = (*BodyModel.start_only, "concentration")
     moves: ClassVar[bool] = False
 
     kind: Literal["diffusing-field"] = "diffusing-field"

@@ -42,6 +42,8 @@ class FluidFilmCase(BodyModel):
     """A film of fluid, such as the skin of a vesicle: viscous within its surface, without inertia."""
 
     place: ClassVar[str] = "shape"
+    start_only: ClassVar[tuple[str, ...]] = (*BodyModel.start_only, "density")
+    strained_from_place: ClassVar[bool] = False
     is_surface: ClassVar[bool] = True
 
     kind: Literal["fluid-film"] = "fluid-film"

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
+from pellucid.bodies.material_points.hydrostatic import FAR, REMEDY, NoRest, far_level, states_by_height
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.membrane_model import CLOSE_IT, NEEDS_SPACE
@@ -12,6 +12,7 @@ from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.shapes import Box, Inside
 from pellucid.geometry.surface_checks import faults
 from pellucid.grid.model import GridCase
+from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
@@ -80,6 +81,8 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
     elif n_axes > 1 and rest.level is None:
         text = "gravity lies along no axis, so the top of the shape's bounds is no free surface"
         yield Finding((*here, "level"), text, "give the level, as a height from the origin against gravity")
+    elif rest.level is not None and parts.grid is not None and (found := _far_level(body, path, parts.grid, gravity)):
+        yield found
     elif n_axes == 1 and not body.cut_at:  # the points of others may lie well within the bounds: told when these are filled
         lower, upper = body.bounds()
         ends = np.array((lower, upper)) + NEAR_END * np.array((upper - lower, lower - upper))
@@ -87,6 +90,24 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
             states_by_height(rest, body.material, (lower, upper), gravity, ends)
         except NoRest as error:
             yield Finding(here, str(error), REMEDY)
+
+
+def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) -> Finding | None:
+    """A level so far from the grid that the fluid there is another."""
+    rest = body.hydrostatic
+    if rest is None or rest.level is None:
+        return None
+    walls = np.array(grid.lower), np.array(grid.extent_upper())
+    remedy = "give the density and the pressure that the fluid has at the top of the body, and leave the level out"
+    found = far_level(rest.level, body.material, body.bounds(), walls, gravity)
+    if found is None:
+        return None
+    bottom, top, ratio = found
+    text = (
+        f"lies far outside the grid, whose heights are {bottom:.6g} to {top:.6g} m: in the body the fluid would have "
+        f"{ratio:.3g} times its `density`, at most {FAR:g} times and at least 1/{FAR:g} of it may be"
+    )
+    return Finding((*path, "hydrostatic", "level"), text, remedy)
 
 
 def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:

@@ -8,6 +8,8 @@ from pellucid.materials.contract import PointMaterial
 from pellucid.materials.eos.column import ColumnEnds
 from pellucid.model import Model, Vector, parameter
 
+FAR = 1.5
+"""Where the fluid has so many times the density at its level, or so small a part of it, it is not the fluid described."""
 Bounds = tuple[np.ndarray, np.ndarray]
 REMEDY = "lower the top of the body or the level, or raise the pressure at the level; a liquid may have `carries_tension`"
 
@@ -43,6 +45,24 @@ def states_by_height(
         side = "above" if error.depth < 0.0 else "below"
         reason = f"{side} a height of {level - error.depth:.6g} m: {error}"
         raise NoRest(f"at rest under this gravity there is no such fluid {reason}") from None
+
+
+def far_level(
+    level: float, material: PointMaterial, body: Bounds, grid: Bounds, gravity: Vector
+) -> tuple[float, float, float] | None:
+    """Of a level beyond the grid: its lowest and highest height [m], and the ratio of the density in the body to that at the
+    level, if it is as of another fluid. None too where there is no state at rest, which `states_by_height` tells."""
+    bottom, top = heights_of_ends(grid, gravity)
+    if bottom <= level <= top:
+        return None
+    lowest, highest = (min(max(height, bottom), top) for height in heights_of_ends(body, gravity))
+    nearest = highest if level > top else lowest
+    try:
+        density, _ = material.at_rest(float(np.linalg.norm(gravity)), np.array([level - nearest]))
+    except ColumnEnds:
+        return None
+    ratio = float(density[0]) / material.density
+    return None if 1.0 / FAR <= ratio <= FAR else (bottom, top, ratio)
 
 
 def heights_of_ends(bounds: Bounds, gravity: Vector) -> tuple[float, float]:

@@ -28,6 +28,11 @@ class SeededBody(DampedModel):
     """A body whose points fill a shape, less the place of other bodies, each with the initial state."""
 
     place: ClassVar[str] = "shape"
+    start_only: ClassVar[tuple[str, ...]] = (
+        *BodyModel.start_only,
+        *("hydrostatic", "initial_stress", "angular_velocity", "velocity_wave", "material.pressure"),
+    )
+    strained_from_place: ClassVar[bool] = False
 
     shape: Shape = parameter("", "where the body is at the start")
     outside: tuple[str, ...] = parameter(

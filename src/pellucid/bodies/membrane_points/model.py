@@ -1,7 +1,7 @@
 """Membranes of material points as the user describes them."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -28,6 +28,8 @@ COMFORTABLE = 0.6  # length of an edge in cells that gives enough points
 
 class MembranePointsCase(MembraneCase):
     """A membrane whose material points are the vertices of a triangulated surface."""
+
+    strained_from_place: ClassVar[bool] = False
 
     kind: Literal["membrane-points"] = "membrane-points"
     material: AnyMembraneMaterial = parameter("", "what the membrane is made of")

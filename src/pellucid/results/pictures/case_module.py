@@ -1,9 +1,12 @@
 """What the Python module of a gallery case draws of a run."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from pellucid import catalogue
+from pellucid.results.storage.files import OutputError
 
 if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
@@ -17,6 +20,16 @@ def drawn_by_module(run: "Run", kind: str) -> dict[str, Any]:
     except Exception as error:  # a run stopped early or changed by settings may be none that the module can draw
         warnings.warn(f"the {kind} of {run.stored.id} do not apply to this run: {error}", stacklevel=2)
         return {}
+
+
+@contextmanager
+def noticed(notices: list[str]) -> Iterator[None]:
+    """Leave a picture out of which the files are damaged, and put a notice of it to the others."""
+    try:
+        yield
+    except OutputError as error:
+        if str(error) not in notices:
+            notices.append(str(error))
 
 
 def captions(run: "Run") -> dict[str, str]:

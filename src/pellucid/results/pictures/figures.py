@@ -7,15 +7,17 @@ import numpy as np
 
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
-from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.case_module import drawn_by_module, noticed
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
-from pellucid.results.pictures.stopped import where_it_stopped
+from pellucid.results.pictures.stopped import MARK, where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
-from pellucid.results.storage.files import explained, replacing
+from pellucid.results.storage.drawn import drawing
+from pellucid.results.storage.files import explained
 from pellucid.simulation.watch import FIRST_JUDGED
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from pellucid.results.storage.run import Run
@@ -23,10 +25,11 @@ if TYPE_CHECKING:
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
-def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
+def write_figures(run: "Run", beside: "Run | None", notices: list[str]) -> dict[Path, str]:
     """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles.
 
-    The probes are drawn together with those of the same name of the run `beside`.
+    The probes are drawn together with those of the same name of the run `beside`. To `notices` comes what cannot be drawn
+    because files of the run are damaged.
     """
     folder = run.folder.figures
     titles = {}
@@ -34,7 +37,8 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
         stopped = where_it_stopped(run)
         figures = {} if stopped is None else {"where_it_stopped": stopped}
         figures |= drawn_by_module(run, "figures")
-        figures |= bodies(run)
+        with noticed(notices):
+            figures |= bodies(run)
         if not all(is_still(body) for body in run.stored.bodies):
             figures["energies"] = energies(run)
             if run.stored.steady is None and has_momentum(run):
@@ -46,7 +50,7 @@ def write_figures(run: "Run", beside: "Run | None" = None) -> dict[Path, str]:
             for name, figure in figures.items():
                 path = folder / f"{name}.png"
                 figure.draw_without_rendering()  # the layout settles in the second drawing
-                with replacing(path) as temporary:
+                with drawing(path) as temporary:
                     figure.savefig(temporary, format="png", dpi=DPI)
                 titles[path] = figure.get_suptitle()
     return titles
@@ -92,9 +96,9 @@ def energies(run: "Run") -> "Figure":
             hollow = run.stored.steady is not None and name.endswith("_work")
             marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
             left.plot(times, values, _line(run, number // 7 % 4), label=words, **marker)
+    _mark_stop(run, left, "stop")
+    _mark_stop(run, right)
     label(left, _time(run), "energy", "s", "J")
-    if left.lines:
-        figure.legend(loc="outside lower center", ncols=5)
     right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black")
     right.axhline(0.0, color="#889", linewidth=0.8)
     label(right, _time(run), "error of the balance", "s", "%")
@@ -102,8 +106,11 @@ def energies(run: "Run") -> "Figure":
     warn = 100.0 * run.stored.energy.warn
     if largest > 0.3 * warn:
         judged = times[min(int(np.searchsorted(run.history["step"], FIRST_JUDGED)), len(times) - 1) :]
-        right.hlines([-warn, warn], judged[0], times[-1], color="#D55E00", linestyle="--", linewidth=1.0)
-        right.annotate("limit of the warning", (times[-1], warn), color="#D55E00", fontsize=8, va="bottom", ha="right")
+        if judged[0] < times[-1]:
+            line = {"color": "#D55E00", "linestyle": "--", "linewidth": 1.0, "label": "limit of the warning"}
+            right.hlines([-warn, warn], judged[0], times[-1], **line)
+    if left.lines or right.collections:
+        figure.legend(loc="outside lower center", ncols=5)
     return figure
 
 
@@ -118,6 +125,7 @@ def momentum(run: "Run") -> "Figure":
     axes = figure.subplots()
     for axis, line in zip("xyz", LINES, strict=False):
         axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
+    _mark_stop(run, axes)
     label(axes, "time", "momentum", "s", "kg m/s")
     axes.legend(ncols=3, loc="best")
     return figure
@@ -134,6 +142,7 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
         axes.plot(run.history["time"], run.history[probe], _line(run))
         if beside and beside.units.get(probe) == run.units[probe]:
             axes.plot(beside.history["time"], beside.history[probe], _line(beside, 1))
+        _mark_stop(run, axes)
         label(axes, _time(run), probe, "s", run.units[probe])
     for axes in panels[number:]:
         axes.remove()
@@ -141,6 +150,13 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     if beside and len(lines) > 1:
         figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
+
+
+def _mark_stop(run: "Run", axes: "Axes", name: str = "") -> None:
+    """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
+    time, times = run.stopped.get("time"), run.history["time"]
+    if time is not None and len(times) and time > times[-1]:
+        axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)
 
 
 def _time(run: "Run") -> str:

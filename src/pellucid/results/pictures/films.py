@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pellucid.progress import Progress
-from pellucid.results.pictures.case_module import drawn_by_module
+from pellucid.results.pictures.case_module import drawn_by_module, noticed
 from pellucid.results.pictures.style import house_style
-from pellucid.results.storage.files import explained, replacing
+from pellucid.results.storage.drawn import drawing
+from pellucid.results.storage.files import explained
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,15 +35,20 @@ class Animation(NamedTuple):
     times: Iterable[float]
 
 
-def write_films(run: "Run", progress: Progress) -> list[Path]:
-    """Make the films of the run's gallery case as `figures/<name>.gif`; return their paths."""
+def write_films(run: "Run", progress: Progress, notices: list[str]) -> list[Path]:
+    """Make the films of the run's gallery case as `figures/<name>.gif`; return their paths.
+
+    To `notices` comes what cannot be drawn because files of the run are damaged.
+    """
     folder = run.folder.figures
     paths = []
     with house_style(), explained(run.out):
         for name, film in drawn_by_module(run, "films").items():
             folder.mkdir(exist_ok=True)
-            paths.append(folder / f"{name}.gif")
-            write_film(film, paths[-1], progress)
+            path = folder / f"{name}.gif"
+            with noticed(notices):
+                write_film(film, path, progress)
+                paths.append(path)
     return paths
 
 
@@ -63,7 +69,7 @@ def write_film(film: Animation, path: Path, progress: Progress | None = None) ->
     # one palette and no dithering: what does not change between pictures is not stored again
     first, *others = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
     durations = [FRAME] * len(others) + [HOLD]
-    with replacing(path) as temporary:
+    with drawing(path) as temporary:
         first.save(temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
 
 

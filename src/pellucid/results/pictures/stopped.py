@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.storage.files import OutputError
 from pellucid.state import of_owner
 
 if TYPE_CHECKING:
@@ -39,13 +40,14 @@ def where_it_stopped(run: "Run") -> "Figure | None":
             _dots(axes, positions, view)
             if place is not None:
                 at = place[list(view)]
-                axes.plot(*at, "o", markersize=16, markerfacecolor="none", markeredgecolor=MARK, markeredgewidth=2.0)
+                ring = {"markerfacecolor": "none", "markeredgecolor": MARK, "markeredgewidth": 2.0, "clip_on": False}
+                axes.plot(*at, "o", markersize=16, **ring)  # whole also at the edge of what is shown
     if place is not None and reach > 0.0:
         for axes, view in zip(panels[1], views, strict=True):
             axes.set_aspect("equal", adjustable="box")
             for limits, centre in zip((axes.set_xlim, axes.set_ylim), place[list(view)], strict=True):
                 limits(centre - reach, centre + reach)
-    panels[0, 0].legend(loc="best", markerscale=3, fontsize=8)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, markerscale=3, fontsize=8)
     figure.suptitle(f"Where the run stopped: step {run.stopped['step']}, {_named(run.stopped)}")
     return figure
 
@@ -74,7 +76,10 @@ def _place(run: "Run", failure: dict[str, Any]) -> np.ndarray | None:
     body, point = failure.get("body"), failure.get("point")
     if body is None or point is None:
         return None
-    last = run.fields(body)["position"]
+    try:
+        last = run.fields(body)["position"]
+    except OutputError:  # its fields are damaged
+        return None
     return last[point] if point < len(last) and np.isfinite(last[point]).all() else None
 
 

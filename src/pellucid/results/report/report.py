@@ -59,20 +59,26 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
     Raises `UsageError` where there is no run, or nothing of it yet, and where another process writes to its folder.
     """
     run = out if isinstance(out, Run) else Run(out)
-    with run.folder.held() if run.folder.mark.is_file() else nullcontext():  # runs of earlier versions have none
+    with run.folder.held() if run.folder.is_of_a_run else nullcontext():  # runs of earlier versions have none
         return draw_report(run, beside, progress)
 
 
 def draw_report(run: Run, beside: Run | None = None, progress: Progress | None = None) -> Path:
     """The same in a folder that is held."""
-    sections = [header(run), facts(run)]  # says where there is nothing yet, before anything is drawn
+    head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | captions(run)
     progress = progress or WarningsOnly()
-    titles = dict.fromkeys(write_films(run, progress), "")
+    notices: list[str] = []
+    titles = dict.fromkeys(write_films(run, progress, notices), "")
     progress.begin("figures")
-    titles |= figures.write_figures(run, beside)
+    titles |= figures.write_figures(run, beside, notices)
+    for text in notices:
+        progress.message(f"left out of the report: {text}")
     pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]
-    sections += [
+    sections = [
+        head,
+        *(f'<p class="note">Left out: {escape(text)}.</p>' for text in notices),
+        facts_of_run,
         section("Checks", _metrics(run.metrics)) if run.metrics else "",
         section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
         section("Figures", "".join(pictures)),

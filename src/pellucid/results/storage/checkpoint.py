@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.results.storage.files import OutputError, explained, sync
+from pellucid.results.storage.files import DRAFT, OutputError, explained, sync
 
 KEPT = 2
+DAMAGED = ".damaged"
 _NUMBERS = "numbers.json"
 _NAME = re.compile(r"(\d{6,})-([0-9a-f]{64})\.npz")
 
@@ -34,7 +35,7 @@ def write(folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, 
         folder.mkdir(parents=True, exist_ok=True)
         _keep_the_last(folder)  # a process killed at the wrong moment left one more
         serial = 1 + max((number for number, _, _ in _all(folder)), default=0)
-        draft = folder / ".writing"
+        draft = folder / DRAFT
         try:
             with draft.open("wb") as file:
                 np.savez(file, **dict(arrays), **{_NUMBERS: np.frombuffer(text.encode(), np.uint8)})  # type: ignore[arg-type]
@@ -65,15 +66,26 @@ def read_latest(
             with np.load(path, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
             numbers = json.loads(arrays.pop(_NUMBERS).tobytes())
-        except (OSError, ValueError, KeyError) as error:
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise OutputError(f"cannot read {path}: {reason}\n    it may be whole: mend this, then go on") from error
+        except (ValueError, KeyError) as error:
             say(f"the checkpoint {path} is damaged ({error}); trying the one before")
             with suppress(OSError):
-                path.rename(path.with_suffix(".damaged"))
+                path.rename(path.with_suffix(DAMAGED))
             continue
         return arrays, numbers
     if found:
         raise OutputError(f"every checkpoint in {folder} is damaged; the run must be started again")
     return None
+
+
+def files(folder: Path) -> list[Path]:
+    """What this module wrote to `folder`: checkpoints, whole or damaged, and a draft."""
+    if not folder.is_dir():
+        return []
+    own = (path for path in folder.iterdir() if _NAME.fullmatch(path.with_suffix(".npz").name))
+    return [folder / DRAFT, *(path for path in own if path.suffix in (".npz", DAMAGED))]
 
 
 def _keep_the_last(folder: Path) -> None:

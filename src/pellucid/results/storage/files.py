@@ -19,6 +19,11 @@ class OutputError(PellucidError):
     exit_status = 3
 
 
+def draft_of(path: Path) -> Path:
+    """Where a file is written before it gets its name."""
+    return path.with_name(f".{path.name}{DRAFT}")
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside `path`; when the block ends well, it takes the place of `path` atomically.
@@ -26,7 +31,7 @@ def replacing(path: Path) -> Iterator[Path]:
     The file is on the disk before it gets its name, and the name before the block is left. If the block fails,
     `path` stays as it was and the temporary file is removed.
     """
-    temporary = path.with_name(f".{path.name}{DRAFT}")
+    temporary = draft_of(path)
     try:
         yield temporary
         sync(temporary)

@@ -9,8 +9,10 @@ killed at any moment leaves a whole file, and a full disk leaves the frames befo
 orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that goes in or out here has ours.
 """
 
+import errno
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -29,6 +31,10 @@ _TENSOR = 6
 Frame = Mapping[str, np.ndarray]
 
 
+class NoFrame(IndexError):
+    """A frame that a file does not have."""
+
+
 def create(path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None) -> bytes:
     """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
 
@@ -43,7 +49,7 @@ def create(path: Path, capacity: int, time: float, frame: Frame, cells: Cells | 
 
 def append(path: Path, time: float, frame: Frame) -> bytes:
     """Write one more frame and return its digest; a file that is full is first laid out anew with twice the room."""
-    places = layout(_existing(path))
+    places = _layout(path)
     if places.frames == places.capacity:
         with replacing(path) as temporary:
             lay_out(temporary, 2 * places.capacity, frame, read_cells(path))
@@ -56,10 +62,7 @@ def append(path: Path, time: float, frame: Frame) -> bytes:
 
 def first(path: Path, count: int) -> list[bytes]:
     """The digests of the first `count` frames."""
-    try:
-        places = layout(_existing(path))
-    except (OSError, KeyError, ValueError) as error:
-        raise OutputError(f"{path} is damaged: {error}") from error
+    places = _layout(path)
     if places.frames < count:
         raise OutputError(f"{path} has fewer than the {count} frames that its checkpoint counts: it was changed")
     with path.open("rb") as file:
@@ -77,17 +80,17 @@ def cut(path: Path, count: int) -> None:
 
 def times(path: Path) -> np.ndarray:
     """The instants of the frames [s], shape (frames,)."""
-    with opened(_existing(path)) as file:
+    with _whole(path), opened(_existing(path)) as file:
         return np.asarray(file["VTKHDF/Steps/Values"][:])
 
 
 def read(path: Path, index: int) -> dict[str, np.ndarray]:
     """The fields of frame `index`, each of shape (n,), (n, 3) or (n, 6). Raises IndexError where there is none."""
-    with opened(_existing(path)) as file:
+    with _whole(path), opened(_existing(path)) as file:
         root = file["VTKHDF"]
         n, count = int(root["NumberOfPoints"][0]), len(root["Steps/Values"])
         if not -count <= index < count:
-            raise IndexError(f"{path} has {count} frames; there is no frame {index}")
+            raise NoFrame(f"{path} has {count} frames; there is no frame {index}")
         frame = {}
         for name, dataset in root["PointData"].items():
             start = int(root[f"Steps/PointDataOffsets/{name}"][index % count])
@@ -98,7 +101,8 @@ def read(path: Path, index: int) -> dict[str, np.ndarray]:
 
 def read_cells(path: Path) -> Cells:
     """The cells of the body, the same in all frames."""
-    return vtkhdf.read_cells(_existing(path))
+    with _whole(path):
+        return vtkhdf.read_cells(_existing(path))
 
 
 def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) -> bytes:
@@ -134,6 +138,23 @@ def _digest(parts: Iterable[bytes]) -> bytes:
 
 def _is_tensor(values: np.ndarray) -> bool:
     return values.shape[1:] == (_TENSOR,)
+
+
+def _layout(path: Path) -> Layout:
+    with _whole(path):
+        return layout(_existing(path))
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[None]:
+    """Tell of a file that cannot be read as what it should be. Those of the system have a number, those of HDF5 none."""
+    try:
+        yield
+    except (KeyError, ValueError, TypeError, RuntimeError, AttributeError, OSError) as error:
+        if isinstance(error, OSError) and error.errno is not None and error.errno not in (errno.EINVAL, errno.ENODATA):
+            raise OutputError(f"cannot read {path}: {error.strerror}") from error
+        reason = str(error).strip("'\"") or type(error).__name__
+        raise OutputError(f"{path} is damaged: {reason}") from error
 
 
 def _existing(path: Path) -> Path:

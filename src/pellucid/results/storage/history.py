@@ -53,7 +53,10 @@ def _kept(path: Path, rows: int) -> list[bytes]:
 def read(path: Path) -> dict[str, np.ndarray]:
     """Columns by name, each of shape (rows,); an unfinished last line is left out."""
     names, _, rows = _lines(path)
-    table = np.array([[float(cell) for cell in row.split(",")] for row in rows]).reshape(len(rows), len(names))
+    try:
+        table = np.array([[float(cell) for cell in row.split(",")] for row in rows]).reshape(len(rows), len(names))
+    except ValueError as error:
+        raise OutputError(f"{path} is damaged: {error}") from None
     return {name: np.ascontiguousarray(table[:, column]) for column, name in enumerate(names)}
 
 
@@ -66,7 +69,7 @@ def read_units(path: Path) -> dict[str, str]:
 def _lines(path: Path) -> tuple[list[str], list[str], list[str]]:
     if not path.is_file():
         raise OutputError(f"there is no history in {path.parent}")
-    *lines, _unfinished = path.read_text(encoding="utf-8").split("\n")
+    *lines, _unfinished = path.read_text(encoding="utf-8", errors="replace").split("\n")
     if len(lines) < HEADER_ROWS or not lines[1].startswith("#"):
         raise OutputError(f"{path} does not begin with a row of names and a row of units")
     return lines[0].split(","), lines[1][1:].split(","), lines[HEADER_ROWS:]

@@ -1,6 +1,6 @@
-"""The lock of a run's folder: one process at a time writes into it, and the file marks the folder as that of a run.
+"""The lock of a run's folder: one process at a time writes into it, and what it writes there marks the folder as that of a run.
 
-The kernel frees the lock when the process ends, in whatever way; the file stays.
+The kernel frees the lock when the process ends, in whatever way; the file stays. Others have files of this name too.
 """
 
 import json
@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from pellucid.errors import UsageError
 from pellucid.results.storage.files import explained, usable
@@ -20,6 +21,8 @@ if sys.platform != "win32":
     import fcntl
 
 NAME = "run.lock"
+PROGRAM = "pellucid"
+MOST = 1000  # bytes of a signature
 
 
 @contextmanager
@@ -37,6 +40,24 @@ def held(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+
+
+def is_signed(path: Path) -> bool:
+    """Whether a file is a lock that a run of this program has held."""
+    return _of(path, "program") == PROGRAM
+
+
+def is_mine(path: Path) -> bool:
+    """Whether this process was the last that held a lock."""
+    return _of(path, "pid") == os.getpid() and _of(path, "host") == socket.gethostname()
+
+
+def _of(path: Path, key: str) -> object:
+    """What a signature says; None where there is none."""
+    try:
+        return _signature(path.read_bytes()[:MOST])[key]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def refuse_held(folder: Path) -> None:
@@ -65,18 +86,24 @@ def _take(handle: int, folder: Path) -> None:
 
 def _sign(handle: int) -> None:
     signature = {
+        "program": PROGRAM,
         "pid": os.getpid(),
         "host": socket.gethostname(),
         "since": datetime.now().astimezone().isoformat(" ", "seconds"),
     }
-    os.ftruncate(handle, 0)
-    os.pwrite(handle, f"{json.dumps(signature)}\n".encode(), 0)
+    line = f"{json.dumps(signature)}\n".encode()
+    os.pwrite(handle, line, 0)  # over the one before, which on a full disk or in a killed process counts on
+    os.ftruncate(handle, len(line))
 
 
 def _owner(handle: int) -> str:
     """Who signed, for a sentence; a process that has only just taken the lock may not have yet."""
     try:
-        found = json.loads(os.pread(handle, 1000, 0))
+        found = _signature(os.pread(handle, MOST, 0))
         return f"process {int(found['pid'])} on {found['host']!s}, since {found['since']!s},"
     except (OSError, ValueError, KeyError, TypeError):
         return "another process"
+
+
+def _signature(data: bytes) -> Any:
+    return json.loads(data.partition(b"\n")[0])

@@ -4,6 +4,8 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
@@ -49,6 +51,7 @@ class Recorder:
         with explained(self.folder.path):
             if self._resumed:
                 self._check_what_is_there(sim)
+                self.folder.reopen()
                 history.cut(self.folder.history, self._rows.done)
                 for body in sim.bodies:
                     frames.cut(self.folder.fields(body.name), self._frames.done)
@@ -108,6 +111,10 @@ class Recorder:
             self.folder.write_failure(what, sim.state_arrays())
         except OSError as trouble:
             error.add_note(f"the forensic dump could not be written: {trouble}")
+        try:
+            self._write_last_row(sim)
+        except (OSError, OutputError, RunStopped) as trouble:
+            error.add_note(f"the last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
         """Wall-clock time spent on the run so far, by every process that had a part in it [s]."""
@@ -126,6 +133,13 @@ class Recorder:
             line = history.append(self.folder.history, [*row, *sim.momentum(), *values])
         self._written.add(self.folder.history.name, line)
         self._rows.mark(sim.time, sim.n_steps)
+
+    def _write_last_row(self, sim: Any) -> None:
+        """So that curves reach the stop, where all that is in a row is known there. It is cut when the run goes on."""
+        if not sim.is_balanced or self._rows.last_step == sim.n_steps or not self._rows.done:
+            return
+        if np.isfinite([*sim.energies().values(), *sim.momentum()]).all():
+            self._write_row(sim)
 
     def _write_frame(self, sim: Any) -> None:
         with explained(self.folder.path):

@@ -2,8 +2,7 @@
 
 import hashlib
 import json
-import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,8 @@ import numpy as np
 
 from pellucid.errors import UsageError
 from pellucid.results.metrics import Metric, finite
-from pellucid.results.storage import lock
-from pellucid.results.storage.files import DRAFT, explained, replacing, usable, write_text
+from pellucid.results.storage import checkpoint, drawn, lock
+from pellucid.results.storage.files import OutputError, draft_of, explained, replacing, usable, write_text
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -50,13 +49,32 @@ class RunFolder:
         with usable(self.path):
             if self.path.exists() and not self.path.is_dir():
                 raise UsageError(f"{self.path} is a file; give a folder for the results")
-            if self.path.is_dir() and not self.mark.is_file() and any(self.path.iterdir()):
-                text = f"{self.path} has other files in it than those of a run (it has no {lock.NAME})"
+            if self.path.is_dir() and not self.is_of_a_run and any(self.path.iterdir()):
+                text = f"{self.path} has other files in it than those of a run ({self._lacking()})"
                 raise UsageError(f"{text}; give a new or empty folder for the results")
             if self.case.is_file() and not _is_signed(self.case.read_bytes()):
                 text = f"{self.case} was changed since its run began"
                 raise UsageError(f"{text}; move it elsewhere, or give another folder for the results")
         lock.refuse_held(self.path)
+
+    @property
+    def is_of_a_run(self) -> bool:
+        """Whether a run has begun here, by what is in its first files: others have files of these names too."""
+        if lock.is_signed(self.mark):
+            return True
+        if not self.mark.is_file():
+            return False
+        if self.case.is_file():  # a run that was killed, or had no room, before it could sign its lock
+            return self.case.read_bytes().startswith(SIGNATURE.encode())
+        return not self.mark.stat().st_size and set(self.path.iterdir()) <= {self.mark, draft_of(self.case)}
+
+    @property
+    def was_held_here(self) -> bool:
+        """Whether this process was the last that wrote into the folder as a run."""
+        return lock.is_mine(self.mark)
+
+    def _lacking(self) -> str:
+        return f"its {lock.NAME} was not written by pellucid" if self.mark.is_file() else f"it has no {lock.NAME}"
 
     @contextmanager
     def made(self) -> Iterator[None]:
@@ -70,9 +88,9 @@ class RunFolder:
     @contextmanager
     def held(self) -> Iterator[None]:
         """Keep others from writing into the folder of a run. Raises `UsageError` where there is no run, or one that goes on."""
-        if not self.mark.is_file():
-            missing = "case.toml" if not self.case.is_file() else f"{lock.NAME}, the first file that a run writes"
-            raise UsageError(f"there is no run in {self.path}: it has no {missing}")
+        if not self.is_of_a_run:
+            missing = "it has no case.toml" if not self.case.is_file() else f"{self._lacking()}, the first file of a run"
+            raise UsageError(f"there is no run in {self.path}: {missing}")
         with lock.held(self.path):
             yield
 
@@ -82,12 +100,23 @@ class RunFolder:
         Raises `UsageError` for a folder that cannot be written to, `OutputError` for a full disk.
         """
         with explained(self.path), usable(self.path):
-            shutil.rmtree(self.checkpoint, ignore_errors=True)  # first: nothing must resume from the earlier run
-            self.history.unlink(missing_ok=True)
-            _remove(self.path / "fields", (".vtkhdf",))
+            before = self._stored_bodies()
+            _remove(checkpoint.files(self.checkpoint), self.checkpoint)  # first: nothing must resume from the earlier run
+            _remove(_with_drafts([self.history]))
+            bodies = {*before, *(body.name for body in case.body)}
+            _remove(_with_drafts(map(self.fields, bodies)), self.path / "fields")
             self.reopen()
             if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
                 self.write_case(case)
+
+    def _stored_bodies(self) -> list[str]:
+        """Names of the bodies of an earlier run here; none where there was none."""
+        from pellucid.results.storage import stored_case
+
+        try:
+            return [body.name for body in stored_case.read(self.case).bodies]
+        except (OSError, KeyError, TypeError, ValueError):
+            return []
 
     def write_case(self, case: "Case") -> None:
         """Write the resolved case."""
@@ -99,10 +128,9 @@ class RunFolder:
     def reopen(self) -> None:
         """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
         with explained(self.path), usable(self.path):
-            self.summary.unlink(missing_ok=True)
-            self.report.unlink(missing_ok=True)
-            _remove(self.figures, (".png", ".gif"))
-            _remove(self.forensics, (".json", ".npz"))
+            _remove(_with_drafts([self.summary, self.report]))
+            _remove(drawn.files(self.figures), self.figures)
+            _remove(_with_drafts([self._failure, self._state]), self.forensics)
 
     def read_case(self) -> "Case":
         """The resolved case. Raises `UsageError` where the folder holds no run."""
@@ -139,7 +167,11 @@ class RunFolder:
             raise UsageError(f"there is no folder {self.path}")
         if not self.ended:
             raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
-        return dict(json.loads(self.summary.read_text(encoding="utf-8")))
+        try:
+            return dict(json.loads(self.summary.read_text(encoding="utf-8")))
+        except ValueError:
+            text = f"{self.summary} is damaged\n    remove it: `pellucid resume {self.path}` writes it again"
+            raise OutputError(text) from None
 
     def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Leave why a run stopped itself, and its whole state. Raises OSError where this cannot be written."""
@@ -166,13 +198,17 @@ class RunFolder:
             return {}
 
 
-def _remove(folder: Path, endings: tuple[str, ...]) -> None:
-    """Remove files of these endings from a folder, and it where nothing else is in it."""
-    for path in folder.glob("*"):
-        if path.suffix in (*endings, DRAFT):
-            path.unlink(missing_ok=True)
-    with suppress(OSError):
-        folder.rmdir()
+def _remove(files: Iterable[Path], folder: Path | None = None) -> None:
+    """Remove files of the program's own, and their folder where nothing else is in it."""
+    for path in files:
+        path.unlink(missing_ok=True)
+    if folder is not None:
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def _with_drafts(files: Iterable[Path]) -> list[Path]:
+    return [path for file in files for path in (draft_of(file), file)]
 
 
 def _signed(text: str) -> str:

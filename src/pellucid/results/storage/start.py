@@ -1,14 +1,17 @@
 """The state of an earlier run that a case goes on from, from its last checkpoint or from a frame."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.errors import CaseError, Problem, UsageError
+from pellucid.errors import CaseError, PellucidError, Problem, UsageError, shown
 from pellucid.results.storage import checkpoint
+from pellucid.results.storage.files import OutputError
 from pellucid.results.storage.run import Run
-from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import of_owner
 
 if TYPE_CHECKING:
@@ -26,38 +29,127 @@ def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
     if start is None:
         return {}
     run = Run(start.path)
-    before = [body.name for body in run.stored.bodies]
+    tables = _stored_tables(run)
+    before = list(tables)
     names = start.body or [body.name for body in case.body if body.name in before]
     missing = [name for name in names if name not in before]
     if missing or not names:
         text = f"the run in {start.path} has no body {', '.join(missing or (body.name for body in case.body))}"
         raise CaseError(Problem(f"{text}; it has {', '.join(before)}", "start.body"))
+    problems = [text for name in names for text in _contradictions(case, name, tables[name], start.path)]
+    if problems:
+        raise CaseError(problems)
+    _check_thickness(case, run)
     for name in names:
-        _same_body(case, name, next(body for body in run.stored.bodies if body.name == name))
+        body = _of_name(case, name)
+        if not body.strained_from_place and not _same(_data(body)[body.place], tables[name].get(body.place)):
+            say(f"body {name} goes on where it is in {start.path}: its `{body.place}`, another than there, places nothing")
     if start.time is not None:
         return {name: _frame(run, name, start.time) for name in names}
-    found = checkpoint.read_latest(run.folder.checkpoint, say)
+    try:
+        found = checkpoint.read_latest(run.folder.checkpoint, say)
+    except OutputError as error:
+        raise CaseError(Problem(str(error), "start.path", start.path, "give the instant of a frame by start.time")) from None
     if found is None:
         remedy = "give the instant of a frame by start.time, or let that run go on until it has one"
         raise CaseError(Problem("has no checkpoint", "start.path", start.path, remedy))
     return {name: _in_order(of_owner(name, found[0])) for name in names}
 
 
-def _same_body(case: "Case", name: str, before: StoredBody) -> None:
-    """Raise `CaseError` where the body was of another kind, material or density."""
-    number, body = next((i, body) for i, body in enumerate(case.body) if body.name == name)
-    now = {"kind": body.kind, "material.kind": body.material.kind, "material.density": body.material.density}
-    then = before.kind, before.material, before.density
-    for (key, value), old in zip(now.items(), then, strict=True):
-        if value != old:
-            text = f"the body goes on from a run in which it had {key} = {old}"
-            raise CaseError(Problem(text, f"body.{case.body[number].name}.{key}", value, "let it be as there"))
+def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
+    """The bodies of the earlier run by name, as its case has them. Raises `CaseError` where that cannot be read."""
+    try:
+        bodies = run.stored.bodies
+        data = tomllib.loads(run.folder.case.read_text(encoding="utf-8"))
+    except (PellucidError, OSError, ValueError) as error:
+        lines = [line for line in str(error).splitlines() if not line.endswith(":")]  # without "3 errors in FILE:"
+        text = f"is a run whose case cannot be read: {lines[0]}"
+        raise CaseError(Problem(text, "start.path", str(run.out), f"mend {run.folder.case}, or name another run")) from None
+    return {body.name: table for body, table in zip(bodies, data["body"], strict=True)}
+
+
+def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: str) -> Iterator[Problem]:
+    """Where a body is not described as in the earlier run: in its kind and material, or in the state that it has from there."""
+    body = _of_name(case, name)
+    now = _data(body)
+    for key in ("kind", "material.kind", "material.density"):
+        if not _same(_at(now, key), _at(before, key)):
+            text = f"the body goes on from a run in which it had {key} = {_at(before, key)}"
+            yield Problem(text, f"body.{name}.{key}", _at(now, key), "let it be as there")
+    for key in (*body.start_only, *([body.place] if body.strained_from_place else [])):
+        value, then = _at(now, key), _at(before, key)
+        if not _same(value, then) and not _is_default(body, key):
+            text = f"the body goes on with the state that it has in {folder}, where this was {_words(then)}"
+            remedy = "let it be as there" if key == body.place else f"leave it out, or leave {name} out of start.body"
+            yield Problem(f"does not count: {text}", f"body.{name}.{key}", value, remedy)
+
+
+def _check_thickness(case: "Case", run: Run) -> None:
+    """Raise `CaseError` where the points stand for slices of another thickness than in the earlier run."""
+    grid, before = case.grid_or_none, run.stored.grid
+    if grid is None or before is None or not (any(grid.thin()) or any(before.thin())):
+        return
+    now, then = [(g.thin(), g.slice_thickness() if any(g.thin()) else None) for g in (grid, before)]
+    if now != then:
+        text = f"the points come from a run {_slice(*then)}, and this grid is {_slice(*now)}"
+        raise CaseError(Problem(text, "grid.thickness", grid.thickness, "let the thin axes and the thickness be as there"))
+
+
+def _slice(thin: tuple[bool, bool, bool], thickness: float | None) -> str:
+    axes = " and ".join(axis for axis, is_thin in zip("xyz", thin, strict=True) if is_thin)
+    return f"{thickness:g} m thick along {axes}" if thickness is not None else "without a thin axis"
+
+
+def _of_name(case: "Case", name: str) -> Any:
+    return next(body for body in case.body if body.name == name)
+
+
+def _data(body: Any) -> dict[str, Any]:
+    return dict(body.model_dump(mode="json", by_alias=True, exclude_none=True))
+
+
+def _at(table: Mapping[str, Any], key: str) -> Any:
+    """The value at a dotted key; None where there is none."""
+    value: Any = table
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    return value
+
+
+def _is_default(body: Any, key: str) -> bool:
+    """Whether a key is left out, or has the value that it would have then."""
+    *way, last = key.split(".")
+    for part in way:
+        body = getattr(body, part, None)
+    field = type(body).model_fields.get(last) if body is not None else None
+    return field is None or getattr(body, last) == field.get_default(call_default_factory=True)
+
+
+def _same(now: Any, then: Any) -> bool:
+    """Whether two values of a case are alike, files by what is in them."""
+    if isinstance(now, Mapping) and isinstance(then, Mapping):
+        return now.keys() == then.keys() and all(
+            _same_file(now[key], then[key]) if key == "path" else _same(now[key], then[key]) for key in now
+        )
+    if isinstance(now, list) and isinstance(then, list):
+        return len(now) == len(then) and all(map(_same, now, then))
+    return bool(now == then) or (now == [] and then is None)
+
+
+def _same_file(now: str, then: str) -> bool:
+    with suppress(OSError):
+        return now == then or Path(now).read_bytes() == Path(then).read_bytes()
+    return False
+
+
+def _words(value: Any) -> str:
+    return "not there" if value is None else shown(value)
 
 
 def _frame(run: Run, name: str, time: float) -> State:
     try:
         fields = run.fields(name, time)
-    except UsageError as error:
+    except (UsageError, OutputError) as error:
         raise CaseError(Problem(str(error), "start.time", time)) from None
     if "density" in fields:
         fields.setdefault("volume", fields["mass"] / fields["density"])

@@ -1,0 +1,35 @@
+"""Pictures in the figures of a run: which of them the program drew itself, so that those of the user are left alone.
+
+Their names stand in a list beside them, each before its picture is there.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pellucid.results.storage.files import DRAFT, draft_of, replacing, write_text
+
+LIST = ".drawn"
+
+
+@contextmanager
+def drawing(path: Path) -> Iterator[Path]:
+    """Give a temporary path for a picture, which takes the place of `path` when the block ends well."""
+    with replacing(path) as temporary:
+        yield temporary
+        if path.name not in (known := _names(path.parent)):
+            write_text(path.parent / LIST, "".join(f"{name}\n" for name in [*known, path.name]))
+
+
+def files(folder: Path) -> list[Path]:
+    """The pictures that were drawn by `drawing`, their drafts and their list."""
+    pictures = [path for name in _names(folder) for path in (draft_of(folder / name), folder / name)]
+    drafts = [path for path in folder.glob(f".*{DRAFT}") if path.with_suffix("").suffix in (".png", ".gif")]
+    return [*pictures, *drafts, draft_of(folder / LIST), folder / LIST]
+
+
+def _names(folder: Path) -> list[str]:
+    try:
+        return [name for name in (folder / LIST).read_text(encoding="utf-8").split("\n") if name == Path(name).name != ""]
+    except (OSError, ValueError):
+        return []

@@ -1,0 +1,46 @@
+"""Pictures of runs that stopped themselves."""
+
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+from pellucid.errors import RunStopped
+from pellucid.results import Run, run_case
+from pellucid.results.pictures import figures
+from pellucid.results.pictures.stopped import where_it_stopped
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from free_flight import FakeSimulation, free_flight
+
+
+@pytest.fixture
+def stopped(tmp_path, monkeypatch):
+    fake = types.SimpleNamespace(Simulation=FakeSimulation)
+    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
+    monkeypatch.setattr(FakeSimulation, "breaks_at", 19)
+    monkeypatch.setattr(FakeSimulation, "is_balanced", False)
+    monkeypatch.setattr(FakeSimulation, "conservation", lambda sim: {"mass": 0.0, "momentum": 0.0, "energy": 0.03 * sim.time})
+    with pytest.raises(RunStopped):
+        run_case(free_flight(), tmp_path / "run", report=False)
+    return Run(tmp_path / "run")
+
+
+def test_the_ring_is_whole_at_an_edge_and_the_legend_hides_no_point(stopped):
+    figure = where_it_stopped(stopped)
+    rings = [line for axes in figure.axes for line in axes.lines if line.get_markersize() > 10]
+    assert len(rings) == 2
+    assert not any(ring.get_clip_on() for ring in rings)
+    assert all(axes.get_legend() is None for axes in figure.axes)
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["gas", "block"]
+
+
+def test_the_limit_and_the_stop_are_in_the_legend(stopped, monkeypatch):
+    monkeypatch.setattr(figures, "FIRST_JUDGED", 5)
+    figure = figures.energies(stopped)
+    assert {"limit of the warning", "stop"} <= {text.get_text() for text in figure.legends[0].get_texts()}
+    assert not [text for axes in figure.axes for text in axes.texts]
+    monkeypatch.setattr(figures, "FIRST_JUDGED", 200)  # not judged yet: no limit
+    names = {text.get_text() for text in figures.energies(stopped).legends[0].get_texts()}
+    assert "limit of the warning" not in names
