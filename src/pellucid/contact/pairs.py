@@ -203,7 +203,7 @@ class ContactPairs:
     def project(self, without: Collection[VelocityField]) -> None:
         """Remove the approach from the velocities that strain the points, of all pairs `without` these velocity fields.
 
-        Nothing takes that from the points' momentum: stress that works along it makes energy of nothing. Fluids take the work of
+        No impulse takes that from the points: stress that works along it would make energy of nothing. Fluids take the work of
         their stress from the forces, and only their volume follows what strains them.
         """
         for _ in range(self._sweeps):
