@@ -7,10 +7,10 @@ import numpy as np
 
 from pellucid.energy.budget import Totals
 
-ROUNDING_SHARE = 1e-9
+ROUNDING_SHARE = 1e-8
 """Of internal energy. Most of that of a fluid moves nothing; what it gives to others is judged as energy that moved. But where
 nothing moves, the rounding of sums must not count as an error: half a unit in the last place of double precision, 1.1e-16 in
-each step, adds up to 1e-11 of it in 1e5 steps that all round one way, and that is then 1 % of what is at stake."""
+each step, adds up to 1e-10 of it in 1e6 steps that all round one way, and that is then 1 % of what is at stake."""
 
 
 class Stores(Protocol):
