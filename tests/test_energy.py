@@ -22,6 +22,8 @@ from pellucid.energy import (
     MOTION,
     MOTION_WORK,
     SUPPORT,
+    TRANSFER,
+    TRANSFER_HEAT,
     Channel,
     EnergyBudget,
     Totals,
@@ -306,7 +308,7 @@ def test_solid_and_fluid_are_counted_apart():
 
 
 def test_what_is_at_stake_is_strain_the_potential_of_gravity_and_little_of_internal_energy():
-    solid, gas = body(0.0, 3.0, (0, 0, 0)), body(0.0, 5e6, (0, 0, 0), kind="internal")
+    solid, gas = body(0.0, 3.0, (0, 0, 0)), body(0.0, 5e8, (0, 0, 0), kind="internal")
     solid.arrays = {"mass": np.array([2.0, 1.0]), "position": np.array([[0, 0, 7.0], [0, 0, 4.0]])}
     gas.arrays = {"mass": np.array([4.0]), "position": np.array([[1.0, 0, 5.0]])}
     assert energy_at_stake([solid, gas], (0.0, 0.0, 0.0)) == pytest.approx(3.0 + 5.0)
@@ -320,6 +322,27 @@ def test_an_error_is_judged_by_what_is_at_stake_until_more_has_moved():
     assert budget.energy_error() == pytest.approx(0.1 / 50.0)
     budget.record([body(100.1, 0.0, (0, 0, 0))], work({GRAVITY: 100.0}), {}, 0.1)
     assert budget.energy_error() == pytest.approx(0.1 / 200.1)
+
+
+def test_what_contact_and_transfers_give_beyond_what_they_took_is_an_error():
+    channels = WorkLayout(others=(CONTACT_WORK, TRANSFER_HEAT)).channels
+    budget = EnergyBudget([body(10.0, 0.0, (0, 0, 0))], (0, 0, 0), channels)
+    budget.record([body(7.0, 0.0, (0, 0, 0))], work({CONTACT: -2.0, TRANSFER: 1.0}), {}, 0.1)
+    budget.record([body(8.0, 0.0, (0, 0, 0))], work({CONTACT: 1.0}), {}, 0.1)
+    assert budget.made == 0.0
+    assert budget.energy_error() == pytest.approx(0.0)
+    budget.record([body(11.0, 0.0, (0, 0, 0))], work({CONTACT: 1.5, TRANSFER: -1.5}), {}, 0.1)
+    assert budget.made == pytest.approx(0.5 + 0.5)
+    assert budget.energy_error() == pytest.approx(1.0 / budget.energy_scale)
+
+
+def test_stiff_internal_energy_does_not_hide_an_error_of_what_moves():
+    """Of a liquid with 1e6 J no more than 0.02 J moves: an error is one of these."""
+    liquid = body(0.0, 1e6, (0, 0, 0), kind="internal")
+    liquid.arrays = {"mass": np.array([1.0]), "position": np.zeros((1, 3))}
+    budget = EnergyBudget([liquid], (0, 0, 0), at_stake=energy_at_stake([liquid], (0, 0, 0)))
+    budget.record([body(0.01, 1e6, (0, 0, 0), kind="internal")], work({GRAVITY: 0.009}), {}, 0.1)
+    assert budget.energy_error() == pytest.approx(0.001 / 0.019, rel=1e-6)
 
 
 def test_entries_that_are_no_numbers_are_named():

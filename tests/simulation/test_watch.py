@@ -13,9 +13,9 @@ def clock(n_steps):
     return SimpleNamespace(n_steps=n_steps, finished=lambda until: False, progress=lambda: 1.0, against_energy_error=None)
 
 
-def half_lost(moved):
+def half_lost(moved, made=0.0):
     """A balance that lacks half of what moved, with 1 J stored."""
-    lost = {"transfer": 0.0, "time_integration": -0.5 * moved}
+    lost = {"transfer": 0.0, "time_integration": -0.5 * moved, "made": made}
     return SimpleNamespace(energy_error=lambda: -0.5, energy_scale=moved, stored=1.0, **lost)
 
 
@@ -31,6 +31,12 @@ def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(ha
     watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1), [])
     with pytest.raises(RunStopped, match=advice):
         watch.energy(half_lost(5.0), clock(FIRST_JUDGED), [])
+
+
+def test_what_contact_and_transfers_made_is_named():
+    watch = Watch(EnergyCase(), False, True)
+    with pytest.raises(RunStopped, match=r"time integration -2.5 J, made by contact and transfers 0.25 J\)"):
+        watch.energy(half_lost(5.0, made=0.25), clock(FIRST_JUDGED), [])
 
 
 def test_bodies_with_steps_of_their_own_are_judged_from_the_first_on():

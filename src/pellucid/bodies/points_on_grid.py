@@ -131,10 +131,13 @@ class PointsOnGrid(GridBody):
         kept, totals = float(np.exp(-rate * dt)), self.totals
         lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
         if kept < 1.0:
+            given = Bundle(self.mapped._replace(nodes=self._nodes._replace(momentum=np.zeros_like(self._nodes.momentum))))
+            kernels.scatter_momentum(self.n_slabs, given)
+            self.velocity_field.slow((1.0 - kept) * given.nodes.momentum)
             self.arrays["velocity"] *= kept
             self._affine *= kept
             totals.kinetic, totals.affine = kept**2 * totals.kinetic, kept**2 * totals.affine
-            totals.momentum, totals.half_power = kept * totals.momentum, kept * totals.half_power
+            totals.momentum = kept * totals.momentum
         return lost, impulse
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:

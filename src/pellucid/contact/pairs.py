@@ -1,6 +1,6 @@
 """Pairs of velocity fields in contact: where they touch, what impulses they give each other, and the work of these."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import chain
 from math import sqrt
 from typing import NamedTuple
@@ -86,15 +86,25 @@ class ContactPair:
         """The bodies of both velocity fields, where these touch anywhere."""
         return [body for side in self._bodies for body in side] if self.detection.normal.any() else []
 
-    def project(self) -> None:
-        """The same for the velocities that strain the points, which does no work."""
-        how = self._kind, self._friction, self.detection.node, self._touch
-        sides = [field.grid.nodes.strain_velocity for field in self._fields]
-        impulses.stop_approach(self._chunks, *how, *sides, *self._mobility)
+    def project(self, without: Collection[VelocityField]) -> None:
+        """See `ContactPairs.project`."""
+        if not any(field in without for field in self._fields):
+            how = self._kind, self._friction, self.detection.node, self._touch
+            sides = [field.grid.nodes.strain_velocity for field in self._fields]
+            impulses.stop_approach(self._chunks, *how, *sides, *self._mobility)
 
     def impulse(self) -> np.ndarray:
         """On the first velocity field over this step [N s], shape (3,)."""
         return self.impulses.sum(axis=0)
+
+    def mapping_work(self, fields: Collection[VelocityField]) -> float:
+        """See `ContactPairs.mapping_work`."""
+        total = 0.0
+        for field, mobility, sign in zip(self._fields, self._mobility, SIGNS, strict=True):
+            if field in fields:
+                free = np.where(mobility > 0.0, sign * self.impulses, 0.0)
+                total += float(np.sum(free * field.mapping_lag(self.detection.node)))
+        return total
 
     def works(self, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
@@ -150,6 +160,13 @@ class ContactPairs:
         named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(step_work(total, self._columns), named)
 
+    def mapping_work(self, fields: Collection[VelocityField]) -> float:
+        """How much more work their impulses did on the nodes of these velocity fields than on the points of these [J].
+
+        On points they work along the mean of the velocities that the points give to the nodes before and after the step.
+        """
+        return sum(pair.mapping_work(fields) for pair in self._pairs)
+
     def _sweep(self, anew: bool) -> None:
         for _ in range(self._sweeps):
             for pair in self._pairs:
@@ -183,8 +200,12 @@ class ContactPairs:
                 weight, ahead = 1.0, 0.0
             last = now
 
-    def project(self) -> None:
-        """Remove the approach from the velocities that strain the points."""
+    def project(self, without: Collection[VelocityField]) -> None:
+        """Remove the approach from the velocities that strain the points, of all pairs `without` these velocity fields.
+
+        No impulse takes that from the points: stress that works along it would make energy of nothing. Fluids take the work of
+        their stress from the forces, and only their volume follows what strains them.
+        """
         for _ in range(self._sweeps):
             for pair in self._pairs:
-                pair.project()
+                pair.project(without)

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.energy.works import ALWAYS, INTERNAL, TRANSFER_HEAT, Channel, StepWork
+from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, Channel, StepWork
 
 
 class Totals:
@@ -74,16 +74,12 @@ class EnergyBudget:
         self.initial_momentum = self._momentum(bodies)
         self.impulse, self.exchanged = np.zeros(3), np.zeros(3)
         self.sums = {channel.name: 0.0 for channel in self.channels}
-        self.staggering = self.half_power = 0.0
+        self.staggering, self.half_power = 0.0, self._half_power(bodies)
         self.transfer = self.time_integration = self.artificial_heat = 0.0
         self.support_impulses: list[list[float]] = []
         self.named_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
-
-    def begin(self, bodies: Sequence[Balanced]) -> None:
-        """Before a step, when what slows the bodies at once has done so: the power of their internal forces is another."""
-        self.half_power = self._half_power(bodies)
 
     def record(
         self,
@@ -166,13 +162,18 @@ class EnergyBudget:
         """What the error is judged by [J]: the largest energy that moved so far, and at least what is at stake at the start."""
         return max(self.moved, self.at_stake)
 
+    @property
+    def made(self) -> float:
+        """Energy that channels which can only take it have given beyond what they took [J]."""
+        channels = (channel for channel in ONLY_TAKE if channel in self.channels)
+        return sum(max(channel.sign * self.sums[channel.name], 0.0) for channel in channels)
+
     def energy_error(self) -> float:
-        """Energy that no channel explains, and what transfers made where their heat is negative, relative to what is at stake:
-        the largest energy that moved so far, and at least what was stored as strain and by gravity at the start."""
+        """Energy that no channel explains, and what is `made` by those that can only take it, relative to what is at stake: the
+        largest energy that moved so far, and at least what was stored as strain and by gravity at the start."""
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
-        error -= min(self.sums.get(TRANSFER_HEAT.name, 0.0), 0.0)
-        return float(error / self.energy_scale) if self.energy_scale > 0.0 else 0.0
+        return float((error + self.made) / self.energy_scale) if self.energy_scale > 0.0 else 0.0
 
     def lost_entries(self) -> list[str]:
         """The entries of the balance that are no finite numbers."""

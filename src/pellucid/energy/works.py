@@ -43,6 +43,9 @@ FIXED_COLUMNS: Mapping[Channel, int] = {
 ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}
 """The channels that every history shows."""
 
+ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT)
+"""Channels that can only take energy from bodies: in sum they give none but what the method makes."""
+
 
 class WorkLayout:
     """Which column of a row of works each channel of a run has, and how many supports have impulses.

@@ -318,6 +318,23 @@ class NodalMomentum:
         _sum_mapping(self._chunks, self._bundle, dt, self.small_mass, sums)
         return float(ordered_sum(sums)[0])
 
+    def slowed_work(self, momentum: np.ndarray, dt: float) -> float:
+        """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
+        its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
+        nodes, apart = self._bundle.nodes, self._bundle.apart
+        moves = (nodes.mass[:, None] >= NOTHING) & (nodes.constrained == 0)
+        force = nodes.force - apart if len(apart) else nodes.force
+        slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
+        return 0.5 * dt * float(np.sum(force * slower))
+
+    def mapping_lag(self, node: np.ndarray) -> np.ndarray:
+        """How far at these nodes, shape (n,), the mean velocity along which forces work is ahead of the mean of the velocities
+        that points give to the nodes before and after the step [m/s], shape (n, 3); when `project` has found the latter."""
+        nodes = self._bundle.nodes
+        mean, lighter = nodes.mean_velocity[node], (nodes.mass[node] <= self.small_mass)[:, None]
+        old = np.where(lighter & (nodes.constrained[node] == 0), mean, nodes.velocity[node] - nodes.velocity_increment[node])
+        return np.asarray(mean - 0.5 * (old + nodes.strain_velocity[node]))
+
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""
         _project(self._chunks, self._bundle)

@@ -18,7 +18,7 @@ class VelocityField:
 
     def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
         self.name, self.grid, self.moves_points = name, grid, moves_points
-        self._apart = NO_FORCE
+        self._apart = self._slowed = NO_FORCE
 
     def forces_apart(self) -> np.ndarray:
         """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
@@ -55,9 +55,19 @@ class VelocityField:
         self.grid.nodes.momentum.fill(0.0)
 
     def clear_external(self) -> None:
-        """Set loads and driven masses to zero, before the conditions of a step."""
-        for array in (self.external.loads, self.external.driven_mass, self.external.driven_momentum):
+        """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
+        for array in (self.external.loads, self.external.driven_mass, self.external.driven_momentum, self._slowed):
             array.fill(0.0)
+
+    def slow(self, momentum: np.ndarray) -> None:
+        """Before a step: a drag takes this momentum of points that they would give to the nodes [kg m/s], shape (n, 3)."""
+        if not len(self._slowed):
+            self._slowed = np.zeros((self.grid.n_nodes, 3))
+        self._slowed += momentum
+
+    def slowed_work(self, dt: float) -> float:
+        """See `NodalMomentum.slowed_work`."""
+        return self._momentum.slowed_work(self._slowed, dt) if len(self._slowed) else 0.0
 
     def advance(self, dt: float) -> None:
         """Advance the momentum of the nodes without contact and impulses of conditions."""
@@ -93,6 +103,10 @@ class VelocityField:
     def mapping_work(self, dt: float) -> float:
         """See `NodalMomentum.mapping_work`."""
         return self._momentum.mapping_work(dt)
+
+    def mapping_lag(self, node: np.ndarray) -> np.ndarray:
+        """See `NodalMomentum.mapping_lag`."""
+        return self._momentum.mapping_lag(node)
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""

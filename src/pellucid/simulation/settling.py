@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from pellucid.case.settle import SettleCase
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
-
-
-ROUNDED = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
+AT_REST = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
 
 
 class SettlingClock(Clock):
@@ -59,11 +57,11 @@ class SettlingClock(Clock):
     def passes_peak(self, kinetic: float, moved: float, at_stake: float) -> bool:
         """Whether the kinetic energy [J] at the end of a step is below that before: then the bodies are to be stopped.
 
-        They are settled when it stayed below the share of the largest energy that `moved` [J], or below rounding of what is
+        They are settled when it stayed below the share of the largest energy that `moved` [J], or below AT_REST of what is
         `at_stake` [J], for as long as the longest swing so far and as waves need to cross the bodies. Raises RunStopped where
         that takes too many steps.
         """
-        small = kinetic <= max(self.settle.share * moved, ROUNDED * at_stake)
+        small = kinetic <= max(self.settle.share * moved, AT_REST * at_stake)
         self._quiet = self._quiet + self.dt if small else 0.0
         passes = kinetic < self._kinetic
         if passes:

@@ -16,7 +16,7 @@ from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER, TRANSFER_HEAT,
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import TRANSFERS
+from pellucid.grid.velocity_transfer import TRANSFERS, Flip
 from pellucid.jit import set_threads
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.progress import Progress
@@ -29,7 +29,7 @@ from pellucid.simulation.settling import settle
 from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.transfer_loss import part_forces, return_heat, transfer_work
+from pellucid.simulation.transfer_loss import contact_mapping_work, part_forces, return_heat, transfer_work
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -96,6 +96,12 @@ class Simulation:
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         part_forces(self._on_grid.values())
+        grid_fields = self._on_grid.items()
+        self._stressed = [field for field, group in grid_fields if not all(body.keeps_heat for body in group)]
+        mapped_again = isinstance(transfer, Flip) and case.time.scheme == "musl"
+        self._mapped_again = [
+            field for field, group in grid_fields if mapped_again and not any(body.keeps_heat for body in group)
+        ]
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
@@ -156,7 +162,7 @@ class Simulation:
         """Nodal velocities of the momentum mapped last."""
         for field in self.velocity_fields:
             field.project()
-        self.contact_pairs.project()
+        self.contact_pairs.project(self._stressed)
 
     def sort(self) -> None:
         """Sort the points that left their slab."""
@@ -169,6 +175,8 @@ class Simulation:
         own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.nodal_bodies)]
         last = self.case.time.scheme != "usf"
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
+        if self.has_contact:
+            lost.append(contact_mapping_work(self.contact_pairs, self._mapped_again))
         made = -sum(float(work.works[TRANSFER]) for work in lost)
         works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
         done = total_work(works, self._columns)
@@ -224,7 +232,6 @@ class Simulation:
         self.conditions.begin(time, passing)
         if self.case.gravity_amplitude is not None:
             self._share_gravity(self.case.gravity_amplitude.at(time))
-        self.budget.begin(self.bodies)
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""

@@ -1,14 +1,32 @@
-"""What the transfers between points and grid lost of the kinetic energy in a step: heat that a body kept, or heat that left."""
+"""Kinetic energy that the transfers between points and nodes take in a step: what bodies keep as heat, and what leaves.
+
+With FLIP, impulses J_I on the nodes change these by Δv_I = J_I/m_I, and the points gain the kinetic energy
+Σ_I J_I·v̄_I - L. Here v̄ = v + Δv/2, and lumping of the mass takes
+
+    L = Σ_p h_p = ½ Σ_I J_I·(v_I + Δv_I - v'_I),    v'_I = v_I + Σ_J M_IJ Δv_J / m_I,    M_IJ = Σ_p m_p N_Ip N_Jp,
+
+where v and v' are the velocities that the points give to the nodes before and after the step. So each impulse has done the
+work J_I·(v_I + v'_I)/2 on the points. (Of lumped against consistent masses in FLIP: Burgess, Sulsky & Brackbill 1992,
+J. Comput. Phys. 103, 1.)
+
+- Fluids with the conservative update take up the work of their stress along v̄, and h_p point by point: no energy leaves.
+- Other bodies are strained along v' with MUSL, so that their stress works along (v + v')/2, as their forces do on the points:
+  ½ Δt Σ f_I·(v_I + Δv_I - v'_I), their part of L, is no loss. It is taken off the work of internal forces along v̄.
+- The part of contact is likewise taken off the work of contact.
+- What is left of L is that of supports, loads and driven points, which is booked as heat of the transfers, `transfer_heat`,
+  as all is that a blend with PIC or APIC takes besides.
+"""
 
 from collections.abc import Iterable, Sequence
 
-from pellucid.energy import INTERNAL, TRANSFER, StepWork, no_work
+from pellucid.contact.pairs import ContactPairs
+from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.families import GridBody
 
 
 def part_forces(bodies: Iterable[Sequence[GridBody]]) -> None:
-    """Let the bodies of each velocity field that keep heat have their forces apart, where others do not keep it."""
+    """In velocity fields where some bodies keep heat and others do not, let the former have nodal forces of their own."""
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
@@ -17,31 +35,44 @@ def part_forces(bodies: Iterable[Sequence[GridBody]]) -> None:
 
 
 def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
-    """Of the bodies on the grid of one velocity field over a step dt [s].
+    """What the transfers take in one velocity field over a step dt [s], and what comes off the work of internal forces.
 
-    Bodies that keep heat take it with the work of their internal forces. Others are strained along velocities that are mapped
-    from the points again (MUSL, USF), and stress works less along these than forces did on the nodes: so what lumping takes of
-    free motion comes back in full. What contact, supports and other impulses on nodes lose by lumping does not, nor what is
-    lost otherwise: that is heat which leaves. With the momentum equation first the nodes tell which is which; with USF lumping
-    counts as if all of it came back.
+    strained_last: with MUSL and USL, `NodalMomentum.mapping_work` finds the part of L of the bodies that keep no heat. With USL
+    these are strained along v + Δv, and there is none: all of L is heat. With USF v' is not known before the next step, and all
+    of their L counts as that of internal forces; of other impulses it is then in `time_integration_error`.
+
+    A drag changes the velocities of points before the step, and with them how far these are ahead of the stresses, ±½ Δt f·v
+    (`EnergyBudget`). That is its work too, beside the kinetic energy that it takes from the points.
     """
     others = [body.transfer_loss for body in bodies if not body.keeps_heat]
-    kept = [body.transfer_loss for body in bodies if body.keeps_heat]
-    lost = sum(loss.total for loss in others)
-    returned = sum(loss.lumping for loss in others)
+    keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
+    taken, kept = sum(loss.total for loss in (*others, *keeping)), sum(loss.kept for loss in keeping)
+    of_stress = sum(loss.lumping for loss in others)
     if strained_last and others:
-        returned = field.mapping_work(dt)
+        of_stress = field.mapping_work(dt)
     done = no_work(TRANSFER + 1, 0)
-    done.works[INTERNAL] = -returned - sum(loss.kept for loss in kept)
-    done.works[TRANSFER] = lost - returned + sum(loss.total - loss.kept for loss in kept)
+    if others:
+        done.works[DAMPING] = field.slowed_work(dt) if strained_last else -field.slowed_work(dt)
+    done.works[INTERNAL] = done.works[DAMPING] - of_stress - kept
+    done.works[TRANSFER] = taken - of_stress - kept
+    return done
+
+
+def contact_mapping_work(pairs: ContactPairs, fields: Sequence[VelocityField]) -> StepWork:
+    """The part of L of contact, which comes off its work along v̄ and off the heat of the transfers.
+
+    fields: those of FLIP and MUSL alone whose bodies keep no heat.
+    """
+    done = no_work(TRANSFER + 1, 0)
+    done.works[[CONTACT, TRANSFER]] = -pairs.mapping_work(fields)
     return done
 
 
 def return_heat(bodies: Iterable[GridBody], made: float) -> StepWork:
-    """Where the transfers of a step made energy [J], let bodies return it from the heat that they kept in this step.
+    """Where the entries above make energy [J] in a step, let fluids give it back from the heat that they kept in this step.
 
-    In a velocity field that a fluid shares with others, the fluid keeps what lumping takes of its points, the others get back
-    what it takes of the work of their forces: the two overlap.
+    That is where a fluid shares its velocity field with others: it keeps h_p of its points, which is a part of L of the forces
+    of all, and the others are given the part of their forces in L of all points. The sum may be more than L.
     """
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)

@@ -48,6 +48,8 @@ class Watch:
         if (early and not clock.finished(None)) or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
+        if budget.made > 0.0:
+            causes += f", made by contact and transfers {budget.made:.3g} J"
         text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"
         if error >= self._limits.stop:
             words, place = fastest_point(bodies)
