@@ -31,7 +31,7 @@ class SettlingClock(Clock):
     def __init__(self, settle: "SettleCase", time: "TimeCase", longest: float, models: Sequence[BodyModel]) -> None:
         super().__init__(time, longest)
         self.settle = settle
-        self._least = CROSSINGS * max((_crossing(model) for model in models), default=0.0)
+        self._least = CROSSINGS * max((_crossing(model) for model in models if not model.is_rigid), default=0.0)
         self._passed = self._since = self._longest_swing = self._quiet = 0.0  # [s] of the settling
         self._kinetic = self.peak = 0.0
         self.is_settled = False
