@@ -74,6 +74,15 @@ def test_gravity_gives_the_integral_of_its_share(own_nodes):
     assert abs(sim.conservation()["energy"]) < 1e-9
 
 
+def test_the_largest_share_of_gravity_bounds_the_step():
+    """By the time in which a body falls through a cell."""
+    slow = {"functions": "trilinear", "counts": (6, 6, 6)}
+    found = case(box((2, 2, 2), (4, 4, 4), RATE_SOLID | {"young_modulus": 1e-6}), gravity=(8.0, 0.0, 0.0), **slow)
+    changing = type(found).model_validate(found.to_data() | {"gravity_amplitude": {"times": [0, 1], "shares": [0, -4]}})
+    steps = [Simulation(of, threads=1).clock.longest for of in (found, changing)]
+    assert steps == pytest.approx([0.5, 0.25])
+
+
 def test_rise_and_amplitude_exclude_each_other():
     load = {"kind": "body-force", "body": "block", "acceleration": (1, 0, 0), "rise": 1.0, "amplitude": PULSE}
     with pytest.raises(ValueError, match="both say how it changes in time"):

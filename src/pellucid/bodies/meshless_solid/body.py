@@ -1,6 +1,6 @@
 """Solids on their own nodes in total-Lagrangian explicit dynamics (Mountris et al. 2019, section 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -81,6 +81,28 @@ class MeshlessSolid(ExplicitNodes):
             motion.impose_on_field(correction)
         self.renew_totals()
 
+    def let_go(self, supports: Collection[int]) -> None:
+        """Let supports of these numbers hold the field no more; what is free now may be stiffer."""
+        motion, number, displacement = self.motion, self.arrays["prescribed"], self.prescribed.displacement
+        before = number.copy()
+        super().let_go(supports)
+        self.prescribed = PrescribedField(self.mesh, number, motion.groups(), len(motion.rows))
+        self.prescribed.displacement[:] = displacement
+        self._functions.follow(self.prescribed)
+        if not self._functions.prescribes_nodes:
+            motion.impose_on_field(self._functions.correction(self.arrays["position"], motion.inertia, motion.motion_rows))
+        self._fastest.free = motion.free
+        if (number != before).any():  # and not in a run that goes on, whose nodes are free already
+            self._find_fastest()
+
+    def _find_fastest(self) -> None:
+        """The largest frequency of the state as it is, from the start."""
+        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
+        self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
+        self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
+        self._find_forces()
+        self._bound_step()
+
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""
         return self._volume
@@ -127,9 +149,7 @@ class MeshlessSolid(ExplicitNodes):
         extent = float(np.ptp(self.mesh.nodes, axis=0).max())
         self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
         super().renew_totals()
-        self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
-        self._find_forces()
-        self._bound_step()
+        self._find_fastest()
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node or the cell, where a fault was found in this step."""
