@@ -12,6 +12,7 @@ from pellucid.bodies.meshless_solid.prescribed import PrescribedField
 from pellucid.bodies.meshless_solid.skin import Skin
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
+from pellucid.bodies.meshless_solid.tables import quadrature_places
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.contact.coupling import GridCoupling
@@ -39,6 +40,7 @@ class SolidOfNodes(Approximation, Protocol):
     def law(self) -> Law: ...
     def viscous(self) -> Viscous | None: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
+    def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None: ...
 
 
 class MeshlessSolid(ExplicitNodes):
@@ -67,10 +69,11 @@ class MeshlessSolid(ExplicitNodes):
         self._functions = SolidFunctions(case, self.mesh, self._law, self.prescribed)
         tables, viscous = self._functions.tables, case.viscous()
         self.solid = tables.solid
-        self._forces = ElasticForces(self.solid)
+        stress = case.initial_stress_at(quadrature_places(self.mesh, case.points_per_cell))
+        self._forces = ElasticForces(self.solid, stress)
         if viscous is not None:
             wave_number = float(np.sqrt((tables.row_sums / tables.node_volume).max()))
-            self._forces = ViscousForces(viscous, self.solid, case.density, wave_number)
+            self._forces = ViscousForces(viscous, self.solid, case.density, wave_number, stress)
         for name, array in self._forces.arrays.items():
             array[...] = self._start.get(f"history/{name}", array)
         self._volume[:] = tables.node_volume
