@@ -16,6 +16,7 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.progress import Progress
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.observer import Observer
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -95,13 +96,6 @@ class SettlingClock(Clock):
         vars(self).update(numbers[SETTLING])
 
 
-class Keeps(Protocol):
-    """Keeps what is needed to go on."""
-
-    def while_settling(self, sim: Any) -> None: ...
-    def checkpoint(self, sim: Any) -> None: ...
-
-
 class Settles(Protocol):
     """What is asked of a simulation."""
 
@@ -117,7 +111,7 @@ class Settles(Protocol):
     def show(self, progress: Progress | None) -> None: ...
 
 
-def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None, keeper: Keeps | None) -> dict[str, Any]:
+def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None, keeper: Observer | None) -> dict[str, Any]:
     """Bring the bodies of a simulation to rest with what acts at time 0, or go on with it; what the summary tells of it.
 
     caught: signals that arrived so far; one ends the settling, which goes on from what the keeper has of it. Raises RunStopped,
@@ -140,7 +134,7 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
 
 
 def _come_to_rest(
-    simulation: Settles, settling: SettlingClock, caught: Sequence[int], progress: Progress | None, keeper: Keeps | None
+    simulation: Settles, settling: SettlingClock, caught: Sequence[int], progress: Progress | None, keeper: Observer | None
 ) -> None:
     while not settling.is_settled:
         simulation.advance_bodies()

@@ -5,7 +5,7 @@ import time as wall_clock
 import warnings
 from collections.abc import Mapping, Sequence
 from math import hypot, inf, sqrt
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
+from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
@@ -40,28 +41,6 @@ if TYPE_CHECKING:
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 PROGRESS_INTERVAL = 0.2  # s of wall time
-
-
-class Observer(Protocol):
-    """Reads the simulation during a run, and never changes it."""
-
-    def begin(self, simulation: "Simulation") -> None:
-        """Before the first step."""
-
-    def after_step(self, simulation: "Simulation") -> None:
-        """After each step."""
-
-    def while_settling(self, simulation: "Simulation") -> None:
-        """After each step before the clock starts: before `begin`."""
-
-    def checkpoint(self, simulation: "Simulation") -> None:
-        """Keep all that is needed to go on."""
-
-    def end(self, simulation: "Simulation") -> None:
-        """After the last step."""
-
-    def failed(self, simulation: "Simulation", error: RunStopped) -> None:
-        """When the run stopped itself."""
 
 
 class Simulation:
