@@ -214,6 +214,7 @@ gravity = [0, 0, -2]
 
 [time]
 end = 0.04
+courant = 0.1
 
 [[body]]
 name = "bar"
