@@ -246,6 +246,7 @@ def test_a_meshless_solid_is_let_go(approximant, tmp_path):
     top, foot = start[:, 2] == 0.2, start[:, 2] == 0.0
     assert np.abs(held - start)[top | foot].max() < 1e-12
     assert np.abs(end - start)[foot].max() < 1e-12
-    # the tension ρ c g t that held it is let go: then it falls as fast as what was never held, until waves from the foot come
-    assert (end - start)[top, 2].mean() == pytest.approx(-0.5 * 2.0 * (0.04**2 - 0.01**2), rel=0.1)
+    # the tension that held it is let go: it falls faster than from rest, and comes up with what was never held
+    fell = -(end - start)[top, 2].mean()
+    assert 0.5 * 2.0 * 0.03**2 < fell < 0.5 * 2.0 * (0.04**2 - 0.01**2)
     assert np.abs(whole.history["energy_error"]).max() < 1e-6
