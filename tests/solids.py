@@ -46,6 +46,9 @@ class Tissue(NamedTuple):
     def initial_velocity(self, position):
         return np.zeros_like(position)
 
+    def initial_stress_at(self, position):
+        return None
+
 
 def held(where, axes="xyz", velocity=(0.0, 0.0, 0.0)):
     """A support on the nodes that a function of their places selects: the support, from these places."""

@@ -3,7 +3,7 @@
 All that it needs stands in this file: its model with one registration, and the body itself.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -109,10 +109,18 @@ class SpringLattice(NodalBody):
         self._density, self._half_width, self.totals = case.material.density, 0.5 * spacing, Totals()
         self._gravity, self._loads = np.array(placement.gravity), np.zeros((placement.n_loads, n, 3))
         self.add_supports(())
+        self.let_go(())
+        self.share_gravity(1.0)
         self.renew_totals()
 
     def _force(self) -> np.ndarray:
         return -self._K @ (self.arrays["position"] - self.arrays["start"])
+
+    def share_gravity(self, share: float) -> None:
+        self._share = share  # of the gravity that acts
+
+    def let_go(self, supports: Collection[int]) -> None:
+        self._gone = supports
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         self._supports = [(support.nodes[:, None] & np.array(support.axes), support) for support in supports]
@@ -135,7 +143,7 @@ class SpringLattice(NodalBody):
     def predict(self, dt: float) -> None:
         m, v = self.arrays["mass"][:, None], self.arrays["velocity"]
         matrix = csc_array(identity(len(m)) * float(m[0, 0]) + dt * dt * self._K)
-        self._before, pulls = v.copy(), [dt * m * self._gravity, *(dt * load for load in self._loads)]
+        self._before, pulls = v.copy(), [dt * m * (self._share * self._gravity), *(dt * load for load in self._loads)]
         v[:] = splu(matrix).solve(m * v + dt * self._force() + sum(pulls))
         self._impulses = {GRAVITY: pulls[0]} | {FIRST_LOAD + k: pull for k, pull in enumerate(pulls[1:])}
         self._impulses[INTERNAL] = m * (v - self._before) - sum(pulls)
@@ -146,9 +154,9 @@ class SpringLattice(NodalBody):
     def _constrain(self) -> list[np.ndarray]:
         """Give constrained nodes their velocity; the impulses that this takes."""
         impulses = []
-        for held, support in self._supports:
+        for number, (held, support) in enumerate(self._supports):
             before = self.arrays["velocity"].copy()
-            self.arrays["velocity"][:] = np.where(held, support.velocity, before)
+            self.arrays["velocity"][:] = np.where(held & (number not in self._gone), support.velocity, before)
             impulses.append(self.arrays["mass"][:, None] * (self.arrays["velocity"] - before))
         return impulses
 
@@ -165,7 +173,7 @@ class SpringLattice(NodalBody):
             works[column] = np.sum(impulse * mean)
         rows = np.array([*(reaction.sum(axis=0) for reaction in reactions), np.zeros(3)])
         other = sum((impulses[FIRST_LOAD + k].sum(axis=0) for k in range(len(self._loads))), np.zeros(3))
-        self._work = StepWork(works, float(m.sum()), rows, other, {})
+        self._work = StepWork(works, self._share * float(m.sum()), rows, other, {})
         self._sum()
 
     def update(self, dt: float) -> None:

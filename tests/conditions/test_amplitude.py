@@ -1,5 +1,6 @@
 """How loads, pressures and gravity change in time: impulses of free bodies against the integral of the share."""
 
+import films
 import numpy as np
 import pytest
 from elements import element_sheet
@@ -72,6 +73,29 @@ def test_gravity_gives_the_integral_of_its_share(own_nodes):
     assert mean_velocity(sim)[0] == pytest.approx(0.3 * IMPULSE, abs=0.3 * found.time.step)
     assert abs(sim.conservation()["momentum"]) < 1e-12
     assert abs(sim.conservation()["energy"]) < 1e-9
+
+
+def test_gravity_on_a_film_moves_it_by_the_integral_of_its_share():
+    """A film without inertia falls against a drag ζ at ρ g/ζ, as a whole."""
+    more = "drag = { normal = 2.0, tangential = 2.0 }"
+    found = films.case("ellipse = { radius = 1, nodes = 20 }", end=0.5, every=STEP, more=more)
+    changing = found.to_data() | {"gravity": (0.3, 0.0, 0.0), "gravity_amplitude": PULSE}
+    sim = Simulation(type(found).model_validate(changing))
+    start = sim.bodies[0].arrays["x"].mean(axis=0)
+    while not sim.clock.finished(None):
+        sim.step()
+    moved = sim.bodies[0].arrays["x"].mean(axis=0) - start
+    assert moved[0] == pytest.approx(0.3 / 2.0 * IMPULSE, abs=0.3 / 2.0 * STEP)
+    assert abs(sim.conservation()["energy"]) < 1e-6
+
+
+def test_the_largest_share_of_gravity_bounds_the_step():
+    """By the time in which a body falls through a cell."""
+    slow = {"functions": "trilinear", "counts": (6, 6, 6)}
+    found = case(box((2, 2, 2), (4, 4, 4), RATE_SOLID | {"young_modulus": 1e-6}), gravity=(8.0, 0.0, 0.0), **slow)
+    changing = type(found).model_validate(found.to_data() | {"gravity_amplitude": {"times": [0, 1], "shares": [0, -4]}})
+    steps = [Simulation(of, threads=1).clock.longest for of in (found, changing)]
+    assert steps == pytest.approx([0.5, 0.25])
 
 
 def test_rise_and_amplitude_exclude_each_other():

@@ -5,10 +5,13 @@ import pytest
 from elements import element_sheet
 from small_cases import RATE_SOLID, SLIP, advance, box, case, simulation
 
+import pellucid
+from pellucid.case import loads
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
+from pellucid.results import resume_case
 
 
 def held(*support, counts=(3, 4, 5)):
@@ -194,6 +197,56 @@ def test_what_is_let_go_leaves_the_other_supports():
     assert not constrained[position[:, 0] > 0.0].any()
 
 
-def test_own_nodes_are_not_let_go():
-    with pytest.raises(ValueError, match="nodes of the grid alone can be let go"):
-        case(element_sheet(), lower=(-2, -2, -2), support=[{"where": "all-nodes", "until": 0.1}])
+def test_the_own_nodes_of_a_membrane_are_let_go():
+    hold = {"where": "all-nodes", "until": 0.1}
+    sim = simulation(element_sheet(), lower=(-2, -2, -2), support=[hold], gravity=(0.0, 0.0, -2.0), step=1e-3)
+    advance(sim, 100)
+    assert not sim.bodies[0].arrays["velocity"].any()
+    advance(sim, 200)
+    assert np.allclose(sim.bodies[0].arrays["velocity"], (0.0, 0.0, -2.0 * 0.2), atol=2.0 * 1.1e-3)
+    assert sim.conservation()["momentum"] < 1e-12
+
+
+TISSUE = """
+schema = 1
+title = "A bar of tissue that is let go"
+gravity = [0, 0, -2]
+
+[time]
+end = 0.04
+courant = 0.1
+
+[[body]]
+name = "bar"
+kind = "meshless-solid"
+mesh = { box = { lower = [0, 0, 0], upper = [0.1, 0.1, 0.2], cells = [2, 2, 4] } }
+approximant = { kind = "APPROXIMANT" }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 3000, poisson_ratio = 0.3 }
+
+[[support]]
+name = "foot"
+where = { box = { lower = [0, 0, 0], upper = [0.1, 0.1, 0] } }
+
+[[support]]
+name = "grip"
+where = { box = { lower = [0, 0, 0.2], upper = [0.1, 0.1, 0.2] } }
+until = 0.01
+"""
+
+
+@pytest.mark.parametrize("approximant", ["cell-based-maximum-entropy", "moving-least-squares"])
+def test_a_meshless_solid_is_let_go(approximant, tmp_path):
+    """Its upper face stays until then and falls on; the other support holds; a run that goes on has the same bits."""
+    found = loads(TISSUE.replace("APPROXIMANT", approximant), "bar.toml")
+    whole = pellucid.run(found, out=tmp_path / "whole", report=False)
+    pellucid.run(found, out=tmp_path / "parts", report=False, until=0.02)
+    parts = resume_case(tmp_path / "parts", report=False)
+    assert (whole.fields("bar")["position"] == parts.fields("bar")["position"]).all()
+    start, held, end = (whole.fields("bar", time)["position"] for time in (0.0, 0.01, 0.04))
+    top, foot = start[:, 2] == 0.2, start[:, 2] == 0.0
+    assert np.abs(held - start)[top | foot].max() < 1e-12
+    assert np.abs(end - start)[foot].max() < 1e-12
+    # the tension that held it is let go: it falls faster than from rest, and comes up with what was never held
+    fell = -(end - start)[top, 2].mean()
+    assert 0.5 * 2.0 * 0.03**2 < fell < 0.5 * 2.0 * (0.04**2 - 0.01**2)
+    assert np.abs(whole.history["energy_error"]).max() < 1e-6

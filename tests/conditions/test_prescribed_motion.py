@@ -1,4 +1,4 @@
-"""Points that follow a prescribed motion, and rigid bodies."""
+"""Points that follow a prescribed motion."""
 
 import numpy as np
 import pytest
@@ -131,41 +131,6 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
     advance(two, 20)
     assert np.array_equal(again.bodies[1].arrays["velocity"], two.bodies[1].arrays["velocity"])
     assert again.reactions()["swing"].tolist() == two.reactions()["swing"].tolist()
-
-
-@pytest.mark.parametrize("counts", [(10, 10, 10), (10, 10, 1)])
-def test_a_rigid_body_keeps_its_shape_and_its_spin(counts):
-    """Alone in space it turns with constant momentum and, about a principal axis, constant angular velocity."""
-    depth = counts[2]
-    upper = (6.0, 6.0, 6.0) if depth > 1 else (6.0, 6.0, 1.0)
-    lower = (4.0, 4.0, 4.0) if depth > 1 else (4.0, 4.0, 0.0)
-    block = box(lower, upper, RATE_SOLID, per_cell=(2, 2, 2 if depth > 1 else 1), velocity=(0.3, 0.2, 0.0))
-    block |= {"angular_velocity": (0.0, 0.0, 2.0), "rigid": True}
-    sim = Simulation(case(block, counts=counts, end=3.0), threads=1)
-    body = sim.bodies[0]
-    first = body.frame()["position"]
-    while not sim.clock.finished(None):
-        sim.step()
-    last = body.frame()["position"]
-    offset, turned = first - first.mean(axis=0), last - last.mean(axis=0)
-    assert np.linalg.norm(turned[:, None] - turned, axis=2) == pytest.approx(
-        np.linalg.norm(offset[:, None] - offset, axis=2), abs=1e-11
-    )
-    c, s = np.cos(6.0), np.sin(6.0)
-    # FLIP keeps the points' own velocities; the grid's fields, which turn the body through the forces, are zero in it
-    assert turned == pytest.approx(offset @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]), abs=1e-9)
-    assert sim.conservation()["momentum"] < 1e-12
-
-
-def test_a_rigid_body_that_strikes_water_loses_what_the_water_gains():
-    block = box((3, 4, 3), (5, 6, 5), RATE_SOLID | {"density": 4000.0}, velocity=(0.0, -1.0, 0.0)) | {"rigid": True}
-    water = box((0, 0, 0), (8, 3.5, 8), WATER, name="water")
-    few_cells = {"warn": 0.5, "stop": 0.5}  # so coarse a grid loses a quarter of the energy in the impact
-    sim = Simulation(case(block, water, counts=(8, 8, 8), support=SLIP, end=2.0, energy=few_cells), threads=1)
-    advance(sim, 150)
-    assert sim.conservation()["momentum"] < 1e-12
-    assert sim.bodies[0].totals.momentum[1] > -0.8 * 32000.0
-    assert not sim.bodies[0].field("stress").any()
 
 
 @pytest.mark.parametrize(

@@ -27,9 +27,8 @@ def two_fields(kind, friction=0.0, held=()):
         free = NodalActions(field, 0).external()
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
-    bodies = [
-        [SimpleNamespace(functions=functions, is_surface=False, n_points=0, answer_contact=lambda: False, faces=lambda: None)]
-    ] * 2
+    verbs = {"answer_contact": lambda: False, "end_contact": lambda: None, "faces": lambda: None}
+    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, **verbs)]] * 2
     pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
     for grid in grids:
         nodes = grid.nodes

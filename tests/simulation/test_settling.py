@@ -1,14 +1,19 @@
 """Settling before the clock starts: an elastic column under its own weight against the exact compression."""
 
 import json
+import os
+import signal
 
 import numpy as np
 import pytest
 from small_cases import SLIP, advance, box, case, simulation
 
 import pellucid
-from pellucid.errors import CaseError, RunStopped
+from pellucid.errors import CaseError, Interrupted, RunStopped
 from pellucid.results.launch import resume_case
+from pellucid.results.storage import checkpoint
+from pellucid.results.storage.recorder import Recorder
+from pellucid.results.storage.run import Run
 from pellucid.simulation.simulation import Simulation
 
 SOFT = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.0}
@@ -74,6 +79,8 @@ def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
         pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
     assert "most_steps" in failure["message"]
+    assert (failure["step"], failure["time"]) == (0, 0.0), "the run has not begun"
+    assert Run(tmp_path / "run").history["step"].tolist() == [0]
 
 
 def test_a_run_begins_settled_and_tells_of_it(tmp_path):
@@ -92,18 +99,62 @@ def test_a_run_that_goes_on_does_not_settle_again(tmp_path):
     assert parts.summary["settled"] == whole.summary["settled"]
 
 
+class Killed(Exception):
+    """The end of the process."""
+
+
+def test_a_run_that_is_killed_while_it_settles_goes_on_with_the_same_bits(tmp_path, monkeypatch):
+    found = heavy_column({}, end=0.05, output={"checkpoint": 1e-6})
+    whole = pellucid.run(found, out=tmp_path / "whole", report=False)
+    left, kept = [40], Recorder.while_settling
+
+    def killed(recorder, sim):
+        kept(recorder, sim)
+        left[0] -= 1
+        if left[0] == 0:
+            raise Killed
+
+    monkeypatch.setattr(Recorder, "while_settling", killed)
+    with pytest.raises(Killed):
+        pellucid.run(found, out=tmp_path / "parts", report=False)
+    monkeypatch.setattr(Recorder, "while_settling", kept)
+    simulation_of, steps = Simulation.advance_bodies, []
+    monkeypatch.setattr(Simulation, "advance_bodies", lambda sim: (steps.append(sim.time), simulation_of(sim))[1])
+    parts = resume_case(tmp_path / "parts", report=False)
+    assert steps.count(0.0) - 1 == whole.summary["settled"]["steps"] - 40, "it does not begin again"
+    assert parts.summary["settled"] == whole.summary["settled"]
+    assert (whole.fields("column")["position"] == parts.fields("column")["position"]).all()
+    histories = [(tmp_path / name / "history.csv").read_bytes() for name in ("whole", "parts")]
+    assert histories[0] == histories[1]
+
+
+def test_a_signal_while_bodies_settle_leaves_a_checkpoint(tmp_path, monkeypatch):
+    found, kept = heavy_column({}, end=0.05), Recorder.while_settling
+
+    def signalled(recorder, sim):
+        kept(recorder, sim)
+        if sim.n_steps == 30:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(Recorder, "while_settling", signalled)
+    with pytest.raises(Interrupted):
+        pellucid.run(found, out=tmp_path / "run", report=False)
+    monkeypatch.setattr(Recorder, "while_settling", kept)
+    assert checkpoint.read_latest(tmp_path / "run" / "checkpoint", print) is not None
+    assert resume_case(tmp_path / "run", report=False).summary["settled"]["steps"] > 50
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"steady": {}}, "brings bodies to rest by itself"),
         ({"velocity": (0.0, 1.0, 0.0)}, "takes all velocity"),
-        ({"rigid": True}, "a rigid body is not stopped"),
         ({"moving": (0.0, 1.0, 0.0)}, "a support that moves"),
     ],
 )
 def test_what_cannot_settle_is_refused(change, message):
     data = heavy_column({}).to_data()
-    if change.keys() & {"velocity", "rigid"}:
+    if "velocity" in change:
         data["body"][0] |= change
     elif "moving" in change:
         data["support"][0]["velocity"] = change["moving"]

@@ -13,14 +13,12 @@ class GravityAmplitude(Amplitude, Part):
     """The share of gravity that acts, as a function of time: straight lines between instants, constant before and behind."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """No gravity, steady states, films, fluids that begin at rest under another share."""
+        """No gravity, steady states, fluids that begin at rest under another share."""
         if parts.gravity is not None and not any(parts.gravity):
             yield Finding(path, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or leave this out")
         if parts.one(SteadyCase) is not None:
             yield Finding(path, "in steady states gravity grows with the other loads", "leave it out")
         for other, body in parts.placed(BodyModel):
-            if body.has_own_step:
-                yield Finding(path, f'gravity on bodies of kind "{body.kind}" does not change in time', "leave this out")
             if getattr(body, "hydrostatic", None) is not None and self.at(0.0) != 1.0:
                 text = f"`hydrostatic` is rest under the whole of gravity, of which {self.at(0.0):g} acts at time 0"
                 yield Finding((*other, "hydrostatic"), text, "let the share begin with 1, or leave this out")

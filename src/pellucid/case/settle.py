@@ -33,9 +33,6 @@ class SettleCase(Part):
         for other, body in parts.placed(BodyModel):
             if not body.moves or body.has_own_step:
                 yield Finding((*other, "kind"), f'[settle]: kind "{body.kind}" does not move by inertia', "leave [settle] out")
-            if body.is_rigid:
-                text = "[settle]: a rigid body is not stopped by the nodes that it meets, and sinks while others settle"
-                yield Finding((*other, "rigid"), text, "let it be elastic, or hold it by a [[motion]] that begins later")
             for key in ("velocity", "angular_velocity", "velocity_wave"):
                 value = getattr(body, key, None)
                 if value is not None and (not isinstance(value, tuple) or any(value)):

@@ -182,7 +182,7 @@ class Case(Model):
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """What acts on the bodies, by class; the rigidity and damping of bodies that say so come first."""
+        """What acts on the bodies, by class; first the damping of bodies, and last rigidity, which all impulses meet."""
         rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         acting = {base: several for base, several in parts.items() if issubclass(base, Condition)}
@@ -190,8 +190,8 @@ class Case(Model):
             acting = {base: tuple(map(self._growing, several)) for base, several in acting.items()}
         damped = [body for body in self.body if isinstance(body, DampedModel) and body.damping > 0.0 and self.steady is None]
         drags = tuple(Damping(body=body.name, rate=body.damping, until=body.damping_until) for body in damped)
-        own: dict[type[Condition], tuple[Condition, ...]] = {Rigid: rigid, Damping: drags}
-        return own | acting
+        first: dict[type[Condition], tuple[Condition, ...]] = {Damping: drags}
+        return first | acting | {Rigid: rigid}
 
     def _growing(self, condition: Condition) -> Condition:
         """The condition; one that would act in full at once grows with the loads of a steady state."""

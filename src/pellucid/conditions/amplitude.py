@@ -37,6 +37,11 @@ class Amplitude(Model):
             return read_rows(self.path, "share of the load").T
         return np.array([self.times, self.shares])
 
+    @property
+    def largest(self) -> float:
+        """The largest size of the share at any time."""
+        return float(np.abs(self._rows[1]).max())
+
     def at(self, time: float) -> float:
         """The share at a time [s]."""
         times, shares = self._rows

@@ -35,10 +35,10 @@ class ConstrainsNodes(Protocol):
 
 
 class Released(ActiveCondition):
-    """Supports that let the nodes of grids go at a time."""
+    """Supports that let the nodes of grids and bodies go at a time."""
 
-    def __init__(self, supports: Sequence[ConstrainsNodes], grids: Sequence[Grid]) -> None:
-        self._supports, self._grids = supports, grids
+    def __init__(self, supports: Sequence[ConstrainsNodes], grids: Sequence[Grid], bodies: Sequence[NodalBody]) -> None:
+        self._supports, self._grids, self._bodies = supports, grids, bodies
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
@@ -49,12 +49,18 @@ class Released(ActiveCondition):
             self._gone = gone
             for grid in self._grids:
                 constrain_nodes(grid, self._supports, range(len(self._supports)), gone)
+            for body in self._bodies:
+                body.let_go(gone)
 
 
 def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Sequence[ActiveCondition]:
     """Let supports constrain the nodes of all grids and those of bodies with their own; what lets them go in a run. Raises
     CaseError for a support without nodes."""
-    owners = [member for member in assembly.bodies.values() if isinstance(member.body, NodalBody)]
+    owners, nodal = [], []
+    for member in assembly.bodies.values():
+        if isinstance(member.body, NodalBody):
+            owners.append(member)
+            nodal.append(member.body)
     own = [[nodal_support(member, support, number) for number, support in enumerate(supports)] for member in owners]
     found = {number for of_body in own for number, support in enumerate(of_body) if support.nodes.any()}
     for actions in assembly.actions:
@@ -65,7 +71,7 @@ def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Se
     for member, of_body in zip(owners, own, strict=True):
         member.body.add_supports(of_body)
     grids = [actions.field.grid for actions in assembly.actions]
-    return [Released(supports, grids)] if any(support.until is not None for support in supports) else []
+    return [Released(supports, grids, nodal)] if any(support.until is not None for support in supports) else []
 
 
 def constrain_nodes(

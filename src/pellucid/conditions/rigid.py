@@ -23,7 +23,8 @@ class Rigid(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Rigid"], assembly: "Assembly") -> Sequence[ActiveCondition]:
-        """One for each."""
-        from pellucid.conditions.rigid_body import RigidBody
+        """One for all."""
+        from pellucid.conditions.rigid_body import RigidBodies, RigidBody
 
-        return [RigidBody(assembly.bodies[rigid.body], assembly) for rigid in conditions]
+        bodies = [RigidBody(assembly.bodies[rigid.body], assembly) for rigid in conditions]
+        return [RigidBodies(bodies, assembly.layout.n_columns)] if bodies else []

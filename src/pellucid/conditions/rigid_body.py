@@ -1,14 +1,36 @@
 """Rigid bodies: points with the rigid motion of their momentum and angular momentum."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pellucid.conditions import driven_points
-from pellucid.energy import IMPACT, StepWork
+from pellucid.conditions.rigid_motions import RigidMotions, RigidWalls, Wall
+from pellucid.conditions.rigid_nodes import RigidNodes
+from pellucid.energy import IMPACT, SUPPORT, StepWork, total_work
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 
 
-class RigidBody(ActiveCondition):
+class RigidBodies(ActiveCondition):
+    """All rigid bodies of a case. What acts on the nodes has done so before they do, but for contact."""
+
+    def __init__(self, bodies: Sequence["RigidBody"], n_columns: int) -> None:
+        self._bodies, self._columns = bodies, n_columns
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Let the nodes about each move as it does."""
+        for body in self._bodies:
+            body.hold_nodes(dt)
+        for body in self._bodies:
+            body.nodes.await_contact()
+
+    def work(self) -> StepWork:
+        """Of all."""
+        return total_work([body.work() for body in self._bodies], self._columns)
+
+
+class RigidBody:
     """A body that moves as a rigid one: its points get the rigid motion with their momentum and angular momentum."""
 
     strains = False
@@ -16,22 +38,48 @@ class RigidBody(ActiveCondition):
 
     def __init__(self, member: AssembledBody, assembly: Assembly) -> None:
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
-        member.body.constrain(self)
+        # across a thin axis nothing moves, so that only the turn about it is left
+        self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
+        points, actions = member.body.on_grid, member.actions
+        if points is None or actions is None:
+            raise ValueError(f"body {member.body.name} is rigid, and has no points on the grid")
+        alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
+        self._points, self._walls = points, RigidWalls(actions)
+        self.nodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone)
+        member.body.constrain(self, self.nodes)
         self._dt = self._loss = 0.0
+        self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
 
-    def act_on_nodes(self, dt: float) -> None:
-        """Keep the length of the step."""
-        self._dt = dt
+    def hold_nodes(self, dt: float) -> None:
+        """Let the nodes that it reaches move as it does over this step dt [s]."""
+        m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
+        self._dt, self._centre = dt, np.sum(m * x, axis=0) / np.sum(m)
+        self._arm = x - self._centre
+        self._motions = RigidMotions(self._thin, self._turns, self._arm)
+        self._at_points = self._motions.at(self._arm)
+        self._walls.find(x, self._widths(), self._at_points, dt)
+        self.nodes.hold(self._arm, self._motions)
+
+    def _widths(self) -> np.ndarray:
+        """How far points reach beyond their places [m]."""
+        half, scale, exponent = self._points.half_width()
+        return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 
     def prescribe_velocities(self) -> None:
-        """The rigid velocity field V + ω × (x - c) of the points' momentum."""
-        points = self.body.arrays
-        m, x, v = points["mass"][:, None], points["position"], points["velocity"]
-        self._centre, self._velocity = np.sum(m * x, axis=0) / np.sum(m), np.sum(m * v, axis=0) / np.sum(m)
-        self._arm = r = x - self._centre
+        """The rigid velocity field V + ω × (x - c) of the points' momentum; walls stop what the nodes beside them let pass."""
+        points, r = self.body.arrays, self._arm
+        m, v = points["mass"][:, None], points["velocity"]
+        self._velocity = np.sum(m * v, axis=0) / np.sum(m)
         self._spin = np.sum(m * np.cross(r, v - self._velocity), axis=0)
+        length, mass = self._motions.length, float(np.sum(m))
+        free = np.concatenate([self._velocity, length * self._turn(r)])
+        roots = self._motions.roots(m * np.ones(3), self._at_points, mass)
+        motion, self._pushes = self._walls.keep_inside(free, roots)
+        if self._pushes:
+            self._velocity, turn = motion[:3], motion[3:] / length
+            self._spin = np.sum(m * np.cross(r, np.cross(turn, r)), axis=0)
         rigid = self._velocity + np.cross(self._turn(r), r)
         self._loss = float(0.5 * np.sum(m * (v * v - rigid * rigid)))
         v[...] = rigid
@@ -40,27 +88,28 @@ class RigidBody(ActiveCondition):
         """Positions of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
         r = self._arm @ _rotation(self._dt * self._turn(self._arm)).T
         target = self._centre + self._dt * self._velocity + r
-        points = self.body.on_grid
-        if points is None:
-            self.body.arrays["position"][...] = target
-        else:
-            driven_points.move_points_to(points.n_slabs, points.mapped, target)
+        driven_points.move_points_to(self._points.n_slabs, self._points.mapped, target)
         self.body.arrays["velocity"][...] = self._velocity + np.cross(self._turn(r), r)
 
     def _turn(self, r: np.ndarray) -> np.ndarray:
         """Angular velocity [rad/s] of the spin for points at r from the centre [m]."""
         m = self.body.arrays["mass"][:, None]
         inertia = np.sum(m * r * r) * np.eye(3) - np.einsum("pi,pj->ij", m * r, r)
-        thin = self._thin  # across a thin axis nothing moves, so that only the turn about it is left
-        turns = [axis for axis in range(3) if not any(thin[other] for other in range(3) if other != axis)]
-        omega = np.zeros(3)  # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
+        turns, omega = (
+            self._turns,
+            np.zeros(3),
+        )  # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
         omega[turns] = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True) @ self._spin[turns]
         return omega
 
     def work(self) -> StepWork:
-        """The kinetic energy of the part of the velocities that is not rigid is lost."""
+        """The kinetic energy of the part of the velocities that is not rigid is lost; what supports give it."""
         done = self._layout.no_work()
         done.works[IMPACT] = self._loss
+        self.nodes.count(done)
+        for wall, push in self._pushes:
+            done.reactions[wall.row, wall.axis] += push
+            done.works[[SUPPORT, IMPACT]] += push * wall.velocity
         return done
 
 

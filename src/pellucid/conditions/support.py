@@ -38,7 +38,7 @@ class Support(Condition):
     velocity: Vector = parameter("m/s", "velocity of the constrained directions", (0.0, 0.0, 0.0))
 
     until: float | None = parameter(
-        "s", "time at which it lets the nodes of the grid go: 0 for one that holds them while bodies settle", None, ge=0
+        "s", "time at which it lets the nodes go: 0 for one that holds them while bodies settle", None, ge=0
     )
 
     @field_validator("fix")
@@ -58,9 +58,10 @@ class Support(Condition):
         """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-        if self.until is not None and any(body.owns_nodes(is_alone(body, parts)) for body in parts.of(BodyModel)):
-            text = "nodes of the grid alone can be let go, and there is a body with nodes of its own"
-            yield Finding((*path, "until"), text, "leave it out, and lead these nodes by a [[motion]] or a load")
+        films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
+        if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
+            text = f"the nodes of {held[0]}, which takes steps of its own, are not let go"
+            yield Finding((*path, "until"), text, "leave it out, or name the body that it is to hold")
         bodies = parts.of(BodyModel) if self.body is None else [parts.named(BodyModel, self.body)]
         fixed = [body.name for body in bodies if body is not None and not body.moves]
         if fixed and len(fixed) == len(bodies) and parts.are_sound(BodyModel):

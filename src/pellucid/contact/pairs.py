@@ -150,7 +150,10 @@ class ContactPairs:
     def resolve(self) -> None:
         """Impulses on the nodes after their momentum was advanced."""
         self._sweep(anew=False)
-        self._settle(list({id(body): body for pair in self._pairs for body in pair.in_contact()}.values()))
+        bodies = list({id(body): body for pair in self._pairs for body in pair.in_contact()}.values())
+        self._settle(bodies)
+        for body in bodies:
+            body.end_contact()
 
     def work(self) -> ContactWork:
         """What the impulses did, when the mean velocities of the nodes are known."""

@@ -51,3 +51,6 @@ class ContactBody(Protocol):
 
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
+
+    def end_contact(self) -> None:
+        """Contact is resolved: make what the nodes of the grid answered theirs, where these move the points."""

@@ -63,6 +63,16 @@ class PointConstraint(Protocol):
         """After the points moved: their positions."""
 
 
+class AnswersContact(Protocol):
+    """What moves the nodes that a body reaches otherwise than by their own masses."""
+
+    def answer_contact(self) -> bool:
+        """See `Body.answer_contact`."""
+
+    def end_contact(self) -> None:
+        """See `Body.end_contact`."""
+
+
 def in_metres(place: np.ndarray) -> str:
     """A place [m] as errors tell it."""
     return f"({', '.join(f'{value:.6g}' for value in place.tolist())}) m"
@@ -87,6 +97,7 @@ class Body(ABC):
     element_arrays: Mapping[str, np.ndarray] = {}
     """State of its elements, in the order of the mesh; most bodies have none."""
     constraint: PointConstraint | None = None
+    answers: AnswersContact | None = None
     relaxes = False
     """Whether it is being brought to rest in equilibrium."""
 
@@ -168,11 +179,11 @@ class Body(ABC):
         numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
         """
 
-    def constrain(self, constraint: PointConstraint) -> None:
-        """Let a condition lead its points. Raises ValueError where another one does."""
+    def constrain(self, constraint: PointConstraint, answers: AnswersContact | None = None) -> None:
+        """Let a condition lead its points, and answer contact if it does. Raises ValueError where another one does."""
         if self.constraint is not None:
             raise ValueError(f"the points of body {self.name} are led by a condition already")
-        self.constraint = constraint
+        self.constraint, self.answers = constraint, answers
 
     @abstractmethod
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
@@ -262,7 +273,12 @@ class Body(ABC):
 
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
-        return False
+        return self.answers is not None and self.answers.answer_contact()
+
+    def end_contact(self) -> None:
+        """Contact is resolved: make what the nodes of the grid answered theirs, where these move the points."""
+        if self.answers is not None:
+            self.answers.end_contact()
 
     # results
 

@@ -6,7 +6,7 @@ explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the 
 """
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -82,9 +82,13 @@ class NodalBody(Body):
         """Before the first step dt [s], whose conditions are set: show the velocities at the start of what has no inertia."""
         return
 
+    @abstractmethod
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act over this step, which the body applies itself."""
-        raise ValueError(f"gravity on body {self.name} does not change in time")
+        """Let a share of gravity act over this step, which the body applies itself; all of it where this is never called."""
+
+    @abstractmethod
+    def let_go(self, supports: Collection[int]) -> None:
+        """Let the supports of these numbers hold none of its nodes any more, and all others theirs."""
 
     @abstractmethod
     def predict(self, dt: float) -> None:

@@ -5,8 +5,10 @@ Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R
 """
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from pellucid.energy import EnergyBudget
 from pellucid.errors import Interrupted, RunStopped
@@ -14,22 +16,25 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.progress import Progress
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.observer import Observer
 
 if TYPE_CHECKING:
-    from pellucid.case import Case, TimeCase
+    from pellucid.case import Case
     from pellucid.case.settle import SettleCase
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
 AT_REST = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
+SWINGS = ("_passed", "_since", "_longest_swing", "_quiet", "_kinetic", "peak")  # what the clock keeps of them
+SETTLING = "settling"  # where they are among the numbers of the clock
 
 
 class SettlingClock(Clock):
-    """Counts the steps of the settling, for which the time of the loads stands still."""
+    """Counts the steps of the settling, for which the time of the loads stands still; `run` is the clock of the run then."""
 
-    def __init__(self, settle: "SettleCase", time: "TimeCase", longest: float, models: Sequence[BodyModel]) -> None:
-        super().__init__(time, longest)
-        self.settle = settle
-        self._least = CROSSINGS * max((_crossing(model) for model in models), default=0.0)
+    def __init__(self, settle: "SettleCase", run: Clock, models: Sequence[BodyModel]) -> None:
+        super().__init__(run.case, run.longest)
+        self.settle, self.run = settle, run
+        self._least = CROSSINGS * max((_crossing(model) for model in models if not model.is_rigid), default=0.0)
         self._passed = self._since = self._longest_swing = self._quiet = 0.0  # [s] of the settling
         self._kinetic = self.peak = 0.0
         self.is_settled = False
@@ -80,6 +85,15 @@ class SettlingClock(Clock):
             )
         return passes
 
+    def state_numbers(self) -> dict[str, Any]:
+        """Of the swings so far too."""
+        return super().state_numbers() | {SETTLING: {name: vars(self)[name] for name in SWINGS}}
+
+    def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on with settling."""
+        super().restore(numbers, arrays)
+        vars(self).update(numbers[SETTLING])
+
 
 class Settles(Protocol):
     """What is asked of a simulation."""
@@ -88,6 +102,7 @@ class Settles(Protocol):
     clock: Clock
     budget: EnergyBudget
 
+    def settling_clock(self, settle: "SettleCase") -> SettlingClock: ...
     def advance_bodies(self) -> None: ...
     def kinetic_energy(self) -> float: ...
     def stop_bodies(self) -> None: ...
@@ -95,32 +110,44 @@ class Settles(Protocol):
     def show(self, progress: Progress | None) -> None: ...
 
 
-def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None) -> dict[str, Any]:
-    """Bring the bodies of a simulation to rest with what acts at time 0; what the summary tells of it.
+def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None, keeper: Observer | None) -> dict[str, Any]:
+    """Bring the bodies of a simulation to rest with what acts at time 0, or go on with it; what the summary tells of it.
 
-    caught: signals that arrived so far; one ends the settling, of which nothing is kept. Raises RunStopped, Interrupted.
+    caught: signals that arrived so far; one ends the settling, which goes on from what the keeper has of it. Raises RunStopped,
+    Interrupted.
     """
-    case, clock = simulation.case, simulation.clock
-    if case.settle is None:
+    if simulation.case.settle is None:
         return {}
-    settling = SettlingClock(case.settle, case.time, clock.longest, case.body)
-    simulation.clock = settling
+    clock = simulation.clock
+    simulation.clock = settling = (
+        clock if isinstance(clock, SettlingClock) else simulation.settling_clock(simulation.case.settle)
+    )
     if progress:
         progress.begin("settling")
+    try:
+        _come_to_rest(simulation, settling, caught, progress, keeper)
+    finally:
+        simulation.clock = settling.run
+    simulation.begin_balance()
+    return {"settled": {"steps": settling.n_steps, "kinetic_energy": settling.peak}}
+
+
+def _come_to_rest(
+    simulation: Settles, settling: SettlingClock, caught: Sequence[int], progress: Progress | None, keeper: Observer | None
+) -> None:
     while not settling.is_settled:
         simulation.advance_bodies()
         budget = simulation.budget
         if settling.passes_peak(simulation.kinetic_energy(), budget.moved, budget.at_stake):
             simulation.stop_bodies()
+        if keeper:
+            keeper.while_settling(simulation)
         if caught:
-            raise Interrupted(
-                "the run was interrupted while bodies settled, which begins again", by_keyboard=caught[0] == signal.SIGINT
-            )
+            if keeper:
+                keeper.checkpoint(simulation)
+            raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
         simulation.show(progress)
     simulation.stop_bodies()
-    simulation.clock = clock
-    simulation.begin_balance()
-    return {"settled": {"steps": settling.n_steps, "kinetic_energy": settling.peak}}
 
 
 def _crossing(model: BodyModel) -> float:

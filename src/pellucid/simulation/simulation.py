@@ -5,7 +5,7 @@ import time as wall_clock
 import warnings
 from collections.abc import Mapping, Sequence
 from math import hypot, inf, sqrt
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,9 +23,10 @@ from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
+from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
-from pellucid.simulation.settling import settle
+from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.timing import time_verbs
@@ -35,29 +36,11 @@ from pellucid.state import of_owner, with_owner
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.case.settle import SettleCase
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 PROGRESS_INTERVAL = 0.2  # s of wall time
-
-
-class Observer(Protocol):
-    """Reads the simulation during a run, and never changes it."""
-
-    def begin(self, simulation: "Simulation") -> None:
-        """Before the first step."""
-
-    def after_step(self, simulation: "Simulation") -> None:
-        """After each step."""
-
-    def checkpoint(self, simulation: "Simulation") -> None:
-        """Keep all that is needed to go on."""
-
-    def end(self, simulation: "Simulation") -> None:
-        """After the last step."""
-
-    def failed(self, simulation: "Simulation", error: RunStopped) -> None:
-        """When the run stopped itself."""
 
 
 class Simulation:
@@ -109,7 +92,7 @@ class Simulation:
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
         self._support_names = [support.name for support in case.support]
-        pull = hypot(*case.gravity)
+        pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
         clock = Clock(case.time, longest, most)
@@ -219,9 +202,13 @@ class Simulation:
         for body in self.bodies:
             body.come_to_rest()
 
-    def settle(self, caught: Sequence[int] = (), progress: Progress | None = None) -> None:
+    def settle(self, caught: Sequence[int] = (), progress: Progress | None = None, keeper: Observer | None = None) -> None:
         """Before the first step: bring the bodies to rest, where the case has [settle]; see `pellucid.simulation.settling`."""
-        self._settled = settle(self, caught, progress)
+        self._settled = settle(self, caught, progress, keeper)
+
+    def settling_clock(self, settle: "SettleCase") -> SettlingClock:
+        """For the steps before the clock starts."""
+        return SettlingClock(settle, self.clock, self.case.body)
 
     def _begin(self, dt: float) -> None:
         """What acts over the coming step."""
@@ -260,7 +247,7 @@ class Simulation:
     def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
         """What is recorded begins with the bodies at rest; with what there is where these cannot be brought to it."""
         try:
-            self.settle(caught, progress)
+            self.settle(caught, progress, recorder)
         except RunStopped:
             recorder.begin(self)
             raise
@@ -354,8 +341,11 @@ class Simulation:
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
+        settles = SETTLING in numbers["clock"]
+        if settles and self.case.settle is not None:
+            self.clock = self.settling_clock(self.case.settle)
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
         self._watch.warned = set(numbers["warned"])
-        self._begun, self._settled = True, dict(numbers["settled"])
+        self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced = self.n_steps

@@ -1,6 +1,6 @@
 """A field that diffuses on fixed nodes, stepped by the generalised trapezoidal rule."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -113,6 +113,12 @@ class DiffusingField(NodalBody):
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """Its nodes are at rest anyway."""
         self._supports = len(supports)
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """They hold none of its nodes."""
+
+    def share_gravity(self, share: float) -> None:
+        """It has no weight."""
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Raises ValueError."""

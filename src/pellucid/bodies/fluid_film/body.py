@@ -1,6 +1,6 @@
 """Fluid films: bodies with their own nodes whose velocities follow from a balance of forces without inertia (Benet 2015)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -62,7 +62,8 @@ class FluidFilm(NodalBody):
             "unspread": np.zeros_like(x),
         }
         self.areal_density = case.initial_density
-        self._gravity = np.array(placement.gravity)[list(self.geometry.axes)]
+        self._full_gravity = np.array(placement.gravity)[list(self.geometry.axes)]
+        self._gravity = self._full_gravity.copy()  # what acts of it [m/s²]
         self._columns = FIRST_LOAD + placement.n_loads
         self._steps = case.steps(self.balance, case.goals(o), self.arrays)
         self._fields = NodalFields(self.balance, self.arrays, case.is_around)
@@ -108,6 +109,14 @@ class FluidFilm(NodalBody):
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """There are none."""
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """The model of a support refuses it."""
+        raise ValueError(f"the nodes of film {self.name} are not let go")
+
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act over this step."""
+        self._gravity[:] = share * self._full_gravity
 
     # the step
 

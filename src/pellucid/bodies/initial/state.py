@@ -10,6 +10,9 @@ from pellucid.findings import Finding, Path, listed
 from pellucid.model import Vector
 from pellucid.users_code import WrongArray, as_array, failing_as, home_of, read_only
 
+Stress = tuple[float, float, float, float, float, float]
+"""Components xx, yy, zz, yz, xz, xy."""
+
 
 def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField], position: np.ndarray) -> np.ndarray:
     """A uniform velocity and the fields of a body that add to it [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
@@ -24,6 +27,20 @@ def added_velocities(body: str, fields: Sequence[InitialField], position: np.nda
     for number, field in enumerate(fields):
         if field.quantity == "velocity":
             yield _added(field, position, position.shape, f"body.{body}.initial.{number}")
+
+
+def initial_stress(
+    uniform: Stress | None, body: str, fields: Sequence[InitialField], position: np.ndarray
+) -> np.ndarray | None:
+    """A uniform stress and the fields of a body that add to it [Pa], shape (n, 6), at positions [m], shape (n, 3); None where
+    there is neither. Raises CaseError."""
+    adding = [(number, field) for number, field in enumerate(fields) if field.quantity == "stress"]
+    if uniform is None and not adding:
+        return None
+    stress = np.tile(np.array(uniform or np.zeros(6)), (len(position), 1))
+    for number, field in adding:
+        stress += _added(field, position, stress.shape, f"body.{body}.initial.{number}")
+    return stress
 
 
 def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping[str, np.ndarray]) -> None:

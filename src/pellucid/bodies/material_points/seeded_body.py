@@ -10,7 +10,7 @@ from pydantic import PrivateAttr, field_validator
 from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
-from pellucid.bodies.initial.state import add_initial_state, added_velocities, initial_velocity
+from pellucid.bodies.initial.state import Stress, add_initial_state, added_velocities, initial_velocity
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.geometry.box_surface import Face
@@ -21,7 +21,6 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 
 ZERO = (0.0, 0.0, 0.0)
-Stress = tuple[float, float, float, float, float, float]
 
 
 class SeededBody(DampedModel):

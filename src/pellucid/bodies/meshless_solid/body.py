@@ -1,6 +1,6 @@
 """Solids on their own nodes in total-Lagrangian explicit dynamics (Mountris et al. 2019, section 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +12,7 @@ from pellucid.bodies.meshless_solid.prescribed import PrescribedField
 from pellucid.bodies.meshless_solid.skin import Skin
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
+from pellucid.bodies.meshless_solid.tables import quadrature_places
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.contact.coupling import GridCoupling
@@ -39,6 +40,7 @@ class SolidOfNodes(Approximation, Protocol):
     def law(self) -> Law: ...
     def viscous(self) -> Viscous | None: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
+    def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None: ...
 
 
 class MeshlessSolid(ExplicitNodes):
@@ -67,10 +69,11 @@ class MeshlessSolid(ExplicitNodes):
         self._functions = SolidFunctions(case, self.mesh, self._law, self.prescribed)
         tables, viscous = self._functions.tables, case.viscous()
         self.solid = tables.solid
-        self._forces = ElasticForces(self.solid)
+        stress = case.initial_stress_at(quadrature_places(self.mesh, case.points_per_cell))
+        self._forces = ElasticForces(self.solid, stress)
         if viscous is not None:
             wave_number = float(np.sqrt((tables.row_sums / tables.node_volume).max()))
-            self._forces = ViscousForces(viscous, self.solid, case.density, wave_number)
+            self._forces = ViscousForces(viscous, self.solid, case.density, wave_number, stress)
         for name, array in self._forces.arrays.items():
             array[...] = self._start.get(f"history/{name}", array)
         self._volume[:] = tables.node_volume
@@ -80,6 +83,28 @@ class MeshlessSolid(ExplicitNodes):
         if correction := self._functions.correction(arrays["position"], motion.inertia, motion.motion_rows):
             motion.impose_on_field(correction)
         self.renew_totals()
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """Let supports of these numbers hold the field no more; what is free now may be stiffer."""
+        motion, number, displacement = self.motion, self.arrays["prescribed"], self.prescribed.displacement
+        before = number.copy()
+        super().let_go(supports)
+        self.prescribed = PrescribedField(self.mesh, number, motion.groups(), len(motion.rows))
+        self.prescribed.displacement[:] = displacement
+        self._functions.follow(self.prescribed)
+        if not self._functions.prescribes_nodes:
+            motion.impose_on_field(self._functions.correction(self.arrays["position"], motion.inertia, motion.motion_rows))
+        self._fastest.free = motion.free
+        if (number != before).any():  # and not in a run that goes on, whose nodes are free already
+            self._find_fastest()
+
+    def _find_fastest(self) -> None:
+        """The largest frequency of the state as it is, from the start."""
+        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
+        self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
+        self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
+        self._find_forces()
+        self._bound_step()
 
     def volumes(self) -> np.ndarray:
         """Volumes of the nodes at rest [m³], shape (n,)."""
@@ -127,9 +152,7 @@ class MeshlessSolid(ExplicitNodes):
         extent = float(np.ptp(self.mesh.nodes, axis=0).max())
         self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
         super().renew_totals()
-        self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
-        self._find_forces()
-        self._bound_step()
+        self._find_fastest()
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node or the cell, where a fault was found in this step."""

@@ -81,6 +81,10 @@ class SolidFunctions:
             self.at_nodes = values_at_nodes(mesh, self.evaluator)
             self.residuals = prescribed.residuals(self.at_nodes, self.evaluator)
 
+    def follow(self, prescribed: PrescribedField) -> None:
+        """Other nodes are prescribed from now on. The functions stay what they are."""
+        self._prescribed, self.residuals = prescribed, prescribed.residuals(self.at_nodes, self.evaluator)
+
     @property
     def prescribes_nodes(self) -> bool:
         """Whether the numbers of the nodes are prescribed, not the field by forces."""

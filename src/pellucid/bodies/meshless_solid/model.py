@@ -10,7 +10,7 @@ from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyM
 from pellucid.approximants.nodal.contract import AnyNodalApproximant
 from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.state import initial_problems, initial_velocity
+from pellucid.bodies.initial.state import Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.geometry import Geometry
@@ -60,6 +60,11 @@ class MeshlessSolidCase(DampedModel):
     volume_averaging: bool | None = parameter(
         "",
         "whether the volume ratio is averaged about the nodes, against locking; without it, from a Poisson's ratio of 0.4",
+        None,
+    )
+    initial_stress: Stress | None = parameter(
+        "Pa",
+        "stress at the start, components xx, yy, zz, yz, xz, xy, which goes with the material beside that of its law",
         None,
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
@@ -161,6 +166,10 @@ class MeshlessSolidCase(DampedModel):
         """Velocities at the start [m/s], shape (n, 3)."""
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
+    def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None:
+        """Stress at the start [Pa], shape (n, 6), at positions [m], shape (n, 3); None where there is none."""
+        return initial_stress(self.initial_stress, self.name, self.initial, position)
+
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
         return self.material.wave_speeds()
@@ -184,7 +193,7 @@ class MeshlessSolidCase(DampedModel):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Faults of its mesh, a material without a hyperelastic law, and what does not fit the grid."""
         yield from super().problems(path, parts)
-        yield from initial_problems(self.initial, ("velocity",), path)
+        yield from initial_problems(self.initial, ("velocity", "stress"), path)
         if not isinstance(self.material, HyperelasticMaterial | ViscoelasticMaterial):
             text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
             yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')

@@ -128,6 +128,9 @@ class Skin:
         self._first = False
         return True
 
+    def end_contact(self) -> None:
+        """The body takes its increments from the nodes, whatever their velocities."""
+
     # what detection asks
 
     @property

@@ -6,7 +6,8 @@ import numpy as np
 
 from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints, elastic_points
-from pellucid.bodies.meshless_solid.solid import ENERGY, Solid
+from pellucid.bodies.meshless_solid.prestress import prestressed, with_prestress
+from pellucid.bodies.meshless_solid.solid import ENERGY, Solid, deformation_gradients
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration, converge
 from pellucid.jit.bundle import Bundle
 
@@ -14,8 +15,10 @@ from pellucid.jit.bundle import Bundle
 class ElasticForces:
     """What a body asks of its material: here stresses follow from the deformation alone."""
 
-    def __init__(self, solid: Solid) -> None:
-        self.solid, self.bundle = solid, Bundle(solid)
+    def __init__(self, solid: Solid, initial_stress: np.ndarray | None = None) -> None:
+        """initial_stress: of the points [Pa], shape (n, 6)."""
+        self.solid = prestressed(solid, initial_stress)
+        self.bundle = Bundle(self.solid)
         self.arrays: Mapping[str, np.ndarray] = {}
         """The history of the points, by name."""
 
@@ -55,4 +58,9 @@ class ElasticForces:
 
     def at_points(self, n: int) -> AtPoints:
         """Stresses and energies at the n points."""
+        return with_prestress(
+            self._of_law(n), self.solid, deformation_gradients(self.solid, n // self.solid.n_points).reshape(n, 3, 3)
+        )
+
+    def _of_law(self, n: int) -> AtPoints:
         return elastic_points(self.solid, n)

@@ -30,7 +30,7 @@ class PowerIteration:
     """
 
     def __init__(self, inertia: np.ndarray, free: np.ndarray, extent: float) -> None:
-        self._inertia, self._free, self._extent = inertia[:, None], free, extent
+        self._inertia, self.free, self._extent = inertia[:, None], free, extent
         self._vector = np.random.default_rng(0).standard_normal(free.shape) * free / np.sqrt(self._inertia)
         self._scale = 1.0
         self._waits = INTERVAL
@@ -50,7 +50,7 @@ class PowerIteration:
 
     def learn(self, resistance: np.ndarray) -> None:
         """From the forces that this takes away [N], shape (n, 3). Those of a state beyond all bounds teach nothing."""
-        vector = self._free * resistance / (self._scale * self._inertia)
+        vector = self.free * resistance / (self._scale * self._inertia)
         square = self._size(vector)
         if not np.isfinite(square):
             return

@@ -33,8 +33,12 @@ class Tables(NamedTuple):
 
 def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> PointRows:
     """Shape functions and their gradients at so many points of each cell. Raises NoFunctions where there are none."""
-    places = np.einsum("qk,cki->cqi", TETRAHEDRON[n_points], mesh.nodes[mesh.cells]).reshape(-1, 3)
-    return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), places)
+    return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), quadrature_places(mesh, n_points))
+
+
+def quadrature_places(mesh: SimplexMesh, n_points: int) -> np.ndarray:
+    """So many points of each cell [m], shape (cells × n_points, 3)."""
+    return np.asarray(np.einsum("qk,cki->cqi", TETRAHEDRON[n_points], mesh.nodes[mesh.cells]).reshape(-1, 3))
 
 
 def make_tables(

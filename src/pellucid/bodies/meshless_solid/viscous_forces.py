@@ -125,12 +125,14 @@ def _energies(n_blocks, history, stored, lost):
 class ViscousForces(ElasticForces):
     """Those of a law whose points have a history, which is kept here."""
 
-    def __init__(self, viscous: Viscous, solid: Solid, density: float, wave_number: float) -> None:
+    def __init__(
+        self, viscous: Viscous, solid: Solid, density: float, wave_number: float, initial_stress: np.ndarray | None = None
+    ) -> None:
         """wave_number: the largest [1/m] that waves in the solid can have, or a bound above it."""
         law, state = viscous
         arrays = initial_arrays(state, len(solid.weights))
         history = History(law, in_arrays(state, arrays), density)
-        super().__init__(solid._replace(points=history))
+        super().__init__(solid._replace(points=history), initial_stress)
         self.arrays, self._history = arrays, Bundle(history)
         self._bound = wave_number * signal_speed(law, state, density, AT_REST, 0.0)
         self._diffuses = diffusivity(law, density) > 0.0  # faster strain is stiffer without end
@@ -161,8 +163,7 @@ class ViscousForces(ElasticForces):
         iteration.learn(here - there)
         self.find(displacement, force, 0.0)  # its sums are those of the last call
 
-    def at_points(self, n: int) -> AtPoints:
-        """Stresses and energies at the n points."""
+    def _of_law(self, n: int) -> AtPoints:
         stored, lost = np.zeros(n), np.zeros(n)
         _energies(len(self.solid.sums), self._history, stored, lost)
         return AtPoints(self.arrays["stress"][:n], stored, lost)

@@ -2,7 +2,7 @@
 
 import warnings
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -69,6 +69,10 @@ class ExplicitNodes(NodalBody):
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """A support constrains its nodes; none passes a face of the grid that is a wall."""
         self.motion.add_supports(supports)
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """Let supports of these numbers constrain none of its nodes any more."""
+        self.motion.let_go(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Let nodes follow prescribed motions; these overrule supports."""

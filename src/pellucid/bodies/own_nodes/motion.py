@@ -1,6 +1,6 @@
 """The motion of a body's own nodes: external forces, supports and prescribed motions, works, and the faces of the grid."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -50,6 +50,7 @@ class NodalMotion:
         self.chunks = (n + CHUNK - 1) // CHUNK
         self._sums, self._fault = np.zeros((self.chunks, NODE_SUMS)), np.zeros((self.chunks, 2), np.int64)
         self.supports: Sequence[NodalSupport] = ()
+        self._gone: Collection[int] = ()  # the numbers of those that let their nodes go
         self.motions: list[str] = []
         self._motion_of_node, self._axes = np.zeros(n, np.int64), np.zeros((0, 3), np.int64)
         self._condition: FieldCondition | None = None
@@ -72,6 +73,12 @@ class NodalMotion:
         self.supports = supports
         self._constrain()
 
+    def let_go(self, supports: Collection[int]) -> None:
+        """Let supports of these numbers constrain nothing any more."""
+        self._gone, prescribed = frozenset(supports), self._prescribed
+        self._constrain()
+        self._prescribed[:] = prescribed
+
     def on_walls(self) -> list[np.ndarray]:
         """The nodes that supports hold on walls of the grid that stand still, each set of shape (n,)."""
         walls = [(support, support.wall[0]) for support in self.supports if support.wall is not None]
@@ -87,9 +94,9 @@ class NodalMotion:
         first = len(self.supports)
         self._prescribed[first : first + len(velocity)] = velocity
 
-    def impose_on_field(self, condition: FieldCondition) -> None:
-        """Let the nodes go free, and lead them so that the field between them does what is prescribed."""
-        self._condition, self._lead = condition, np.zeros((2, *self.internal.shape))
+    def impose_on_field(self, condition: FieldCondition | None) -> None:
+        """Let the nodes go free, and lead them so that the field between them does what is prescribed, if anything is."""
+        self._condition, self._lead = condition, np.zeros((2 if condition else 0, *self.internal.shape))
         self._constrain()
 
     @property
@@ -126,6 +133,8 @@ class NodalMotion:
         prescribed.fill(0)
         walls = np.zeros((3, 2), np.int64)
         for row, support in enumerate(self.supports, start=1):
+            if row - 1 in self._gone:
+                continue
             prescribed[np.ix_(support.nodes, np.flatnonzero(support.axes))] = row
             if support.wall is not None:
                 walls[support.wall] = row

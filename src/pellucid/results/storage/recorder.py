@@ -33,7 +33,8 @@ class Recorder:
         self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None, start: Start | None = None
     ) -> None:
         self.folder, self.case, self._start = folder, case, start or {}
-        self._resumed = numbers is not None
+        self._resumed = numbers is not None and bool(numbers.get("begun", True))
+        self._begun = False  # not while bodies settle
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
         self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
         self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
@@ -48,6 +49,7 @@ class Recorder:
     def begin(self, sim: Any) -> None:
         """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""
         self._started = self._checkpointed = clock.monotonic()
+        self._begun = True
         with explained(self.folder.path):
             if self._resumed:
                 self._check_what_is_there(sim)
@@ -68,6 +70,13 @@ class Recorder:
             self._write_row(sim)
         if self._frames.due(sim.time):
             self._write_frame(sim)
+        self._checkpoint_now_and_then(sim)
+
+    def while_settling(self, sim: Any) -> None:
+        """After each step before the clock starts, of which there is nothing to write."""
+        self._checkpoint_now_and_then(sim)
+
+    def _checkpoint_now_and_then(self, sim: Any) -> None:
         if clock.monotonic() - self._checkpointed >= self.case.output.checkpoint:
             self.checkpoint(sim)
 
@@ -87,10 +96,10 @@ class Recorder:
     def checkpoint(self, sim: Any) -> None:
         """Write a checkpoint from which the run goes on bit for bit."""
         with explained(self.folder.path):
-            sync(self.folder.history)
-            for body in sim.bodies:
-                sync(self.folder.fields(body.name))
+            for path in [self.folder.history, *(self.folder.fields(body.name) for body in sim.bodies)] if self._begun else []:
+                sync(path)
         recorded = {
+            "begun": self._begun,
             "rows": self._rows.to_data(),
             "frames": self._frames.to_data(),
             "probes": self._probes.to_data(),

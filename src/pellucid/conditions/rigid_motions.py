@@ -1,0 +1,110 @@
+"""Rigid motions as vectors of six numbers, and the walls that bodies with such motions do not pass."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from pellucid.grid.actions import NodalActions
+
+SMALL = 1e-9  # of the mass: inertia that is none, as about the line on which all points lie
+MOST_ROWS = 16  # points of a body that walls hold at once; three would do on each
+
+
+class RigidMotions:
+    """Velocities V + ω × s of places s from the centre of a body; its numbers are V and ω times a length of the body.
+
+    thin: axes along which nothing moves; turns: axes about which the body can turn.
+    """
+
+    def __init__(self, thin: Sequence[bool], turns: Sequence[int], arm: np.ndarray) -> None:
+        """arm: of the points from the centre, shape (n, 3) [m]."""
+        self._may_move = ~np.array([*thin, *(axis not in turns for axis in range(3))])
+        self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
+
+    def at(self, s: np.ndarray) -> np.ndarray:
+        """Velocities at places s from the centre for unit numbers: shape (n, 3, 6)."""
+        turning = np.cross(np.eye(3)[None], s[:, None, :]) / self.length  # (n, about, along)
+        along = np.broadcast_to(np.eye(3), (len(s), 3, 3))
+        return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
+
+    @staticmethod
+    def roots(weight: np.ndarray, motions: np.ndarray, mass: float) -> np.ndarray:
+        """R with R Rᵀ = K⁻¹ of the inertia K of masses, shape (n, 3), at such places, but for what is none beside this mass."""
+        sizes, axes = np.linalg.eigh(np.einsum("kd,kdi,kdj->ij", weight, motions, motions))
+        real = sizes > SMALL * mass
+        return np.asarray(axes[:, real] / np.sqrt(sizes[real]))
+
+
+class Wall(NamedTuple):
+    """A face of the grid that a support holds along its normal."""
+
+    row: int  # of the support
+    axis: int
+    sign: float  # of the direction into the grid
+    place: float  # [m]
+    velocity: float  # [m/s]
+
+
+class RigidWalls:
+    """The walls of a grid for one body: no point of it passes them in a step, and they push alone."""
+
+    def __init__(self, actions: NodalActions) -> None:
+        self._actions, self._faces = actions, _faces(actions)
+        self._rows, self._limits, self._of_row = np.zeros((0, 6)), np.zeros(0), list[Wall]()
+
+    def find(self, position: np.ndarray, width: np.ndarray, motions: np.ndarray, dt: float) -> None:
+        """Find what walls ask of the motion over a step dt [s] of points at these places, each so wide [m]."""
+        rows, limits, self._of_row = [np.zeros((0, 6))], [np.zeros(0)], []
+        cell = self._actions.field.grid.lattice.cell
+        for wall in self._walls():
+            gap = np.maximum(wall.sign * (position[:, wall.axis] - wall.place) - width, 0.0)
+            near = np.flatnonzero(gap < cell)
+            rows.append(wall.sign * motions[near, wall.axis])
+            limits.append(wall.sign * wall.velocity - gap[near] / dt)
+            self._of_row += [wall] * len(near)
+        self._rows, self._limits = np.concatenate(rows), np.concatenate(limits)
+
+    def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> tuple[np.ndarray, list[tuple[Wall, float]]]:
+        """The motion nearest to this one that takes no point through a wall; the walls' impulses along their axes [N s].
+
+        roots: of the inertia by which it is nearest, see `RigidMotions`. Least distance programming by non-negative least
+        squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23), with a row more as long as one is not kept.
+        """
+        rows, limits, kept, pushes = self._rows, self._limits, motion, np.zeros(0)
+        chosen: list[int] = []
+        tolerance = 1e-9 * (np.abs(limits).max(initial=0.0) + np.abs(rows @ motion).max(initial=0.0))
+        while len(rows) and len(chosen) < MOST_ROWS:
+            lacking = limits - rows @ kept
+            worst = int(lacking.argmax())
+            if lacking[worst] <= tolerance or worst in chosen:
+                break
+            chosen.append(worst)
+            G, h = rows[chosen] @ roots, limits[chosen] - rows[chosen] @ motion
+            size = float(np.abs(h).max() / np.abs(G).max())  # both of one size: else 1 - h u is rounding
+            u, _ = nnls(np.vstack([G.T, h / size]), np.append(np.zeros(G.shape[1]), 1.0))
+            pushes = size * u / (1.0 - h @ u / size)
+            kept = motion + roots @ (G.T @ pushes)
+        walls = [self._of_row[number] for number in chosen]
+        return kept, [(wall, wall.sign * float(push)) for wall, push in zip(walls, pushes, strict=True)]
+
+    def _walls(self) -> list[Wall]:
+        found, supports, constrained = [], self._actions.supports, self._actions.field.grid.nodes.constrained
+        for node, axis, sign, place in self._faces:
+            row = int(constrained[node, axis]) - 1
+            if row >= 0:
+                found.append(Wall(row, axis, sign, place, float(supports.velocity[row, axis])))
+        return found
+
+
+def _faces(actions: NodalActions) -> list[tuple[int, int, float, float]]:
+    """The node in the middle of each face of the grid, its axis, the direction into the grid and its place [m]."""
+    grid, found = actions.field.grid, []
+    index, position = grid.where()
+    for axis in (axis for axis in range(3) if not grid.thin[axis]):
+        for sign, place in ((1.0, position[:, axis].min()), (-1.0, position[:, axis].max())):
+            on_face = np.flatnonzero(position[:, axis] == place)
+            middle = on_face[np.square(position[on_face] - position[on_face].mean(axis=0)).sum(axis=1).argmin()]
+            found.append((int(index[middle]), axis, sign, float(place)))
+    return found

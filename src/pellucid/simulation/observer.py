@@ -1,0 +1,27 @@
+"""The interface of what reads a simulation during a run: the recorder, and tests."""
+
+from typing import Any, Protocol
+
+from pellucid.errors import RunStopped
+
+
+class Observer(Protocol):
+    """Reads the simulation during a run, and never changes it."""
+
+    def begin(self, simulation: Any) -> None:
+        """Before the first step."""
+
+    def after_step(self, simulation: Any) -> None:
+        """After each step."""
+
+    def while_settling(self, simulation: Any) -> None:
+        """After each step before the clock starts: before `begin`."""
+
+    def checkpoint(self, simulation: Any) -> None:
+        """Keep all that is needed to go on."""
+
+    def end(self, simulation: Any) -> None:
+        """After the last step."""
+
+    def failed(self, simulation: Any, error: RunStopped) -> None:
+        """When the run stopped itself."""
