@@ -12,6 +12,7 @@ PlaneTensor = tuple[float, float, float, float]
 
 IDENTITY: Tensor = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 SYMMETRIC_IDENTITY: Symmetric = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+ZERO_VECTOR = (0.0, 0.0, 0.0)
 NO_STRESS: Symmetric = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 

@@ -16,7 +16,9 @@ class Trilinear(NamedTuple):
 
 @pointwise
 def _cell(u, n):
-    return min(max(floor(u), 0.0), n - 1.0)
+    i = floor(u)
+    i = i if i > 0.0 else 0.0  # what is no number too: it must not lead out of the grid's memory
+    return i if i < n - 1.0 else n - 1.0
 
 
 @point_function(axis_weights, Trilinear)

@@ -36,10 +36,9 @@ from pellucid.materials.law import (
 )
 from pellucid.materials.point_state import load as load_state
 from pellucid.materials.point_state import store as store_state
-from pellucid.tensors import IDENTITY, end_stress_power
+from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
-VECTOR = (0.0, 0.0, 0.0)
-GIVEN = IDENTITY, VECTOR, VECTOR, VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
+GIVEN = IDENTITY, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
 # columns of a block: those of GIVEN, in place of some of which comes what was found
 PLACE, IN_CELLS, VOLUME, GROWTH, SIZE, BAD, FASTEST, STATE = 12, 15, 19, 20, 21, 22, 28, 29
 SUMS = 6  # from BAD on: bad points, points beyond their slab, and of STORED, DISSIPATED, POWER, HEATING
@@ -120,7 +119,7 @@ def _respond(law, lattice, step, dt, lowest, highest, n, state_like, c):
 @pointwise
 def _fault(c, q, counts):
     """What is wrong with point q of a block."""
-    (X, Y, Z), _, _, growth, magnitude = take((VECTOR, 0.0, 0.0, 0.0, 0.0), c, q + IN_CELLS * WIDTH)
+    (X, Y, Z), _, _, growth, magnitude = take((ZERO_VECTOR, 0.0, 0.0, 0.0, 0.0), c, q + IN_CELLS * WIDTH)
     if growth <= 0.0:
         return INVERTED
     if not (growth > 0.0 and magnitude < inf and abs(X + Y + Z) < inf):
@@ -162,7 +161,7 @@ def _update_stress_slab(s, strained, dt, move):
         if move:
             for q in range(n):
                 p = place_of(index, start + q)
-                x[p, 0], x[p, 1], x[p, 2] = take(VECTOR, c, q + PLACE * WIDTH)
+                x[p, 0], x[p, 1], x[p, 2] = take(ZERO_VECTOR, c, q + PLACE * WIDTH)
     slabs.left_slab[s] = 1 if move and total(load(sums, LANES)) > 0.0 else 0
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault

@@ -28,9 +28,8 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import LANES, load, total
-from pellucid.tensors import IDENTITY, stress_power
+from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
 
-VECTOR = (0.0, 0.0, 0.0)
 # columns of a block: velocity before the step and after, heats of unit mass, gradient of the mean velocity, sums from MOVED on
 OLD, NEW, BY_LUMPING, HEAT, GRADIENT, MOVED, WORKED, COUNT = 0, 3, 6, 7, 8, 17, 24, 26
 SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
@@ -46,7 +45,7 @@ def _gather_block(mapped, worked, n, found, first_node, c):
         end = run_end(first_node, a, n)
         while a < end:
             about = about_lanes(functions, found, first_node, a)
-            v = take_lanes(VECTOR, c, a + OLD * WIDTH)
+            v = take_lanes(ZERO_VECTOR, c, a + OLD * WIDTH)
             change, mean = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
             lumping = lumping_heat(gather_scalar(about, lattice, nodes.increment_energy), change)
             new = (
@@ -99,19 +98,19 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
                 c[uintp(q + HEAT * WIDTH)] = heat[place_of(index, start + q)]
         for q in range(n):
             p = place_of(index, start + q)
-            v[p, 0], v[p, 1], v[p, 2] = take(VECTOR, c, q + NEW * WIDTH)
+            v[p, 0], v[p, 1], v[p, 2] = take(ZERO_VECTOR, c, q + NEW * WIDTH)
             heat[p] = c[uintp(q + HEAT * WIDTH)]
         if worked:
             _take_work(mapped, energy, dt, start, n, c)
         for q in range(n):
-            (x, y, z), lumping, lost = take((VECTOR, 0.0, 0.0), c, q + NEW * WIDTH)
+            (x, y, z), lumping, lost = take((ZERO_VECTOR, 0.0, 0.0), c, q + NEW * WIDTH)
             m, vv = points.mass[place_of(index, start + q)], x * x + y * y + z * z
             put(c, q + MOVED * WIDTH, (0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * lost))
         add_columns(c, MOVED, n, sums, 0, len(SUMS))
         if remap:
             for q in range(n):
                 p = place_of(index, start + q)
-                rows = inertia_rows(transfer, points.mass[p], take(VECTOR, c, q + NEW * WIDTH), affine, p, 0.0)
+                rows = inertia_rows(transfer, points.mass[p], take(ZERO_VECTOR, c, q + NEW * WIDTH), affine, p, 0.0)
                 add_inertia(about_point(functions, found, first_node, q), lattice, nodes.inertia, transfer, rows)
     for number, column in enumerate(SUMS):
         slabs.sums[s, column] = total(load(sums, number * LANES))
