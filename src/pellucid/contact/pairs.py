@@ -86,19 +86,18 @@ class ContactPair:
         """The bodies of both velocity fields, where these touch anywhere."""
         return [body for side in self._bodies for body in side] if self.detection.normal.any() else []
 
-    def project(self, without: Collection[VelocityField]) -> None:
-        """See `ContactPairs.project`."""
-        if not any(field in without for field in self._fields):
-            how = self._kind, self._friction, self.detection.node, self._touch
-            sides = [field.grid.nodes.strain_velocity for field in self._fields]
-            impulses.stop_approach(self._chunks, *how, *sides, *self._mobility)
+    def project(self) -> None:
+        """The same for the velocities that strain the points, which does no work."""
+        how = self._kind, self._friction, self.detection.node, self._touch
+        sides = [field.grid.nodes.strain_velocity for field in self._fields]
+        impulses.stop_approach(self._chunks, *how, *sides, *self._mobility)
 
     def impulse(self) -> np.ndarray:
         """On the first velocity field over this step [N s], shape (3,)."""
         return self.impulses.sum(axis=0)
 
     def mapping_work(self, fields: Collection[VelocityField]) -> float:
-        """See `ContactPairs.mapping_work`."""
+        """See `ContactPairs.project`."""
         total = 0.0
         for field, mobility, sign in zip(self._fields, self._mobility, SIGNS, strict=True):
             if field in fields:
@@ -133,6 +132,7 @@ class ContactPairs:
         self._pairs = pairs
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._columns = FIRST_LOAD + n_loads
+        self.mapping_work = 0.0  # see `project`
         self._row = row_length(self._columns, n_supports + 2)  # thin axes and other impulses have rows too
 
     def __len__(self) -> int:
@@ -162,13 +162,6 @@ class ContactPairs:
             total += pair.works(self._row)
         named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
         return ContactWork(step_work(total, self._columns), named)
-
-    def mapping_work(self, fields: Collection[VelocityField]) -> float:
-        """How much more work their impulses did on the nodes of these velocity fields than on the points of these [J].
-
-        On points they work along the mean of the velocities that the points give to the nodes before and after the step.
-        """
-        return sum(pair.mapping_work(fields) for pair in self._pairs)
 
     def _sweep(self, anew: bool) -> None:
         for _ in range(self._sweeps):
@@ -203,12 +196,14 @@ class ContactPairs:
                 weight, ahead = 1.0, 0.0
             last = now
 
-    def project(self, without: Collection[VelocityField]) -> None:
-        """Remove the approach from the velocities that strain the points, of all pairs `without` these velocity fields.
+    def project(self, fields: Collection[VelocityField]) -> None:
+        """Remove the approach from the velocities that strain the points.
 
-        No impulse takes that from the points: stress that works along it would make energy of nothing. Fluids take the work of
-        their stress from the forces, and only their volume follows what strains them.
+        Finds `mapping_work` before: how much more work the impulses did on the nodes of some velocity fields than on the points
+        of these [J], on which they work along the mean of the velocities that the points give to the nodes before and after
+        the step.
         """
+        self.mapping_work = sum(pair.mapping_work(fields) for pair in self._pairs)
         for _ in range(self._sweeps):
             for pair in self._pairs:
-                pair.project(without)
+                pair.project()

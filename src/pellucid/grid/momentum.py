@@ -325,7 +325,7 @@ class NodalMomentum:
         its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
         nodes, apart = self._bundle.nodes, self._bundle.apart
         moves = (nodes.mass[:, None] >= NOTHING) & (nodes.constrained == 0)
-        force = nodes.force - apart if len(apart) else nodes.force
+        force = nodes.force - apart[:, :3] if len(apart) else nodes.force
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return 0.5 * dt * float(np.sum(force * slower))
 

@@ -79,11 +79,9 @@ class Simulation:
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         part_forces(self._on_grid.values())
-        grid_fields = self._on_grid.items()
-        self._stressed = [field for field, group in grid_fields if not all(body.keeps_heat for body in group)]
         mapped_again = isinstance(transfer, Flip) and case.time.scheme == "musl"
         self._mapped_again = [
-            field for field, group in grid_fields if mapped_again and not any(body.keeps_heat for body in group)
+            field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
         ]
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
         for actions in self.conditions.actions:
@@ -145,7 +143,7 @@ class Simulation:
         """Nodal velocities of the momentum mapped last."""
         for field in self.velocity_fields:
             field.project()
-        self.contact_pairs.project(self._stressed)
+        self.contact_pairs.project(self._mapped_again)
 
     def sort(self) -> None:
         """Sort the points that left their slab."""
@@ -159,7 +157,7 @@ class Simulation:
         last = self.case.time.scheme != "usf"
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
         if self.has_contact:
-            lost.append(contact_mapping_work(self.contact_pairs, self._mapped_again))
+            lost.append(contact_mapping_work(self.contact_pairs))
         made = -sum(float(work.works[TRANSFER]) for work in lost)
         works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
         done = total_work(works, self._columns)
