@@ -130,8 +130,8 @@ def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
 )
 def test_before_a_run_writes_anything(before: str, after: str, words: list[str], folder: Path) -> None:
     (folder / "out").mkdir()
-    for name in ("run.lock", "history.csv"):
-        (folder / "out" / name).write_text("earlier")
+    (folder / "out" / "run.lock").write_text('{"program": "pellucid"}')
+    (folder / "out" / "history.csv").write_text("earlier")
     line = write(folder, before, after)
     message = told(2, "run", "case.toml", "--out", "out")
     for word in (PLACES[before], *words):

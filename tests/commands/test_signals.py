@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import types
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "results"))
 from free_flight import FakeSimulation, free_flight
 
 SIGNALS = ((signal.SIGTERM, 143), (signal.SIGINT, 130))
+
+
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """Ctrl-C interrupts, also where the tests were started in the background, by a shell that ignores it there."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

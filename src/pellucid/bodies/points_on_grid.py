@@ -131,9 +131,9 @@ class PointsOnGrid(GridBody):
         kept, totals = float(np.exp(-rate * dt)), self.totals
         lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
         if kept < 1.0:
-            given = Bundle(self.mapped._replace(nodes=self._nodes._replace(momentum=np.zeros_like(self._nodes.momentum))))
-            kernels.scatter_momentum(self.n_slabs, given)
-            self.velocity_field.slow((1.0 - kept) * given.nodes.momentum)
+            rows = np.zeros_like(self._nodes.inertia)
+            kernels.scatter_momentum(self.n_slabs, Bundle(self.mapped._replace(nodes=self._nodes._replace(inertia=rows))))
+            self.velocity_field.slow((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
             self._affine *= kept
             totals.kinetic, totals.affine = kept**2 * totals.kinetic, kept**2 * totals.affine

@@ -90,7 +90,8 @@ def gather_scalar(about, lattice, field):
 def _gradient_of(about, lattice, velocity, d):
     """The derivatives of a component of the nodal velocity by x, y, z in cells."""
     wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-    x = y = z = nothing(wx[0] * wy[0] * wz[0])
+    one = wx[0] * wy[0] * wz[0]
+    x, y, z = nothing(one), nothing(one), nothing(one)  # one apiece: without the compiler, += changes an array in place
     for a in range(len(wx)):
         for b in range(len(wy)):
             I = node_at(about, lattice, a, b, 0)
