@@ -168,7 +168,10 @@ def _update_stress_slab(s, strained, dt, move):
     slabs.fault[s, 1] = at_fault
     for k, column in enumerate((STORED, DISSIPATED, POWER, HEATING)):
         slabs.sums[s, column] = total(load(sums, (2 + k) * LANES))
-    slabs.sums[s, RATE] = sums[SUMS * LANES : (SUMS + 1) * LANES].max()
+    rate = 0.0
+    for lane in range(LANES):
+        rate = max(rate, sums[uintp(SUMS * LANES + lane)])
+    slabs.sums[s, RATE] = rate
 
 
 @kernel()
