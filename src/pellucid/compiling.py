@@ -1,6 +1,6 @@
 """What numba compiles, told as it does: which kernel, the how manieth, of how many."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -10,8 +10,9 @@ from pellucid.progress import Progress
 
 
 @contextmanager
-def compilation_told(progress: Progress, key: str) -> Iterator[None]:
-    """Tell of every kernel that is compiled in the block; what is loaded from the cache is none.
+def compilation_told(progress: Progress, key: str, at_first: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Tell of every kernel that is compiled in the block, and call `at_first` with the first; what is loaded from the cache is
+    none.
 
     `key` names the kernels that the block needs. How many these are is known from an earlier time, such as that of other
     sources or of another version of numba; a cache that holds some of them makes it fewer.
@@ -26,6 +27,8 @@ def compilation_told(progress: Progress, key: str) -> Iterator[None]:
         def on_start(self, event: Any) -> None:
             self.number += 1
             self.depth += 1
+            if self.number == 1:
+                at_first()
             if self.depth == 1:  # what is compiled on the way to a kernel counts, but the kernel is named
                 progress.compiling(event.data["dispatcher"].py_func.__name__.lstrip("_"), self.number, expected)
 

@@ -15,7 +15,7 @@ class Progress(Protocol):
     """What work calls; times are in seconds, `energy_error` is relative."""
 
     def begin(self, phase: str, total: float | None = None) -> None:
-        """A phase such as "running" or "figures" begins, and the one before it ends; `total` is what it counts to."""
+        """A phase such as "running" or "drawing" begins, and the one before it ends; `total` is what it counts to."""
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
         """In the middle of a phase a kernel is compiled, the one of that number; `expected` is 0 where nobody knows."""

@@ -41,7 +41,7 @@ def test_figures_and_film_can_be_drawn(run, monkeypatch):
     monkeypatch.setattr(piezo_pictures, "COLUMNS", 200)
     monkeypatch.setattr(piezo_pictures, "FILM_COLUMNS", 150)
     with house_style():
-        figures = piezo_pictures.figures(run)
+        figures = {name: draw() for name, draw in piezo_pictures.figures(run).items()}
         film = piezo_pictures.films(run)["oocyte"]
         picture = film.draw(next(iter(film.times)))
     assert [len([axes for axes in figure.axes if axes.images]) for figure in (*figures.values(), picture)] == [4, 4, 2]

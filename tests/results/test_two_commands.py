@@ -21,7 +21,7 @@ SHORT = {"time.end": 0.5}
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Reports without figures, which take longest."""
-    monkeypatch.setattr(figures, "write_figures", lambda run, beside, notices: {})
+    monkeypatch.setattr(figures, "figures_of", lambda run, beside, notices: {})
 
 
 def begin(out):

@@ -20,6 +20,9 @@ ChangedSettings = Annotated[
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run.")]
 Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: all cores).")]
+NoReport = Annotated[
+    bool, typer.Option("--no-report", help="Draw no figures and write no report; `pellucid report DIR` does it later.")
+]
 Until = Annotated[
     str | None,
     typer.Option("--until", metavar="T", help='Simulated time to end at, with the first step there: 0.1 (s) or "20 ms".'),

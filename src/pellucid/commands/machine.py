@@ -1,4 +1,4 @@
-"""Commands about this machine: bench, doctor."""
+"""Commands about this machine: bench, doctor, warm."""
 
 from typing import Annotated
 
@@ -7,12 +7,14 @@ import typer
 from pellucid.commands.arguments import Threads
 from pellucid.commands.table import console, print_table
 from pellucid.errors import UsageError
+from pellucid.jit import cache_folder
 
 
 def register(app: typer.Typer) -> None:
     """Add these commands."""
     app.command()(bench)
     app.command()(doctor)
+    app.command()(warm)
 
 
 def bench(
@@ -56,3 +58,24 @@ def doctor() -> None:
     from pellucid.doctor import examine
 
     print_table(("what", "found", "advice"), examine())
+
+
+def warm(
+    cases: Annotated[
+        list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids or TOML files (default: the whole gallery).")
+    ] = None,
+) -> None:
+    """Compile the kernels of cases into the cache beforehand, so that their runs start at once."""
+    from pellucid import catalogue
+    from pellucid.case import load
+    from pellucid.progress import clock, watching
+    from pellucid.results.warming import warm as compile_all
+
+    loaded = {name: load(name) for name in cases or catalogue.ids()}
+    with watching() as progress:
+        found = compile_all(loaded, progress)
+    print_table(("case", "kernels compiled", "time"), [(one.case, str(one.kernels), clock(one.seconds)) for one in found])
+    troubles = [f"{one.case}: {one.trouble}" for one in found if one.trouble]
+    if troubles:
+        raise UsageError("\n".join(troubles))
+    typer.echo(f"the kernels are in {cache_folder()}")

@@ -10,6 +10,7 @@ import typer
 from pellucid.commands.arguments import (
     CaseArgument,
     ChangedSettings,
+    NoReport,
     Quick,
     Settings,
     Threads,
@@ -50,6 +51,7 @@ def run(
     ] = None,
     threads: Threads = None,
     every: Annotated[str | None, typer.Option("--every", metavar="T", help="Simulated time between frames.")] = None,
+    no_report: NoReport = False,
 ) -> None:
     """Run a case; curves, fields, checkpoints, figures and report.html go to DIR."""
     from pellucid.results.storage.run_folder import RunFolder
@@ -72,13 +74,19 @@ def run(
 
     try:
         with watching() as progress, resumable(folder):
-            finished = run_case(chosen, folder, threads=threads, until=end, progress=progress)
+            finished = run_case(chosen, folder, threads=threads, until=end, progress=progress, report=not no_report)
     except CaseError as error:  # what only the set-up of the run can find
         raise located(error, case, quick, settings or ()) from None
     conclude(finished, folder)
 
 
-def resume(dir_: Folder, settings: ChangedSettings = None, until: Until = None, threads: Threads = None) -> None:
+def resume(
+    dir_: Folder,
+    settings: ChangedSettings = None,
+    until: Until = None,
+    threads: Threads = None,
+    no_report: NoReport = False,
+) -> None:
     """Go on with a run from its last checkpoint, bit for bit as if it had not stopped."""
     end = read_time("--until", until)
 
@@ -86,7 +94,8 @@ def resume(dir_: Folder, settings: ChangedSettings = None, until: Until = None, 
     from pellucid.results import resume_case
 
     with watching() as progress, resumable(dir_):
-        finished = resume_case(dir_, until=end, threads=threads, progress=progress, settings=read_settings(settings))
+        changes = read_settings(settings)
+        finished = resume_case(dir_, end, threads, progress, report=not no_report, settings=changes)
     conclude(finished, dir_)
 
 

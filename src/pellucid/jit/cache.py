@@ -33,6 +33,10 @@ DIGEST = 32
 """Bytes."""
 
 
+class NotKept(UserWarning):
+    """Compiled kernels live as long as the process."""
+
+
 class KernelCache(NullCache):  # type: ignore[misc]
     """Keeps what numba compiles of one kernel. Where the folder cannot be written, kernels live as long as the process; a file
     whose bytes do not match its digest is replaced. Both are warned of, once in a process."""
@@ -84,7 +88,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
             write_checked(file, stream.getvalue())
         except OSError as error:
             text = f"compiled kernels cannot be kept in {cache_folder()} ({error.strerror}), so that every run compiles anew"
-            _warn_once(f"{text}: make room or name another folder in NUMBA_CACHE_DIR")
+            _warn_once(f"{text}: make room or name another folder in NUMBA_CACHE_DIR", NotKept)
 
     def _entry(self, sig: Any, target_context: Any) -> tuple[Sources | None, Path]:
         arguments, _ = normalize_signature(sig)
@@ -122,11 +126,11 @@ def write_checked(file: Path, data: bytes) -> None:
 _said: set[str] = set()
 
 
-def _warn_once(text: str) -> None:
+def _warn_once(text: str, category: type[UserWarning] = UserWarning) -> None:
     """Many kernels fare alike: the first tells for all."""
     if not _said:
         _said.add(text)
-        warnings.warn(text, stacklevel=2)
+        warnings.warn(text, category, stacklevel=2)
 
 
 def _referred_to(library: Any) -> list[ChunkKernel]:

@@ -132,12 +132,13 @@ def _simulation(
     """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told."""
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
+    from pellucid.simulation.ahead import compiled_ahead
     from pellucid.simulation.kernel_key import kernel_key
     from pellucid.simulation.simulation import Simulation
 
     check_memory(case)
     progress.begin("setting up")
-    with compilation_told(progress, kernel_key(case)), laws_blamed(case):
+    with compiled_ahead(case) as begin, compilation_told(progress, kernel_key(case), begin), laws_blamed(case):
         yield Simulation(case, threads, start=start)
 
 

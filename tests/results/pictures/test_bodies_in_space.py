@@ -5,7 +5,7 @@ import synthetic_oocyte
 from pellucid import run
 from pellucid.case import Case
 from pellucid.results.pictures.bodies_in_space import opening, panels_in_space
-from pellucid.results.pictures.figures import bodies, energies, probes, write_figures
+from pellucid.results.pictures.figures import bodies, energies, figures_of, probes
 from pellucid.results.pictures.rendering.axes import round_length
 from pellucid.results.pictures.style import house_style
 
@@ -80,7 +80,7 @@ def solid(tmp_path_factory):
 def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
     monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
     with house_style():
-        drawn = bodies(solid)
+        drawn = {name: draw() for name, draw in bodies(solid).items()}
     assert list(drawn) == ["bodies_speed", "bodies_load", "bodies_speed_inside", "bodies_load_inside"]
     words = {name: {text.get_text() for axes in figure.axes for text in axes.texts} for name, figure in drawn.items()}
     assert {name: "cut open" in found for name, found in words.items()} == {name: "inside" in name for name in words}
@@ -118,7 +118,7 @@ def hanging(tmp_path_factory):
 
 def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the_loads(hanging, monkeypatch):
     monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
-    drawn = {path.stem for path in write_figures(hanging, None, [])}
+    drawn = set(figures_of(hanging, None, []))
     assert drawn == {
         *(f"bodies_{what}{cut}" for what in ("displacement", "load") for cut in ("", "_inside")),
         "energies",

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pellucid.results.pictures.films import FILM_DPI, HOLD, Animation, write_film
+from pellucid.results.pictures.films import FILM_DPI, HOLD, pixels_of, write_film
 from pellucid.results.pictures.style import new_figure
 
 TIMES = (0.0, 0.5, 1.0)
@@ -20,7 +20,7 @@ def draw(time):
 @pytest.fixture
 def film(tmp_path):
     path = tmp_path / "red.gif"
-    write_film(Animation(draw, TIMES), path)
+    write_film([pixels_of(draw(time)) for time in TIMES], path)
     with Image.open(path) as found:
         yield found
 
@@ -59,7 +59,7 @@ def test_a_small_spot_of_orange_does_not_take_the_red_of_something_large(tmp_pat
         figure.figimage(picture, origin="upper", resize=True)
         return figure
 
-    write_film(Animation(draw_spot, TIMES), tmp_path / "spot.gif")
+    write_film([pixels_of(draw_spot(time)) for time in TIMES], tmp_path / "spot.gif")
     with Image.open(tmp_path / "spot.gif") as found:
         shown = np.asarray(found.convert("RGB")).astype(float) / 255.0
     spot = np.argwhere(np.abs(shown - (0.89, 0.52, 0.08)).max(axis=2) < 0.06)
@@ -69,4 +69,4 @@ def test_a_small_spot_of_orange_does_not_take_the_red_of_something_large(tmp_pat
 
 def test_a_film_needs_pictures(tmp_path):
     with pytest.raises(ValueError, match="at least one instant"):
-        write_film(Animation(draw, ()), tmp_path / "none.gif")
+        write_film([], tmp_path / "none.gif")

@@ -1,5 +1,6 @@
 """Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether energy is conserved."""
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,8 @@ from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -79,9 +82,9 @@ def _facing(run: "Run", time: float) -> float:
     return float(np.mean(start[failed] > start.mean())) if failed.any() else float("nan")
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
-    """The oocyte whole and cut open, the course of the failure and its place."""
-    return piezo_pictures.figures(run) | {"failure": _failure(run)}
+def figures(run: "Run") -> "dict[str, Callable[[], Figure]]":
+    """How they are drawn: the oocyte whole and cut open, the course of the failure and its place."""
+    return piezo_pictures.figures(run) | {"failure": partial(_failure, run)}
 
 
 def _failure(run: "Run") -> "Figure":

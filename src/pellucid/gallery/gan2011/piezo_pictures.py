@@ -1,6 +1,7 @@
 """Pictures of the oocyte that a pipette pushes sideways: whole, cut open along the pipette's path, and as a film."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -58,9 +59,9 @@ class Stage(NamedTuple):
     limits: tuple[float, float] = (-1.0, 1.0)
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
-    """The oocyte whole and cut open at the instants of the paper."""
-    return {"oocyte_whole": oocyte_whole(run), "oocyte_cut": oocyte_cut(run)}
+def figures(run: "Run") -> "dict[str, Callable[[], Figure]]":
+    """How the oocyte is drawn whole and cut open at the instants of the paper."""
+    return {"oocyte_whole": partial(oocyte_whole, run), "oocyte_cut": partial(oocyte_cut, run)}
 
 
 def films(run: "Run") -> dict[str, Animation]:

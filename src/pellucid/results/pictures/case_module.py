@@ -1,7 +1,7 @@
 """What the Python module of a gallery case draws of a run."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,8 @@ from pellucid import catalogue
 from pellucid.results.storage.files import OutputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from pellucid.results.storage.run import Run
 
 
@@ -18,8 +20,23 @@ def drawn_by_module(run: "Run", kind: str) -> dict[str, Any]:
     try:
         return dict(make(run)) if make else {}
     except Exception as error:  # a run stopped early or changed by settings may be none that the module can draw
-        warnings.warn(f"the {kind} of {run.stored.id} do not apply to this run: {error}", stacklevel=2)
+        _warn(run, kind, error)
         return {}
+
+
+def drawn(run: "Run", figure: "Figure | Callable[[], Figure]") -> "Figure | None":
+    """A figure that the module gave, drawn now if it gave a function; None with a warning where it cannot draw this run."""
+    try:
+        return figure() if callable(figure) else figure
+    except OutputError:
+        raise
+    except Exception as error:
+        _warn(run, "figures", error)
+        return None
+
+
+def _warn(run: "Run", kind: str, error: Exception) -> None:
+    warnings.warn(f"the {kind} of {run.stored.id} do not apply to this run: {error}", stacklevel=3)
 
 
 @contextmanager

@@ -1,19 +1,19 @@
 """The figures of a run: those of its gallery case, its bodies, the energy balance, the momentum, the probes."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
+from io import BytesIO
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
-from pellucid.results.pictures.case_module import drawn_by_module, noticed
+from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
-from pellucid.results.pictures.style import DPI, LINES, house_style, label, new_figure
-from pellucid.results.storage.drawn import drawing
-from pellucid.results.storage.files import explained
+from pellucid.results.pictures.style import DPI, LINES, label, new_figure
 from pellucid.simulation.watch import FIRST_JUDGED
 
 if TYPE_CHECKING:
@@ -22,58 +22,64 @@ if TYPE_CHECKING:
 
     from pellucid.results.storage.run import Run
 
+    Draw = Callable[[], Figure | None]
+
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
-def write_figures(run: "Run", beside: "Run | None", notices: list[str]) -> dict[Path, str]:
-    """Draw every figure of the run to `figures/<name>.png`; return paths, in the order of the report, and titles.
+class Picture(NamedTuple):
+    """A figure as PNG, and its title."""
+
+    data: bytes
+    title: str
+
+
+def figures_of(run: "Run", beside: "Run | None", notices: list[str]) -> "dict[str, Draw]":
+    """How the figures of a run are drawn, by name in the order of the report.
 
     The probes are drawn together with those of the same name of the run `beside`. To `notices` comes what cannot be drawn
     because files of the run are damaged.
     """
-    folder = run.folder.figures
-    titles = {}
-    with house_style():
-        stopped = where_it_stopped(run)
-        figures = {} if stopped is None else {"where_it_stopped": stopped}
-        figures |= drawn_by_module(run, "figures")
-        with noticed(notices):
-            figures |= bodies(run)
-        if not all(is_still(body) for body in run.stored.bodies):
-            figures["energies"] = energies(run)
-            if run.stored.steady is None and has_momentum(run):
-                figures["momentum"] = momentum(run)
-        if run.stored.probes:
-            figures["probes"] = probes(run, beside)
-        with explained(run.out):
-            folder.mkdir(exist_ok=True)
-            for name, figure in figures.items():
-                path = folder / f"{name}.png"
-                figure.draw_without_rendering()  # the layout settles in the second drawing
-                with drawing(path) as temporary:
-                    figure.savefig(temporary, format="png", dpi=DPI)
-                titles[path] = figure.get_suptitle()
-    return titles
+    stopped = where_it_stopped(run)
+    figures: dict[str, Draw] = {} if stopped is None else {"where_it_stopped": lambda: stopped}
+    figures |= {name: partial(drawn, run, figure) for name, figure in drawn_by_module(run, "figures").items()}
+    with noticed(notices):
+        figures |= bodies(run)
+    if not all(is_still(body) for body in run.stored.bodies):
+        figures["energies"] = lambda: energies(run)
+        if run.stored.steady is None and has_momentum(run):
+            figures["momentum"] = lambda: momentum(run)
+    if run.stored.probes:
+        figures["probes"] = lambda: probes(run, beside)
+    return figures
 
 
-def bodies(run: "Run") -> "dict[str, Figure]":
-    """Bodies at some instants by speed, in steady states by displacement, and by pressure or stress; in space solids once
-    whole and once cut open, unless a plane of symmetry at the front does that; along a tube the profiles at the end; films that
-    are curves by their density. Of what does not move there is no speed, and of a line no picture."""
+def picture_of(figure: "Figure") -> Picture:
+    """A figure as it is in the report."""
+    figure.draw_without_rendering()  # the layout settles in the second drawing
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=DPI)
+    return Picture(file.getvalue(), figure.get_suptitle())
+
+
+def bodies(run: "Run") -> "dict[str, Draw]":
+    """How bodies are drawn: at some instants by speed, in steady states by displacement, and by pressure or stress; in space
+    solids once whole and once cut open, unless a plane of symmetry at the front does that; along a tube the profiles at the
+    end; films that are curves by their density. Of what does not move there is no speed, and of a line no picture."""
     if are_curves(run):
-        return {"bodies": curves_in_plane(run)}
+        return {"bodies": partial(curves_in_plane, run)}
     if all(len(run.cells(body.name).lines) for body in run.stored.bodies):
         return {}
     if all(is_still(body) for body in run.stored.bodies):
-        return {"bodies_load": panels_in_space(run, "load")}
+        return {"bodies_load": partial(panels_in_space, run, "load")}
     thin, quantities = run.stored.thin, ("displacement" if run.stored.steady else "speed", "load")
     if sum(thin) == 2:
-        return {"profiles_of_points": profiles(run, thin.index(False))}
+        return {"profiles_of_points": partial(profiles, run, thin.index(False))}
     if any(thin):
-        return {f"bodies_{name}": panels_in_plane(run, name) for name in quantities}
-    figures = {f"bodies_{name}": panels_in_space(run, name) for name in quantities}
+        return {f"bodies_{name}": partial(panels_in_plane, run, name) for name in quantities}
+    figures: dict[str, Draw] = {f"bodies_{name}": partial(panels_in_space, run, name) for name in quantities}
     if any(len(run.cells(body.name).tetrahedra) for body in run.stored.bodies) and not is_open_in_front(run):
-        figures |= {f"bodies_{name}_inside": panels_in_space(run, name, halved=True) for name in quantities}
+        figures |= {f"bodies_{name}_inside": partial(panels_in_space, run, name, halved=True) for name in quantities}
     return figures
 
 

@@ -1,22 +1,16 @@
 """Films of a run as animated GIF: they play everywhere and need nothing but pillow, which comes with matplotlib."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.progress import Progress
-from pellucid.results.pictures.case_module import drawn_by_module, noticed
-from pellucid.results.pictures.style import house_style
 from pellucid.results.storage.drawn import drawing
-from pellucid.results.storage.files import explained
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
-
-    from pellucid.results.storage.run import Run
 
 FILM_DPI = 96
 FRAME, HOLD = 120, 1500  # ms that a picture stays, and the last one
@@ -35,52 +29,29 @@ class Animation(NamedTuple):
     times: Iterable[float]
 
 
-def write_films(run: "Run", progress: Progress, notices: list[str]) -> list[Path]:
-    """Make the films of the run's gallery case as `figures/<name>.gif`; return their paths.
-
-    To `notices` comes what cannot be drawn because files of the run are damaged.
-    """
-    folder = run.folder.figures
-    paths = []
-    with house_style(), explained(run.out):
-        for name, film in drawn_by_module(run, "films").items():
-            folder.mkdir(exist_ok=True)
-            path = folder / f"{name}.gif"
-            with noticed(notices):
-                write_film(film, path, progress)
-                paths.append(path)
-    return paths
-
-
-def write_film(film: Animation, path: Path, progress: Progress | None = None) -> None:
-    """Draw every picture of a film and write it to `path`. Raises ValueError for a film without pictures."""
-    from PIL.Image import Dither
-
-    times, pictures = list(film.times), []
-    if progress is not None:
-        progress.begin("film", len(times))
-    for number, time in enumerate(times, 1):
-        pictures.append(_drawn(film.draw(time)))
-        if progress is not None:
-            progress.count(number)
-    if not pictures:
-        raise ValueError("a film needs at least one instant")
-    palette = _palette(pictures)
-    # one palette and no dithering: what does not change between pictures is not stored again
-    first, *others = [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
-    durations = [FRAME] * len(others) + [HOLD]
-    with drawing(path) as temporary:
-        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
-
-
-def _drawn(figure: "Figure") -> "Image":
+def pixels_of(figure: "Figure") -> np.ndarray:
+    """A picture of a film, shape (rows, columns, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from PIL.Image import fromarray
 
     figure.set_dpi(FILM_DPI)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    return fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3].copy())
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+
+
+def write_film(pictures: Sequence[np.ndarray], path: Path) -> None:
+    """Write a film of pictures, all of one shape, to `path`. Raises ValueError for a film without pictures."""
+    from PIL.Image import Dither, fromarray
+
+    if not pictures:
+        raise ValueError("a film needs at least one instant")
+    images = [fromarray(picture) for picture in pictures]
+    palette = _palette(images)
+    # one palette and no dithering: what does not change between pictures is not stored again
+    first, *others = [image.quantize(palette=palette, dither=Dither.NONE) for image in images]
+    durations = [FRAME] * len(others) + [HOLD]
+    with drawing(path) as temporary:
+        first.save(temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
 
 
 def _palette(pictures: "list[Image]") -> "Image":

@@ -11,9 +11,9 @@ import numpy as np
 from pellucid.grid.model import GridCase
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures import figures
+from pellucid.results.pictures import figures, painter
 from pellucid.results.pictures.case_module import captions
-from pellucid.results.pictures.films import FILM_DPI, write_films
+from pellucid.results.pictures.films import FILM_DPI
 from pellucid.results.pictures.quantities import is_film
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
 from pellucid.results.report.header import are_films_alone, facts, header
@@ -69,9 +69,7 @@ def draw_report(run: Run, beside: Run | None = None, progress: Progress | None =
     texts = CAPTIONS | captions(run)
     progress = progress or WarningsOnly()
     notices: list[str] = []
-    titles = dict.fromkeys(write_films(run, progress, notices), "")
-    progress.begin("figures")
-    titles |= figures.write_figures(run, beside, notices)
+    titles = painter.write_pictures(run, beside, progress, notices)
     for text in notices:
         progress.message(f"left out of the report: {text}")
     pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]

@@ -1,0 +1,109 @@
+"""The pictures of a run, drawn one by one, here and in helpers beside."""
+
+import warnings
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pellucid import catalogue
+from pellucid.processes import Helper, free_cores, helped, shared
+from pellucid.progress import Progress
+from pellucid.results.pictures import figures
+from pellucid.results.pictures.case_module import drawn_by_module, noticed
+from pellucid.results.pictures.films import Animation, pixels_of, write_film
+from pellucid.results.pictures.style import house_style
+from pellucid.results.storage.drawn import drawing
+from pellucid.results.storage.files import explained
+from pellucid.results.storage.run import Run
+
+MOST_HELPERS = 3
+MANY_POINTS = {True: 5_000, False: 20_000}
+"""Of a run with a film and without: with fewer, its pictures are drawn before a helper is there."""
+
+
+class FilmPicture(NamedTuple):
+    """One picture of a film."""
+
+    film: str
+    time: float  # s
+
+
+class Painter:
+    """Draws the pictures of a run, one at a time. To `notices` comes what cannot be drawn because files are damaged."""
+
+    def __init__(self, run: Run, beside: Run | None = None) -> None:
+        self._run, self._beside = run, beside
+        self.notices: list[str] = []
+
+    @cached_property
+    def films(self) -> dict[str, Animation]:
+        """Those of the gallery case."""
+        with house_style():
+            return drawn_by_module(self._run, "films")
+
+    @cached_property
+    def figures(self) -> "dict[str, figures.Draw]":
+        """How all figures are drawn, in the order of the report."""
+        with house_style():
+            return figures.figures_of(self._run, self._beside, self.notices)
+
+    def draw(self, picture: FilmPicture | str) -> Any:
+        """The pixels of a picture of a film, or a figure by its name; None where there is none."""
+        with house_style():
+            if isinstance(picture, FilmPicture):
+                return pixels_of(self.films[picture.film].draw(picture.time))
+            figure = self.figures[picture]()
+            return None if figure is None else figures.picture_of(figure)
+
+    def draw_or_notice(self, picture: FilmPicture | str) -> Any:
+        """The same; None with a notice where files are damaged."""
+        drawn = None
+        with noticed(self.notices):
+            drawn = self.draw(picture)
+        return drawn
+
+
+def write_pictures(run: Run, beside: Run | None, progress: Progress, notices: list[str]) -> dict[Path, str]:
+    """Draw films and figures of a run into its folder; return their paths, in the order of the report, and titles.
+
+    To `notices` comes what cannot be drawn because files of the run are damaged.
+    """
+    helpers = _helpers(run, beside)
+    with helped(helpers):
+        painter = Painter(run, beside)
+        progress.begin("drawing")
+        names = [FilmPicture(name, float(time)) for name, film in painter.films.items() for time in film.times]
+        jobs = [*names, *painter.figures]
+        progress.begin("drawing", len(jobs))
+        drawn = dict(zip(jobs, shared(jobs, painter.draw_or_notice, helpers, progress.count), strict=True))
+    titles = {}
+    with explained(run.out):
+        run.folder.figures.mkdir(exist_ok=True)
+        for name in painter.films:
+            pixels = [drawn[job] for job in names if job.film == name]
+            if all(picture is not None for picture in pixels):
+                path = run.folder.figures / f"{name}.gif"
+                write_film(pixels, path)
+                titles[path] = ""
+        for name in painter.figures:
+            if drawn[name] is not None:
+                path = run.folder.figures / f"{name}.png"
+                with drawing(path) as temporary:
+                    temporary.write_bytes(drawn[name].data)
+                titles[path] = drawn[name].title
+    notices += painter.notices
+    return titles
+
+
+def _helpers(run: Run, beside: Run | None) -> list[Helper]:
+    """Other processes that draw, where there is enough for them."""
+    has_film = hasattr(catalogue.module(run.stored.id), "films")
+    if run.so_far.get("points", 0) < MANY_POINTS[has_film]:
+        return []
+    return [Helper(_draw_in, run.out, beside and beside.out) for _ in range(min(MOST_HELPERS, free_cores()))]
+
+
+def _draw_in(out: Path, beside: Path | None) -> Any:
+    """What a helper does. A picture with a warning is left to the process that can tell it."""
+    warnings.simplefilter("error", UserWarning)
+    return Painter(Run(out), Run(beside) if beside else None).draw
