@@ -95,10 +95,8 @@ class RigidBody:
         """Angular velocity [rad/s] of the spin for points at r from the centre [m]."""
         m = self.body.arrays["mass"][:, None]
         inertia = np.sum(m * r * r) * np.eye(3) - np.einsum("pi,pj->ij", m * r, r)
-        turns, omega = (
-            self._turns,
-            np.zeros(3),
-        )  # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
+        turns, omega = self._turns, np.zeros(3)
+        # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
         omega[turns] = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True) @ self._spin[turns]
         return omega
 

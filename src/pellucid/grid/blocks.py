@@ -6,9 +6,9 @@ vectors of `LANES` points. A vector may reach beyond its run: what it finds for 
 
 from numpy import uintp
 
-from pellucid.approximants.axis import axis_numbers, axis_values
+from pellucid.approximants.axis import axis_numbers
 from pellucid.grid.points import place_of
-from pellucid.grid.stencil import Stencil
+from pellucid.grid.stencil import functions_at, stencil_of
 from pellucid.jit import pointwise
 from pellucid.jit.columns import WIDTH, put, take, take_lanes
 from pellucid.jit.vector import LANES, larger, load, store
@@ -26,34 +26,21 @@ def functions_like(functions):
 @pointwise
 def find_functions(functions, lattice, index, position, start, n, found, first_node):
     """Shape functions of the n points that slabs count from `start` on, into columns of `found`, and their first nodes."""
-    h, low, counts, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     for q in range(n):
-        p = place_of(index, start + q)
-        i, x = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, counts[0])
-        j, y = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, counts[1])
-        k, z = axis_numbers(functions[2], (position[p, 2] - low[2]) * h, counts[2])
-        first_node[q] = int(i * stride[0] + j * stride[1] + k * stride[2])
-        put(found, q, (x, y, z))
-
-
-@pointwise
-def _stencil(functions, node, numbers):
-    ox, wx, gx = axis_values(functions[0], numbers[0])
-    oy, wy, gy = axis_values(functions[1], numbers[1])
-    oz, wz, gz = axis_values(functions[2], numbers[2])
-    return Stencil(node, (ox, oy, oz), wx, wy, wz, gx, gy, gz)
+        first_node[q], numbers = functions_at(functions, lattice, position, place_of(index, start + q))
+        put(found, q, numbers)
 
 
 @pointwise
 def about_point(functions, found, first_node, q):
     """The stencil of point q of a block."""
-    return _stencil(functions, first_node[q], take(functions_like(functions), found, q))
+    return stencil_of(functions, first_node[q], take(functions_like(functions), found, q))
 
 
 @pointwise
 def about_lanes(functions, found, first_node, q):
     """The stencil of the points from q on that share their nodes with it."""
-    return _stencil(functions, first_node[q], take_lanes(functions_like(functions), found, q))
+    return stencil_of(functions, first_node[q], take_lanes(functions_like(functions), found, q))
 
 
 @pointwise

@@ -24,7 +24,7 @@ from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
 FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
-NO_FORCE = np.zeros((0, 4))
+NO_FORCES = np.zeros((0, 4))
 NOTHING = 1e-290  # kg; no point reaches a node below this
 
 
@@ -61,7 +61,7 @@ class AdvancedNodes(NamedTuple):
     gravity: np.ndarray  # (3,) what acts of it [m/s²]
     external: ExternalAction
     load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
-    apart: np.ndarray  # (n, 4) rows of internal forces of bodies that keep heat [N]; none where these are with all others
+    apart: np.ndarray  # (n, 3) internal forces of the bodies that keep heat [N]; no rows where these are with all others
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
 
 
@@ -279,7 +279,7 @@ class NodalMomentum:
         small_mass: float,
         flip: float,
         external: ExternalAction,
-        apart: np.ndarray = NO_FORCE,
+        apart: np.ndarray = NO_FORCES[:, :3],
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
@@ -325,7 +325,7 @@ class NodalMomentum:
         its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
         nodes, apart = self._bundle.nodes, self._bundle.apart
         moves = (nodes.mass[:, None] >= NOTHING) & (nodes.constrained == 0)
-        force = nodes.force - apart[:, :3] if len(apart) else nodes.force
+        force = nodes.force - apart if len(apart) else nodes.force
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return 0.5 * dt * float(np.sum(force * slower))
 

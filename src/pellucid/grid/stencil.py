@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from numpy import uintp
 
-from pellucid.approximants.axis import axis_weights
+from pellucid.approximants.axis import axis_numbers, axis_values
 from pellucid.grid.velocity_transfer import row_of_line, row_of_node
 from pellucid.jit import pointwise
 from pellucid.jit.vector import load, nothing, store
@@ -29,17 +29,30 @@ class Stencil(NamedTuple):
 
 
 @pointwise
+def functions_at(functions, lattice, position, p):
+    """Where the first node about point p of `position` [m], shape (points, 3), is stored, and the numbers of its functions
+    along each axis."""
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    i, x = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, n[0])
+    j, y = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, n[1])
+    k, z = axis_numbers(functions[2], (position[p, 2] - low[2]) * h, n[2])
+    return int(i * stride[0] + j * stride[1] + k * stride[2]), (x, y, z)
+
+
+@pointwise
+def stencil_of(functions, start, numbers):
+    """The stencil of such numbers, or of vectors of them where points share their nodes."""
+    ox, wx, gx = axis_values(functions[0], numbers[0])
+    oy, wy, gy = axis_values(functions[1], numbers[1])
+    oz, wz, gz = axis_values(functions[2], numbers[2])
+    return Stencil(start, (ox, oy, oz), wx, wy, wz, gx, gy, gz)
+
+
+@pointwise
 def stencil(functions, lattice, position, p):
     """The nodes about point p of `position` [m], shape (points, 3)."""
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    X = (position[p, 0] - low[0]) * h
-    Y = (position[p, 1] - low[1]) * h
-    Z = (position[p, 2] - low[2]) * h
-    i, wx, gx = axis_weights(functions[0], X, n[0])
-    j, wy, gy = axis_weights(functions[1], Y, n[1])
-    k, wz, gz = axis_weights(functions[2], Z, n[2])
-    start = i * stride[0] + j * stride[1] + k * stride[2]
-    return Stencil(int(start), (i - X, j - Y, k - Z), wx, wy, wz, gx, gy, gz)
+    start, numbers = functions_at(functions, lattice, position, p)
+    return stencil_of(functions, start, numbers)
 
 
 @pointwise
@@ -127,17 +140,6 @@ def add_vector(about, lattice, target, vector):
                 w = wx[a] * wy[b] * wz[c]
                 for d in range(3):
                     target[I, d] += w * vector[d]
-
-
-@pointwise
-def add_scalar(about, lattice, target, value):
-    """Add N_I times a value to each node of `target`, shape (nodes,)."""
-    wx, wy, wz = about.wx, about.wy, about.wz
-    for a in range(len(wx)):
-        for b in range(len(wy)):
-            share = wx[a] * wy[b] * value
-            for c in range(len(wz)):
-                target[node_at(about, lattice, a, b, c)] += share * wz[c]
 
 
 @pointwise

@@ -40,7 +40,7 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 GIVEN = IDENTITY, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
 # columns of a block: those of GIVEN, in place of some of which comes what was found
-PLACE, IN_CELLS, VOLUME, GROWTH, SIZE, BAD, FASTEST, STATE = 12, 15, 19, 20, 21, 22, 28, 29
+PLACE, IN_CELLS, VOLUME, GROWTH, BAD, FASTEST, STATE = 12, 15, 19, 20, 22, 28, 29
 SUMS = 6  # from BAD on: bad points, points beyond their slab, and of STORED, DISSIPATED, POWER, HEATING
 
 

@@ -16,6 +16,7 @@ from pellucid.grid.points import KINETIC, LOST, MOMENTUM_X, MOMENTUM_Y, MOMENTUM
 from pellucid.grid.stencil import add_inertia, add_internal_force, gather, stencil
 from pellucid.grid.velocity_transfer import inertia_rows
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.jit.vector import row
@@ -29,7 +30,7 @@ def _stress_rows(stress, p):
 
 
 @kernel(inner=True)
-def _scatter_slab(s, mapped, inertia, force):
+def _scatter_slab(s, mapped, inertia, force, counted):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
     v = points.velocity
@@ -41,16 +42,25 @@ def _scatter_slab(s, mapped, inertia, force):
             p = place_of(index, start + q)
             about = about_point(functions, found, first_node, q)
             if inertia:
-                rows = inertia_rows(transfer, points.mass[p], (v[p, 0], v[p, 1], v[p, 2]), affine, p, 1.0)
+                rows = inertia_rows(transfer, points.mass[p], (v[p, 0], v[p, 1], v[p, 2]), affine, p, counted)
                 add_inertia(about, lattice, nodes.inertia, transfer, rows)
             if force:
                 add_internal_force(about, lattice, nodes.forces, points.volume[p], _stress_rows(points.stress, p))
 
 
 @kernel()
-def scatter(n, mapped, inertia, force):
+def _scatter(n, mapped, inertia, force, counted):
+    parallel_by_colour(_scatter_slab, n, mapped, inertia, force, counted)
+
+
+def scatter(n: int, mapped: Bundle, inertia: int, force: int) -> None:
     """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) of n slabs to the nodes."""
-    parallel_by_colour(_scatter_slab, n, mapped, inertia, force)
+    _scatter(n, mapped, inertia, force, 1.0)
+
+
+def scatter_momentum(n: int, mapped: Bundle) -> None:
+    """Momentum alone of the points of n slabs to the nodes, after their velocities were changed (MUSL)."""
+    _scatter(n, mapped, 1, 0, 0.0)
 
 
 @pointwise
@@ -119,24 +129,3 @@ def _sum_slab(s, mapped):
 def sum_momentum(n, mapped):
     """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
     parallel_for(_sum_slab, n, mapped)
-
-
-@kernel(inner=True)
-def _scatter_momentum_slab(s, mapped):
-    functions, transfer, lattice, index = mapped.functions, mapped.transfer, mapped.lattice, mapped.index
-    points, slabs, affine, inertia = mapped.points, mapped.slabs, mapped.affine, mapped.nodes.inertia
-    v = points.velocity
-    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
-    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
-        n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, points.position, start, n, found, first_node)
-        for q in range(n):
-            p = place_of(index, start + q)
-            rows = inertia_rows(transfer, points.mass[p], (v[p, 0], v[p, 1], v[p, 2]), affine, p, 0.0)
-            add_inertia(about_point(functions, found, first_node, q), lattice, inertia, transfer, rows)
-
-
-@kernel()
-def scatter_momentum(n, mapped):
-    """Momentum of the points of n slabs to the nodes, after their velocities were changed (MUSL)."""
-    parallel_by_colour(_scatter_momentum_slab, n, mapped)

@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import NO_FORCE, ExternalAction, NodalMomentum, Supports
+from pellucid.grid.momentum import NO_FORCES, ExternalAction, NodalMomentum, Supports
 from pellucid.grid.nodal_impulses import add_impulses
 
 
@@ -18,7 +18,7 @@ class VelocityField:
 
     def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
         self.name, self.grid, self.moves_points = name, grid, moves_points
-        self._apart = self._slowed = NO_FORCE
+        self._apart = self._slowed = NO_FORCES
 
     def forces_apart(self) -> np.ndarray:
         """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
@@ -38,7 +38,7 @@ class VelocityField:
         """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
         self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
-        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart)
+        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart[:, :3])
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act on the nodes."""

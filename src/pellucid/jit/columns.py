@@ -20,13 +20,17 @@ BLOCK = 32
 WIDTH = BLOCK + LANES
 
 
+def _is_tuple(kind: Any) -> bool:
+    return isinstance(kind, types.BaseTuple)  # type: ignore[attr-defined]
+
+
 def _leaves(kind: Any) -> int:
-    return sum(_leaves(part) for part in kind) if isinstance(kind, types.BaseTuple) else 1  # type: ignore[attr-defined]
+    return sum(_leaves(part) for part in kind) if _is_tuple(kind) else 1
 
 
 def _lanes_of(kind: Any) -> Any:
     """The type of a tuple with a vector in place of each number."""
-    if not isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+    if not _is_tuple(kind):
         return VECTOR
     parts = [_lanes_of(part) for part in kind]
     if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
@@ -54,7 +58,7 @@ def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
 
         def store(kind: Any, value: Any) -> None:
             nonlocal column
-            if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+            if _is_tuple(kind):
                 for place, part in enumerate(kind):
                     store(part, builder.extract_value(value, place))
                 return
@@ -80,7 +84,7 @@ def _taking(kind: Any, lanes: bool) -> Any:
 
         def load(kind: Any) -> Any:
             nonlocal column
-            if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+            if _is_tuple(kind):
                 return context.make_tuple(builder, kind, [load(part) for part in kind])
             place = _column(builder, data, given[2], column)
             column += 1
