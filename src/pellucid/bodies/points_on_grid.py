@@ -172,6 +172,24 @@ class PointsOnGrid(GridBody):
             sums = ordered_sum(self.slabs.sums)
         self._collect_momentum_sums(sums)
 
+    @property
+    def takes_second_impulses(self) -> bool:
+        """Where what leads its points can do so again."""
+        return self.led_again
+
+    def take_second_impulses(self, dt: float) -> float:
+        """Add the second increments of its field to the velocities: the kinetic energy won [J]."""
+        before, increment = self.totals.kinetic, self.velocity_field.second_increment
+        reached = self.slabs.reached(self.velocity_field.second_layers(), self._stencil)
+        kernels.add_increments(self.n_slabs, self.mapped, increment, reached)
+        self._collect_momentum_sums(ordered_sum(self.slabs.sums))
+        won = self.totals.kinetic - before
+        if self.constraint is not None:
+            self.lead_again()
+            kernels.sum_momentum(self.n_slabs, self.mapped)
+            self._collect_momentum_sums(ordered_sum(self.slabs.sums))
+        return won
+
     def kept_energy(self) -> np.ndarray:
         """The specific energy of its points [J/kg], shape (n,), of a body that keeps heat; of others an empty array."""
         return NO_ENERGY

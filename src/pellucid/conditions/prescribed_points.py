@@ -107,6 +107,13 @@ class PrescribedPoints(ActiveCondition):
         if self._points is not None:
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)
 
+    def prescribe_velocities_again(self) -> None:
+        """The same after contact gave impulses once more."""
+        impulse, energy = self._impulse.copy(), self._energy.copy()
+        self.prescribe_velocities()
+        self._impulse += impulse
+        self._energy += energy
+
     def prescribe_positions(self) -> None:
         """Prescribed positions."""
         if self._points is not None:

@@ -100,6 +100,12 @@ class GridCoupling:
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
         return self.increment
 
+    def gather_second(self) -> np.ndarray:
+        """The second increments of this step [m/s], shape (n, 3)."""
+        second = np.empty_like(self.increment)
+        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
+        return second
+
     def subcell_loss(self) -> np.ndarray:
         """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
 

@@ -80,19 +80,20 @@ def _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, given):
 
 
 @kernel(inner=True)
-def _stop_approach_chunk(chunk, kind, friction, node, touch, one, other, w1, w2):
+def _stop_approach_chunk(chunk, kind, friction, node, touch, one, other, w1, w2, total):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         impulse = _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, (0.0, 0.0, 0.0))
         for d in range(3):
             one[I, d] += w1[e, d] * impulse[d]
             other[I, d] -= w2[e, d] * impulse[d]
+            total[e, d] += impulse[d]
 
 
 @kernel()
-def stop_approach(chunks, kind, friction, node, touch, one, other, w1, w2):
-    """Change the velocities of two sides by the impulses that stop their approach; touch: as for `resolve`."""
-    parallel_for(_stop_approach_chunk, chunks, kind, friction, node, touch, one, other, w1, w2)
+def stop_approach(chunks, kind, friction, node, touch, one, other, w1, w2, total):
+    """Change the velocities of two sides by the impulses that stop their approach; these add up. touch: as for `resolve`."""
+    parallel_for(_stop_approach_chunk, chunks, kind, friction, node, touch, one, other, w1, w2, total)
 
 
 @kernel(inline=True)
@@ -159,7 +160,10 @@ def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, works):
         for d in range(3):
             j, new = sign * impulse[e, d], velocity[I, d]
             if mobility[e, d] > 0.0:
-                contact += j * mean_velocity[I, d] if moved_by_grid else 0.0
+                mean = mean_velocity[I, d]
+                if len(driven_mass) > 0 and driven_mass[I, d] > 0.0:  # along which forces work, but not what came after
+                    mean = new - 0.5 * nodes.velocity_increment[I, d]
+                contact += j * mean if moved_by_grid else 0.0
                 continue
             contact += j * new
             if constrained[I, d] > 0:

@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.contact import impulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.surface import ContactBody
-from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
+from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, row_length, step_work, total_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
@@ -36,12 +36,14 @@ class ContactPair:
         name: str | None = None,
     ) -> None:
         self.name, self._kind, self._friction = name, kind, friction
-        self.detection, self._bodies = ContactDetection((fields[0].grid, fields[1].grid), bodies), bodies
-        self._fields = fields
+        self.detection = ContactDetection((fields[0].grid, fields[1].grid), bodies)
+        self.fields, self.bodies = fields, bodies
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
+        self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs
         self._mobility, self._closing = np.zeros((2, 0, 3)), np.zeros(0)
-        self.impulses = np.zeros((0, 3))
-        """On the first side at each node of `detection` in this step [N s], shape (n, 3)."""
+        self.impulses, self.second = np.zeros((2, 0, 3))
+        """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
+        velocities mapped again."""
 
     @property
     def _chunks(self) -> int:
@@ -51,9 +53,9 @@ class ContactPair:
         """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
-        self._mobility, self.impulses = np.empty((2, n, 3)), np.zeros((n, 3))
+        self._mobility, self.impulses, self.second = np.empty((2, n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self._closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
-        for mobility, field in zip(self._mobility, self._fields, strict=True):
+        for mobility, field in zip(self._mobility, self.fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
             constraints = nodes.constrained, driven_mass
             impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *constraints, mobility)
@@ -62,7 +64,7 @@ class ContactPair:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
         closed = (self.detection.room == 0.0) | self.impulses.any(axis=1)
         nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
-        return ((body, nodes) for side in self._bodies for body in side)
+        return ((body, nodes) for side in self.bodies for body in side)
 
     @property
     def _touch(self) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +72,7 @@ class ContactPair:
 
     def _moved(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """What impulses change of the nodes of both sides."""
-        nodes = [field.grid.nodes for field in self._fields]
+        nodes = [field.grid.nodes for field in self.fields]
         return [(side.velocity, side.velocity_increment, side.strain_velocity) for side in nodes]
 
     def resolve(self, anew: bool) -> None:
@@ -84,13 +86,26 @@ class ContactPair:
 
     def in_contact(self) -> list[ContactBody]:
         """The bodies of both velocity fields, where these touch anywhere."""
-        return [body for side in self._bodies for body in side] if self.detection.normal.any() else []
+        return [body for side in self.bodies for body in side] if self.detection.normal.any() else []
 
     def project(self) -> None:
-        """The same for the velocities that strain the points, which does no work."""
+        """The same for the velocities mapped again, those that strain the points."""
         how = self._kind, self._friction, self.detection.node, self._touch
-        sides = [field.grid.nodes.strain_velocity for field in self._fields]
-        impulses.stop_approach(self._chunks, *how, *sides, *self._mobility)
+        sides = [field.grid.nodes.strain_velocity for field in self.fields]
+        impulses.stop_approach(self._chunks, *how, *sides, *self._mobility, self.second)
+
+    def gives_second(self) -> bool:
+        """Whether there are such impulses, which all bodies take; else none does, since they are equal and opposite."""
+        return all(body.takes_second_impulses for side in self.bodies for body in side) and bool(self.second.any())
+
+    def add_second(self) -> None:
+        """Add what these change to the second increments of both fields."""
+        for field, mobility, sign in zip(self.fields, self._mobility, SIGNS, strict=True):
+            field.add_second_increments(self.detection.node, sign * mobility * self.second)
+
+    def second_works(self, row: int) -> np.ndarray:
+        """Of these impulses on constrained nodes alone; see `works`."""
+        return self._works(self._second_sides, self.second, row)
 
     def impulse(self) -> np.ndarray:
         """On the first velocity field over this step [N s], shape (3,)."""
@@ -99,7 +114,7 @@ class ContactPair:
     def mapping_work(self, fields: Collection[VelocityField]) -> float:
         """See `ContactPairs.project`."""
         total = 0.0
-        for field, mobility, sign in zip(self._fields, self._mobility, SIGNS, strict=True):
+        for field, mobility, sign in zip(self.fields, self._mobility, SIGNS, strict=True):
             if field in fields:
                 free = np.where(mobility > 0.0, sign * self.impulses, 0.0)
                 total += float(np.sum(free * field.mapping_lag(self.detection.node)))
@@ -107,9 +122,12 @@ class ContactPair:
 
     def works(self, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
+        return self._works(self._sides, self.impulses, row)
+
+    def _works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
         works = np.zeros((self._chunks, row))
-        for side, mobility, sign in zip(self._sides, self._mobility, SIGNS, strict=True):
-            impulses.sum_works(self._chunks, side, self.detection.node, mobility, self.impulses, sign, works)
+        for side, mobility, sign in zip(sides, self._mobility, SIGNS, strict=True):
+            impulses.sum_works(self._chunks, side, self.detection.node, mobility, given, sign, works)
         return ordered_sum(works)
 
 
@@ -119,10 +137,15 @@ def _along(tried: Sequence[np.ndarray], found: Sequence[np.ndarray], before: Seq
 
 
 class ContactWork(NamedTuple):
-    """What all pairs did over a step: their work; impulses by name, (3,) [N s]."""
+    """What all pairs did: their work; impulses by name, (3,) [N s]."""
 
     work: StepWork
     impulses: dict[str, np.ndarray]
+
+    def add(self, other: "ContactWork") -> "ContactWork":
+        """With what was done after it."""
+        more = {name: self.impulses[name] + impulse for name, impulse in other.impulses.items()}
+        return ContactWork(total_work([self.work, other.work], len(self.work.works)), self.impulses | more)
 
 
 class ContactPairs:
@@ -130,6 +153,7 @@ class ContactPairs:
 
     def __init__(self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int) -> None:
         self._pairs = pairs
+        self._fields = list({id(field): field for pair in pairs for field in pair.fields}.values())
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._columns = FIRST_LOAD + n_loads
         self.mapping_work = 0.0  # see `project`
@@ -197,7 +221,7 @@ class ContactPairs:
             last = now
 
     def project(self, fields: Collection[VelocityField]) -> None:
-        """Remove the approach from the velocities that strain the points.
+        """Remove the approach from the velocities mapped again, those that strain the points.
 
         Finds `mapping_work` before: how much more work the impulses did on the nodes of some velocity fields than on the points
         of these [J], on which they work along the mean of the velocities that the points give to the nodes before and after
@@ -207,3 +231,19 @@ class ContactPairs:
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.project()
+
+    def give_second(self, dt: float) -> ContactWork:
+        """Let the bodies have the impulses that removed this approach: of fields where all can, in a step dt [s]."""
+        total, named, bodies = np.zeros(self._row), {}, dict[int, ContactBody]()
+        for field in self._fields:
+            field.clear_second()
+        for pair in self._pairs:
+            if pair.gives_second():
+                pair.add_second()
+                total += pair.second_works(self._row)
+                bodies |= {id(body): body for side in pair.bodies for body in side}
+                if pair.name is not None:
+                    named[pair.name] = pair.second.sum(axis=0)
+        done = step_work(total, self._columns)
+        done.works[CONTACT] += sum(body.take_second_impulses(dt) for body in bodies.values())
+        return ContactWork(done, named)

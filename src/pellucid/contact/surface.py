@@ -49,6 +49,14 @@ class ContactBody(Protocol):
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
 
+    @property
+    def takes_second_impulses(self) -> bool:
+        """Whether contact may give it impulses once more after its momentum was mapped to the nodes again."""
+
+    def take_second_impulses(self, dt: float) -> float:
+        """Take the second increments of its velocity field at the end of a step dt [s]: kinetic energy won [J], but for a body
+        that counts its own works."""
+
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
 

@@ -329,13 +329,33 @@ class NodalMomentum:
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return 0.5 * dt * float(np.sum(force * slower))
 
-    def mapping_lag(self, node: np.ndarray) -> np.ndarray:
-        """How far at these nodes, shape (n,), the mean velocity along which forces work is ahead of the mean of the velocities
-        that points give to the nodes before and after the step [m/s], shape (n, 3); when `project` has found the latter."""
+    def half_work(self, node: np.ndarray, increment: np.ndarray, dt: float) -> float:
+        """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
+        nodes, apart = self._bundle.nodes, self._bundle.apart
+        force = nodes.force[node] - apart[node] if len(apart) else nodes.force[node]
+        return 0.5 * dt * float(np.sum(force * increment))
+
+    def impulse_velocity(self, node: np.ndarray | slice) -> np.ndarray:
+        """The mean velocity along which impulses work that nodes got after their momentum was advanced, shape (n, 3) [m/s]: that
+        of forces, but where driven points lead a node in part, since the impulses came after these."""
         nodes = self._bundle.nodes
-        mean, lighter = nodes.mean_velocity[node], (nodes.mass[node] <= self.small_mass)[:, None]
+        free = nodes.velocity[node] - 0.5 * nodes.velocity_increment[node]
+        return np.where(self._led(node), free, nodes.mean_velocity[node])
+
+    def _led(self, node: np.ndarray | slice) -> np.ndarray:
+        """Along which axes driven points lead nodes, at least in part."""
+        nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
+        led = (driven[node] > 0.0) & (nodes.constrained[node] == 0) if len(driven) else False
+        return np.broadcast_to(led, nodes.velocity[node].shape)
+
+    def mapping_lag(self, node: np.ndarray) -> np.ndarray:
+        """How far at these nodes, shape (n,), the mean velocity along which impulses work is ahead of the mean of those that
+        points give to the nodes before and after the step [m/s], shape (n, 3); when `project` has found the latter. Not where
+        driven points lead nodes: these do not take what the nodes got."""
+        nodes = self._bundle.nodes
+        mean, lighter = self.impulse_velocity(node), (nodes.mass[node] <= self.small_mass)[:, None]
         old = np.where(lighter & (nodes.constrained[node] == 0), mean, nodes.velocity[node] - nodes.velocity_increment[node])
-        return np.asarray(mean - 0.5 * (old + nodes.strain_velocity[node]))
+        return np.where(self._led(node), 0.0, mean - 0.5 * (old + nodes.strain_velocity[node]))
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""

@@ -62,6 +62,10 @@ class Slabs(NamedTuple):
     left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
 
+    def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
+        """Which slabs have points that may reach nodes from the first of these layers to the last, shape (s,)."""
+        return (self.layer[:-1] - 1 - stencil <= layers[1]) & (self.layer[1:] + 1 + stencil >= layers[0])
+
 
 class InOrder(NamedTuple):
     """The points are stored in the order in which slabs count them."""

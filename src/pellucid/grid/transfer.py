@@ -125,6 +125,28 @@ def _sum_slab(s, mapped):
     slabs.sums[s, SPEED] = speed
 
 
+@kernel(inner=True)
+def _add_increments_slab(s, mapped, increment, reached):
+    if not reached[s]:
+        return
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    v = points.velocity
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        change = gather(stencil(functions, lattice, points.position, p), lattice, increment)
+        for d in range(3):
+            v[p, d] += change[d]
+    _sum_slab(s, mapped)
+
+
+@kernel()
+def add_increments(n, mapped, increment, reached):
+    """Add velocity increments of nodes [m/s], shape (nodes, 3), to points of those of n slabs that are `reached`, shape (n,);
+    kinetic energy and momentum of these slabs."""
+    parallel_for(_add_increments_slab, n, mapped, increment, reached)
+
+
 @kernel()
 def sum_momentum(n, mapped):
     """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""

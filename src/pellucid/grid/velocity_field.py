@@ -19,6 +19,9 @@ class VelocityField:
     def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
         self.name, self.grid, self.moves_points = name, grid, moves_points
         self._apart = self._slowed = NO_FORCES
+        self.second_increment = np.zeros((0, 3))
+        """Of velocities by contact after momentum was mapped again [m/s], shape (nodes, 3); no rows without contact."""
+        self._second_nodes: list[np.ndarray] = []
 
     def forces_apart(self) -> np.ndarray:
         """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
@@ -97,7 +100,7 @@ class VelocityField:
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
         works[: len(done.works)] = done.works
         for impulse, column, sign in self._given:
-            works[column] += sign * float(np.sum(impulse * self.grid.nodes.mean_velocity))
+            works[column] += sign * float(np.sum(impulse * self._momentum.impulse_velocity(slice(None))))
             done.impulse[:] += impulse.sum(axis=0)
         return done._replace(works=works)
 
@@ -108,6 +111,34 @@ class VelocityField:
     def mapping_lag(self, node: np.ndarray) -> np.ndarray:
         """See `NodalMomentum.mapping_lag`."""
         return self._momentum.mapping_lag(node)
+
+    def clear_second(self) -> None:
+        """Before contact gives its second increments in a step: those of the step before, and the impulses that prescribed
+        motions have taken by now, are gone."""
+        self.external.impulse.fill(0.0)
+        if not len(self.second_increment):
+            self.second_increment = np.zeros((self.grid.n_nodes, 3))
+        for node in self._second_nodes:
+            self.second_increment[node] = 0.0
+        self._second_nodes = []
+
+    def add_second_increments(self, node: np.ndarray, increment: np.ndarray) -> None:
+        """Add velocity increments at nodes, shape (n,) and (n, 3) [m/s], that contact gave after momentum was mapped again."""
+        self.second_increment[node] += increment
+        self._second_nodes.append(node.copy())  # detection writes into its own
+
+    def second_layers(self) -> tuple[int, int]:
+        """The first and the last layer of nodes along the axis of the slabs that have such increments."""
+        lattice = self.grid.lattice
+        layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
+        return int(layers.min()), int(layers.max())
+
+    def second_work(self, dt: float) -> float:
+        """Work of the forces of points without heat on these increments in half a step dt [s] [J]."""
+        if not self._second_nodes:
+            return 0.0
+        nodes = np.unique(np.concatenate(self._second_nodes))
+        return self._momentum.half_work(nodes, self.second_increment[nodes], dt)
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""

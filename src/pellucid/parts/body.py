@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from math import fsum
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -61,6 +61,14 @@ class PointConstraint(Protocol):
 
     def prescribe_positions(self) -> None:
         """After the points moved: their positions."""
+
+
+@runtime_checkable
+class RepeatedConstraint(PointConstraint, Protocol):
+    """A constraint that can lead the points once more in a step, after the second impulses of contact."""
+
+    def prescribe_velocities_again(self) -> None:
+        """The same, in addition, when the fields' `external.impulse` has these impulses alone."""
 
 
 class AnswersContact(Protocol):
@@ -270,6 +278,25 @@ class Body(ABC):
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
         return None
+
+    @property
+    def takes_second_impulses(self) -> bool:
+        """Whether contact may give it impulses again; see `pellucid.contact.surface`."""
+        return False
+
+    def take_second_impulses(self, dt: float) -> float:
+        """Take them; the kinetic energy won [J]."""
+        raise ValueError(f"body {self.name} takes no second impulses")
+
+    @property
+    def led_again(self) -> bool:
+        """Whether what leads its points, if anything, can do so once more in a step."""
+        return self.constraint is None or isinstance(self.constraint, RepeatedConstraint)
+
+    def lead_again(self) -> None:
+        """Let it do so."""
+        if isinstance(self.constraint, RepeatedConstraint):
+            self.constraint.prescribe_velocities_again()
 
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""

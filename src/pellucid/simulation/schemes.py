@@ -26,6 +26,7 @@ class Steppable(Protocol):
     def detect_contact(self, dt: float) -> None: ...
     def advance(self, dt: float) -> None: ...
     def project(self) -> None: ...
+    def give_second_impulses(self, dt: float) -> None: ...
 
 
 def musl(simulation: Steppable, dt: float) -> None:
@@ -43,6 +44,7 @@ def musl(simulation: Steppable, dt: float) -> None:
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     simulation.project()
+    simulation.give_second_impulses(dt)  # of contact, which stops what approaches again
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)  # x, L, σ
     for own in simulation.nodal_bodies:

@@ -145,6 +145,12 @@ class Simulation:
             field.project()
         self.contact_pairs.project(self._mapped_again)
 
+    def give_second_impulses(self, dt: float) -> None:
+        """Let bodies have the impulses by which contact stopped the approach of what was mapped again."""
+        if self.has_contact:
+            self._contact = self._contact.add(self.contact_pairs.give_second(dt))
+            self._works[-1] = self._contact.work
+
     def sort(self) -> None:
         """Sort the points that left their slab."""
         for body in self.grid_bodies:

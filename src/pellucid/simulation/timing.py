@@ -11,6 +11,7 @@ OF_THE_NODES = {
     "detect_contact": "contact",
     "advance": "grid",
     "project": "grid",
+    "give_second_impulses": "contact",
     "record": "reductions",
 }
 ON_THE_GRID = {

@@ -49,13 +49,15 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
     others = [body.transfer_loss for body in bodies if not body.keeps_heat]
     keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
     taken, kept = sum(loss.total for loss in (*others, *keeping)), sum(loss.kept for loss in keeping)
-    of_stress = sum(loss.lumping for loss in others)
+    of_stress, ahead = sum(loss.lumping for loss in others), 0.0
     if strained_last and others:
-        of_stress = field.mapping_work(dt)
+        ahead = field.second_work(dt)
+        of_stress = field.mapping_work(dt) + ahead
     done = no_work(TRANSFER + 1, 0)
     if others:
         done.works[DAMPING] = field.slowed_work(dt) if strained_last else -field.slowed_work(dt)
-    done.works[INTERNAL] = done.works[DAMPING] - of_stress - kept
+    done.works[CONTACT] = -ahead
+    done.works[INTERNAL] = done.works[DAMPING] + ahead - of_stress - kept
     done.works[TRANSFER] = taken - of_stress - kept
     return done
 

@@ -118,6 +118,12 @@ class Skin:
         np.divide(self._shares @ (self._point_mass * self._at_points), self._mass, out=self._increment)
         return self._increment
 
+    takes_second_impulses = False  # velocities mapped again strain no points of it
+
+    def take_second_impulses(self, dt: float) -> float:
+        """None are given."""
+        raise ValueError(f"body {self.name} takes no second impulses")
+
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far."""
         increment = np.where(self._prescribed == 0, self.gather(), 0.0)

@@ -119,7 +119,7 @@ class ExplicitNodes(NodalBody):
         if remap and self.coupling:
             self.scatter_momentum()
             if pressed and self.is_surface:
-                self.motion.subtract_velocities(self.coupling.subcell_loss(), self._dt)
+                self.motion.add_velocities(-self.coupling.subcell_loss(), self._dt)
         self.motion.sum_momentum(self.totals)
 
     def update(self, dt: float) -> None:
@@ -191,6 +191,18 @@ class ExplicitNodes(NodalBody):
     def gather(self) -> np.ndarray:
         """The velocity increments of contact over this step [m/s], shape (n, 3)."""
         return self._coupled().gather()
+
+    @property
+    def takes_second_impulses(self) -> bool:
+        """Where what leads its points can do so again."""
+        return self.led_again
+
+    def take_second_impulses(self, dt: float) -> float:
+        """Add the second increments of its field to the velocities of its nodes; the works of these count them."""
+        self.motion.add_velocities(self._coupled().gather_second(), dt)
+        self.lead_again()
+        self.motion.sum_momentum(self.totals)
+        return 0.0
 
     def scatter_momentum(self) -> None:
         """Momentum to the grid, after the nodes' velocities changed."""

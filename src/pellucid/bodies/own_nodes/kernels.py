@@ -131,19 +131,26 @@ def advance_velocities(chunks, forces, drag, dt):
 
 
 @kernel(inner=True)
-def _subtract_velocities_chunk(chunk, forces, loss, dt):
+def _add_velocities_chunk(chunk, forces, change, dt):
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         for d in range(3):
-            if loss[p, d] != 0.0:
+            if change[p, d] != 0.0:
                 old = forces.velocity[p, d]
-                forces.velocity[p, d], mean, _ = _constrained(forces, p, d, old, old - loss[p, d], 1.0, dt, chunk)
-                forces.work[chunk, CONTACT] -= forces.inertia[p] * loss[p, d] * mean
+                new, mean, _ = _constrained(forces, p, d, old, old + change[p, d], 1.0, dt, chunk)
+                forces.velocity[p, d] = new
+                ahead = 0.5 * dt * forces.internal[p, d] * (new - old)
+                forces.work[chunk, CONTACT] += forces.inertia[p] * change[p, d] * mean - ahead
+                forces.work[chunk, INTERNAL] += ahead
 
 
 @kernel()
-def subtract_velocities(chunks, forces, loss, dt):
-    """Subtract velocities [m/s], shape (n, 3), from those that were advanced; the work is that of contact."""
-    parallel_for(_subtract_velocities_chunk, chunks, forces, loss, dt)
+def add_velocities(chunks, forces, change, dt):
+    """Add velocities [m/s], shape (n, 3), to those that were advanced; the work is that of contact.
+
+    The nodes are strained along the new velocities, over the half of the step before which these are given too: the work of the
+    internal forces on the change in that half is taken from contact (see `EnergyBudget` on what velocities are ahead).
+    """
+    parallel_for(_add_velocities_chunk, chunks, forces, change, dt)
 
 
 @kernel(inner=True)

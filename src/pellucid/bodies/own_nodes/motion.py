@@ -225,9 +225,9 @@ class NodalMotion:
             np.asarray(self.inertia[:, None] * self._lead.sum(axis=0) / dt) if len(self._lead) else np.zeros_like(self.internal)
         )
 
-    def subtract_velocities(self, loss: np.ndarray, dt: float) -> None:
-        """Subtract velocities [m/s], shape (n, 3), that contact took from motion within a cell."""
-        kernels.subtract_velocities(self.chunks, self._forces, loss, dt)
+    def add_velocities(self, change: np.ndarray, dt: float) -> None:
+        """Add velocities [m/s], shape (n, 3), that contact gives after velocities were advanced."""
+        kernels.add_velocities(self.chunks, self._forces, change, dt)
 
     def advance_positions(self, dt: float) -> None:
         """New positions."""
