@@ -336,7 +336,7 @@ class NodalMomentum:
         return 0.5 * dt * float(np.sum(force * increment))
 
     def impulse_velocity(self, node: np.ndarray | slice) -> np.ndarray:
-        """The mean velocity along which impulses work that nodes got after their momentum was advanced, shape (n, 3) [m/s]: that
+        """The mean velocity along which impulses work that nodes got after their momentum was advanced [m/s]: that
         of forces, but where driven points lead a node in part, since the impulses came after these."""
         nodes = self._bundle.nodes
         free = nodes.velocity[node] - 0.5 * nodes.velocity_increment[node]
