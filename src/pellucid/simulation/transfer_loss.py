@@ -12,9 +12,10 @@ J. Comput. Phys. 103, 1.)
 - Fluids with the conservative update take up the work of their stress along v̄, and h_p point by point: no energy leaves.
 - Other bodies are strained along v' with MUSL, so that their stress works along (v + v')/2, as their forces do on the points:
   ½ Δt Σ f_I·(v_I + Δv_I - v'_I), their part of L, is no loss. It is taken off the work of internal forces along v̄.
-- The part of contact is likewise taken off the work of contact. The approach that contact takes from the velocities which
-  strain the points is in no impulse: work of the stress along it is an error, ½ Δt Σ f_I·q_I of it in the heat of the
-  transfers and as much in the error of time integration.
+- The part of contact is likewise taken off the work of contact. By its second impulses points change their velocities once
+  more, after the forces, and are strained along q_I = Q_I/m_I in this step already: ½ Δt Σ f_I·q_I goes from contact to the
+  work of internal forces. Where no impulse takes the approach that contact takes from the velocities which strain the points,
+  this is an error, and as much in the error of time integration.
 - What is left of L is that of supports, loads and driven points, which is booked as heat of the transfers, `transfer_heat`,
   as all is that a blend with PIC or APIC takes besides.
 """
