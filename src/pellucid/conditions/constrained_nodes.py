@@ -56,22 +56,20 @@ class Released(ActiveCondition):
 def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Sequence[ActiveCondition]:
     """Let supports constrain the nodes of all grids and those of bodies with their own; what lets them go in a run. Raises
     CaseError for a support without nodes."""
-    owners, nodal = [], []
+    own: dict[NodalBody, list[NodalSupport]] = {}
     for member in assembly.bodies.values():
         if isinstance(member.body, NodalBody):
-            owners.append(member)
-            nodal.append(member.body)
-    own = [[nodal_support(member, support, number) for number, support in enumerate(supports)] for member in owners]
-    found = {number for of_body in own for number, support in enumerate(of_body) if support.nodes.any()}
+            own[member.body] = [nodal_support(member, support, number) for number, support in enumerate(supports)]
+    found = {number for of_body in own.values() for number, support in enumerate(of_body) if support.nodes.any()}
     for actions in assembly.actions:
         actions.supports = constrain_nodes(actions.field.grid, supports, found)
     for number, support in enumerate(supports):
         if number not in found and support.body is None and not assembly.actions:
             raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{number}.where", remedy=NOWHERE))
-    for member, of_body in zip(owners, own, strict=True):
-        member.body.add_supports(of_body)
+    for body, of_body in own.items():
+        body.add_supports(of_body)
     grids = [actions.field.grid for actions in assembly.actions]
-    return [Released(supports, grids, nodal)] if any(support.until is not None for support in supports) else []
+    return [Released(supports, grids, list(own))] if any(support.until is not None for support in supports) else []
 
 
 def constrain_nodes(

@@ -94,14 +94,14 @@ def energies(run: "Run") -> "Figure":
     figure = new_figure(height=4.0)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     times = run.history["time"]
-    for number, name in enumerate(energy_columns(run)):
+    for name in energy_columns(run):
         values, words = run.history[name], name.removesuffix("_energy").replace("_", " ")
         if name == "internal_energy":  # that of a stiff liquid is a million times what moves
             values, words = values - values[0], "change of internal"
         if np.any(values != 0.0) and not (run.stored.steady and name in RESIDUE):
             hollow = run.stored.steady is not None and name.endswith("_work")
             marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
-            left.plot(times, values, _line(run, number // 7 % 4), label=words, **marker)
+            left.plot(times, values, _line(run, len(left.lines) // 7 % 4), label=words, **marker)
     _mark_stop(run, left, "stop")
     _mark_stop(run, right)
     label(left, _time(run), "energy", "s", "J")

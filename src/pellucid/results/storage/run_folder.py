@@ -89,7 +89,7 @@ class RunFolder:
     def held(self) -> Iterator[None]:
         """Keep others from writing into the folder of a run. Raises `UsageError` where there is no run, or one that goes on."""
         if not self.is_of_a_run:
-            missing = "it has no case.toml" if not self.case.is_file() else f"{self._lacking()}, the first file of a run"
+            missing = self._without_case() if not self.case.is_file() else f"{self._lacking()}, the first file of a run"
             raise UsageError(f"there is no run in {self.path}: {missing}")
         with lock.held(self.path):
             yield
@@ -137,8 +137,17 @@ class RunFolder:
         from pellucid.case import load
 
         if not self.case.is_file():
-            raise UsageError(f"there is no run in {self.path}: it has no case.toml")
+            raise UsageError(f"there is no run in {self.path}: {self._without_case()}")
         return load(self.case)
+
+    def _without_case(self) -> str:
+        return (
+            "it has no case.toml"
+            if self.path.is_dir()
+            else "it is no folder"
+            if self.path.exists()
+            else "there is no such folder"
+        )
 
     def read_stored(self) -> "StoredCase":
         """The case without the kinds that it names, which results do not need. Raises `UsageError` where there is no run."""
