@@ -139,6 +139,7 @@ class MembranePoints(PointsOnGrid):
         kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
         if move:
             self.prescribe_positions()
+        kernels.find_normals(len(self._triangles) // kernels.CHUNK + 1, self.points.position, self.fans)
         if self._mean is None:
             kernels.strain(self.n_slabs, self._surface, dt)
         else:

@@ -9,7 +9,7 @@ the two halves of `strain`. A failed point keeps its strain, frame and volume: t
 
 from math import sqrt
 
-from numpy import intp
+from numpy import intp, uintp
 
 from pellucid.bodies.membrane_points.point import failed, in_frame, responded, turned
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
@@ -19,6 +19,8 @@ from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 from pellucid.materials.damage import driving_strain, has_failed
 from pellucid.materials.membrane import stretched
+
+CHUNK = 1024  # triangles that a thread takes at a time
 
 
 @kernel(inner=True)
@@ -51,8 +53,27 @@ def gather_gradients(n, mapped, gradient, dt, move):
 
 
 @kernel(inner=True)
+def _find_normals_chunk(chunk, position, fans):
+    triangles, normals = fans.triangles, fans.normals
+    for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
+        p, q, r = uintp(triangles[k, 0]), uintp(triangles[k, 1]), uintp(triangles[k, 2])
+        x, y, z = position[p, 0], position[p, 1], position[p, 2]
+        ax, ay, az = position[q, 0] - x, position[q, 1] - y, position[q, 2] - z
+        bx, by, bz = position[r, 0] - x, position[r, 1] - y, position[r, 2] - z
+        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        twice = sqrt(cx * cx + cy * cy + cz * cz)
+        normals[k, 0], normals[k, 1], normals[k, 2], normals[k, 3] = cx / twice, cy / twice, cz / twice, 0.5 * twice
+
+
+@kernel()
+def find_normals(chunks, position, fans):
+    """Normals and areas of the triangles of a surface; chunks: of CHUNK triangles."""
+    parallel_for(_find_normals_chunk, chunks, position, fans)
+
+
+@kernel(inner=True)
 def _strain_slab(s, surface, dt):
-    points, slabs, index, fans, gradient = surface.points, surface.slabs, surface.index, surface.fans, surface.gradient
+    slabs, index, fans, gradient = surface.slabs, surface.index, surface.fans, surface.gradient
     law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
     frame, shape = state.frame, state.in_plane
     stored = power = rate = 0.0
@@ -62,7 +83,7 @@ def _strain_slab(s, surface, dt):
             energy, signal, fault = failed(surface, p)
             new_power = 0.0
         else:
-            Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
+            Q, c, share, D = turned(damage, fans, frame, gradient[p], dt, p)
             F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), D, dt)
             for d in range(4):
                 shape[p, d] = F[d]
@@ -89,7 +110,7 @@ def strain(n, surface, dt):
 
 @kernel(inner=True)
 def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
-    points, slabs, index, fans, gradient = surface.points, surface.slabs, surface.index, surface.fans, surface.gradient
+    slabs, index, fans, gradient = surface.slabs, surface.index, surface.fans, surface.gradient
     law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
     frame, shape = state.frame, state.in_plane
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -105,7 +126,7 @@ def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
                 half = 0.5 * (torn[p, 0] - torn[p, 1])
                 opening = 0.5 * (torn[p, 0] + torn[p, 1]) + sqrt(half * half + torn[p, 2] * torn[p, 2])
         else:
-            Q, c, share, D = turned(damage, points.position, fans, frame, gradient[p], dt, p)
+            Q, c, share, D = turned(damage, fans, frame, gradient[p], dt, p)
             F = stretched(law, F, D, dt)
             for d in range(4):
                 shape[p, d] = F[d]

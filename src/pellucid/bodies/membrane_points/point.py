@@ -4,6 +4,7 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy import uintp
 
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, PointArrays, Slabs
@@ -49,7 +50,7 @@ def in_frame(L, frame):
 
 
 @kernel(inline=True)
-def turned(damage, x, fans, frame, L, dt, p):
+def turned(damage, fans, frame, L, dt, p):
     """Frame of point p and its old normal's cosine with the new, share of area, stretching in the frame."""
     # the stretching is the mean of those in the frames before and after the normal turns: in the second alone, a normal that
     # swings would stretch the membrane by dt times the square of its rate
@@ -57,17 +58,16 @@ def turned(damage, x, fans, frame, L, dt, p):
     # normal and share of area, from the triangles about the point
     mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
     nx = ny = nz = share = 0.0
+    normals = fans.normals
     for t in range(fans.start[p], fans.start[p + 1]):
-        q, r = fans.corners[t, 0], fans.corners[t, 1]
-        ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
-        bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
-        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        twice = sqrt(cx * cx + cy * cy + cz * cz)
-        share += twice / 6.0
+        k = uintp(fans.triangle[t])
+        cx, cy, cz = normals[k, 0], normals[k, 1], normals[k, 2]
+        share += normals[k, 3]
         if upright(damage, cx * mx + cy * my + cz * mz):
-            nx += cx / twice
-            ny += cy / twice
-            nz += cz / twice
+            nx += cx
+            ny += cy
+            nz += cz
+    share *= 1.0 / 3.0
     length = sqrt(nx * nx + ny * ny + nz * nz)
     if not upright(damage, length):  # every triangle turned over
         nx, ny, nz, length = -mx, -my, -mz, 1.0

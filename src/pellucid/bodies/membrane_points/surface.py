@@ -10,16 +10,20 @@ class Fans(NamedTuple):
 
     start: np.ndarray  # (n+1,)
     corners: np.ndarray  # (3 m, 2) for m triangles
+    triangle: np.ndarray  # (3 m,) the number of each
+    triangles: np.ndarray  # (m, 3)
+    normals: np.ndarray  # (m, 4) unit normal and area [m²] of each triangle, as `find_normals` finds them
 
 
 def fans_of(triangles: np.ndarray, n: int) -> Fans:
-    """The fans of n points; triangles, shape (m, 3), counterclockwise about the normal."""
+    """The fans of n points; triangles, shape (m, 3), counterclockwise about the normal. Their normals are not known yet."""
     a, b, c = triangles.T
     owner = np.concatenate([a, b, c])
     corners = np.concatenate([np.stack(pair, axis=1) for pair in ((b, c), (c, a), (a, b))])
     order = np.argsort(owner, kind="stable")
     start = np.searchsorted(owner[order], np.arange(n + 1))
-    return Fans(start, np.ascontiguousarray(corners[order]))
+    number = order % len(triangles)
+    return Fans(start, np.ascontiguousarray(corners[order]), number, triangles, np.zeros((len(triangles), 4)))
 
 
 def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
