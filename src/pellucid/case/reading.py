@@ -18,6 +18,8 @@ from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
 from pellucid.input_files import file_bytes
 
+SHOWN = 60  # characters of a faulty line on each side of the fault
+
 
 def load(case: "str | FilePath") -> Case:
     """The case of a gallery id, such as "gan2011/shock-tube", or of a TOML file.
@@ -116,10 +118,20 @@ def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
     return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
 
 
+def _about(line: str, column: int) -> str:
+    """A line about one of its columns, from 1 on, with dots for what is left out of a long one."""
+    start, end = max(0, column - SHOWN), column + SHOWN
+    return f"{'...' if start > 0 else ''}{line[start:end].strip()}{'...' if end < len(line) else ''}"
+
+
 def _syntax_problem(message: str, text: str) -> Problem:
     place = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", message)
     line = None if place is None else int(place[1]) if place[1] else text.count("\n") + 1
-    where = f", at column {place[2]} of `{text.splitlines()[line - 1].strip()}`" if line and place and place[2] else ""
+    where = (
+        f", at column {place[2]} of `{_about(text.splitlines()[line - 1], int(place[2]))}`"
+        if line and place and place[2]
+        else ""
+    )
     reason = message[: place.start()] if place else message
     return Problem(
         f"this is no valid TOML: {reason[:1].lower()}{reason[1:]}{where}",

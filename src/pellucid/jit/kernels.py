@@ -10,8 +10,11 @@ from pellucid.jit.registry import activate, kernels
 
 MOST_PER_CORE = 16
 
-# Waiting threads sleep: spinning ones bring a busy machine to a crawl. OpenMP reads this when numba is first imported.
+# Waiting threads look for work some tenths of a millisecond, as long as what lies between two kernels takes, and then sleep:
+# woken each time, two would be slower than one below 50 000 points, and those that never sleep bring a busy machine to a crawl.
+# OpenMP reads these when numba is first imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
 
 def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:

@@ -1,6 +1,5 @@
 """From a case to its bodies, the velocity fields that they share, and the pairs of these in contact."""
 
-import os
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -18,7 +17,7 @@ from pellucid.parts.body_model import BodyModel
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-POINTS_PER_THREAD = 10_000  # at least; with fewer, threads cost more than they save
+POINTS_PER_THREAD = 10_000  # with which a run begins, until it knows better
 Built = dict[str, tuple[Body, VelocityField | None]]
 """Bodies by name, each with the velocity field that it is in; there is none without a grid."""
 
@@ -67,6 +66,5 @@ def _pair(
 
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:
-    """Threads that bodies of this size keep busy."""
-    points = sum(body.n_stress_points for body in bodies)
-    return max(1, min(os.cpu_count() or 1, points // POINTS_PER_THREAD))
+    """Threads that bodies of this size keep busy on most machines."""
+    return max(1, sum(body.n_stress_points for body in bodies) // POINTS_PER_THREAD)

@@ -19,6 +19,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip
 from pellucid.jit import set_threads
 from pellucid.parts.families import GridBody, NodalBody
+from pellucid.processes import free_cores
 from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
@@ -29,6 +30,7 @@ from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
+from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_verbs
 from pellucid.simulation.transfer_loss import contact_mapping_work, part_forces, return_heat, transfer_work
 from pellucid.simulation.watch import Watch
@@ -75,7 +77,8 @@ class Simulation:
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
-        self.threads = set_threads(threads or worthwhile_threads(self.bodies))
+        numbers = numbers_up_to(1 + free_cores()) if threads is None else [set_threads(threads)]
+        self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         part_forces(self._on_grid.values())
@@ -235,7 +238,9 @@ class Simulation:
                 if progress:
                     progress.begin("running", self.case.time.end if until is None else until)
                 while not self.clock.finished(until):
+                    self._threads.before_step()
                     self.step()
+                    self._threads.after_step()
                     recorder.after_step(self)
                     if caught:
                         recorder.checkpoint(self)
@@ -280,6 +285,11 @@ class Simulation:
     def time(self) -> float:
         """Simulated time [s]."""
         return self.clock.time
+
+    @property
+    def threads(self) -> int:
+        """Threads in use."""
+        return self._threads.chosen
 
     @property
     def n_steps(self) -> int:

@@ -1,0 +1,104 @@
+"""How many threads a run takes: what its steps cost decides, tried now and then.
+
+Small bodies, and machines with other work, are done sooner by fewer threads. The bits of a run are the same on any number.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from statistics import median
+
+FIRST = 5  # steps that are not timed: some compile kernels
+ROUNDS = 5  # of a trial, in each of which every number has a block of steps
+BLOCK = 4e-3  # s at least of a block, where several steps fit in
+HELD = 30.0  # times as long as a trial took, its outcome holds,
+LEAST_HELD = 2.0  # s at least
+GAIN = 0.95  # of the time with fewer threads: more must do better
+
+
+def numbers_up_to(most: int) -> list[int]:
+    """1, 2, 4 ... and the most."""
+    return [n for n in (2**k for k in range(most.bit_length())) if n < most] + [most]
+
+
+class ThreadChoice:
+    """Chooses among some numbers of threads, the lowest first, beginning with one about `first`; `use` sets them."""
+
+    def __init__(
+        self,
+        numbers: Sequence[int],
+        first: int,
+        use: Callable[[int], object],
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self._numbers, self._use, self._clock = list(numbers), use, clock
+        self.chosen = max((n for n in numbers if n <= first), default=numbers[0])
+        """The number in use outside of trials."""
+        use(self.chosen)
+        self._left, self._next_trial = FIRST, 0.0
+        self._trial: Trial | None = None
+        self._began = 0.0
+
+    def before_step(self) -> None:
+        """A step begins."""
+        self._began = self._clock()
+
+    def after_step(self) -> None:
+        """It is done: go on with a trial, or begin one where it is time."""
+        if len(self._numbers) == 1:
+            return
+        now = self._clock()
+        taken = now - self._began
+        if self._left > 0:
+            self._left -= 1
+        elif self._trial is None and now >= self._next_trial:
+            near = self._numbers.index(self.chosen)
+            self._trial = Trial(self._numbers[max(0, near - 1) : near + 2], max(1, round(BLOCK / taken)), now)
+            self._use(self._trial.number)
+        elif self._trial is not None:
+            self._trial.count(taken)
+            if not self._trial.is_over:
+                self._use(self._trial.number)
+                return
+            moved = self.chosen != self._trial.best
+            self.chosen = self._trial.best
+            self._use(self.chosen)
+            self._next_trial = now if moved else now + max(LEAST_HELD, HELD * (now - self._trial.began))
+            self._trial = None
+
+
+class Trial:
+    """Blocks of `steps` steps with each of some numbers of threads in turns."""
+
+    def __init__(self, numbers: list[int], steps: int, began: float) -> None:
+        self._numbers, self._steps, self.began = numbers, steps, began
+        self._times: dict[int, list[float]] = {number: [] for number in numbers}
+        self._done, self._sum = 0, 0.0
+
+    @property
+    def number(self) -> int:
+        """Of threads, that the coming step is to have."""
+        return self._numbers[self._done // self._steps % len(self._numbers)]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all rounds are done."""
+        return self._done == ROUNDS * self._steps * len(self._numbers)
+
+    def count(self, taken: float) -> None:
+        """A step was done in this time [s]."""
+        number, self._sum = self.number, self._sum + taken
+        self._done += 1
+        if self._done % self._steps == 0:
+            self._times[number].append(self._sum)
+            self._sum = 0.0
+
+    @property
+    def best(self) -> int:
+        """The number of threads with which steps were done soonest; fewer, unless more do clearly better."""
+        cost = {number: median(times) for number, times in self._times.items()}
+        found = self._numbers[0]
+        for fewer, more in pairwise(self._numbers):
+            if found == fewer and cost[more] < GAIN * cost[fewer]:
+                found = more
+        return found
