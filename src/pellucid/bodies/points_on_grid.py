@@ -204,8 +204,9 @@ class PointsOnGrid(GridBody):
         """Velocity gradients, volumes, stresses; where `move`, new positions. Ends with `_collect_strain_sums`."""
 
     def update_positions(self, dt: float) -> None:
-        """New positions alone."""
-        kernels.update_positions(self.n_slabs, self.mapped, self.grid.nodes.velocity, dt)
+        """New positions alone. Where a constraint does not let the grid strain the points, it gives them all of these."""
+        if self.constraint is None or self.constraint.strains:
+            kernels.update_positions(self.n_slabs, self.mapped, self.grid.nodes.velocity, dt)
         self.prescribe_positions()
 
     def prescribe_positions(self) -> None:

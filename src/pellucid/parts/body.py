@@ -52,7 +52,7 @@ class PointConstraint(Protocol):
     """What leads the points of a body as a whole, such as a prescribed motion: it changes what grid-to-particle gave them."""
 
     strains: bool
-    """Whether the points are strained by the grid; not where the body is rigid."""
+    """Whether the points are strained by the grid; not where the body is rigid, and the constraint gives all positions."""
     top_speed: float
     """Largest prescribed velocity along an axis [m/s]."""
 

@@ -56,7 +56,8 @@ class MaterialPoints(PointsOnGrid):
         if self.constraint is not None and not self.constraint.strains:
             if move:
                 self.update_positions(dt)
-            self._bound_rate(float(np.linalg.norm(self.points.velocity, axis=1).max()) * self.grid.lattice.inverse_cell)
+            v = self.points.velocity
+            self._bound_rate(float(np.sqrt(np.einsum("pi,pi->p", v, v).max())) * self.grid.lattice.inverse_cell)
             return
         straining.update_stress(self.n_slabs, self._strained, dt, int(move))
         if move:
