@@ -59,7 +59,7 @@ def outcomes(first: int, end: int) -> list[dict]:
                 process.kill()
                 wrong = f"ended with status {process.wait()}" if ready else "hang"
                 died = {"kind": "?", "accepted": False, "seconds": 0.0, "memory": 0.0, "wrong": wrong, "message": ""}
-                found.append(died | {"number": first + len(found)})
+                found.append(judged(died | {"number": first + len(found)}))
                 break
             found.append(judged(json.loads(line)))
     return found
