@@ -12,7 +12,7 @@ from numpy import uintp
 from pellucid.grid.momentum import NOTHING
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_by_colour
 
 SMOOTH = 0.7
@@ -27,6 +27,18 @@ class SharedNodes(NamedTuple):
     slot: np.ndarray  # (nodes,) number of the node, -1 where it has none
     near: np.ndarray  # (nodes,) 1 where a stencil that begins here holds a numbered node
     box: np.ndarray  # (2, 3) the points beyond it reach none [m]
+
+
+@pointwise
+def reach_of_point(radius, volume):
+    """How far the body reaches beyond a point of this volume [m], by its `half_width` (`pellucid.contact.surface`)."""
+    half, scale, exponent = radius
+    if half >= 0.0:
+        return half
+    size = volume * scale
+    if exponent == 1.0 / 3.0:  # a fraction of the time of a power
+        return 0.5 * np.cbrt(size)
+    return 0.5 * (sqrt(size) if exponent == 0.5 else size)
 
 
 @kernel()
@@ -133,7 +145,6 @@ def _extents_slab(s, mapped, where, normal, radius, moments, ends):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
     slot, near, box = where.slot, where.near, where.box
-    half, scale, exponent = radius
     x = points.position
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -144,7 +155,7 @@ def _extents_slab(s, mapped, where, normal, radius, moments, ends):
         if near[about.start] == 0:
             continue
         V = points.volume[p]
-        r = half if half >= 0.0 else 0.5 * (V * scale) ** exponent
+        r = reach_of_point(radius, V)
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
@@ -184,15 +195,14 @@ def orient(one, other, normal):
 def _foremost_slab(s, mapped, beside, slot, normal, radius, foremost, sign):
     functions, lattice = mapped.functions, mapped.lattice
     points, slabs = mapped.points, mapped.slabs
-    half, scale, exponent = radius
-    x = points.position
+    surface, x = radius[0] >= 0.0, points.position
     for q in range(slabs.first[s], slabs.first[s + 1]):
         if beside[q] < 0:
             break
         p = uintp(beside[q])
         about = stencil(functions, lattice, x, p)
         wx, wy, wz = about.wx, about.wy, about.wz
-        r = half if half >= 0.0 else 0.5 * (points.volume[p] * scale) ** exponent
+        r = radius[0] if surface else reach_of_point(radius, points.volume[p])
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):

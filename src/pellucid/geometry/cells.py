@@ -5,6 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 
+MOST_NODES = 2**21 - 1  # for three of whose numbers there is a whole number of 63 bits
+
+
 def _none(corners: int) -> np.ndarray:
     return np.zeros((0, corners), np.int64)
 
@@ -48,7 +51,10 @@ def outer_faces(tetrahedra: np.ndarray) -> np.ndarray:
 def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same, and the tetrahedron of each, shape (m,)."""
     faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
-    _, which, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+    a, b, c = np.sort(faces, axis=1).T
+    n = int(tetrahedra.max(initial=0)) + 1
+    key = (a * n + b) * n + c if n <= MOST_NODES else np.stack([a, b, c], axis=1)  # of numbers, faces are told apart soonest
+    _, which, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     outer = np.flatnonzero(count[which.ravel()] == 1)
     return faces[outer], outer // 4
 

@@ -2,6 +2,7 @@
 lie side by side and do not hold together."""
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
@@ -60,7 +61,7 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
     """Two nodes at one place, between which no element passes on any force."""
     from scipy.spatial import cKDTree  # heavy: only where a mesh is worked on
 
-    used = np.unique(mesh.cells)
+    used = np.flatnonzero(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)))
     limit = NEAREST * float(np.cbrt(np.mean(abs(mesh.volumes))))
     pairs = used[cKDTree(mesh.nodes[used]).query_pairs(limit, output_type="ndarray")]
     if len(pairs):
@@ -99,10 +100,12 @@ def _repeated(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
-    corners = mesh.nodes[mesh.cells]
-    longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
-    flat = np.abs(mesh.volumes) <= FLATTEST * longest**3
-    for found, one, many, remedy in (
+    corners = [mesh.nodes[corner] for corner in mesh.cells.T]
+    longest = np.zeros(len(mesh.cells))
+    for one, other in combinations(corners, 2):
+        np.maximum(longest, np.square(one - other).sum(axis=1), out=longest)
+    flat = np.abs(mesh.volumes) <= FLATTEST * longest**1.5
+    for found, single, many, remedy in (
         (flat, "tetrahedron has no volume", "tetrahedra have no volume", "remove them, or move their nodes apart"),
         (
             ~flat & (mesh.volumes < 0.0),
@@ -113,8 +116,8 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
     ):
         number = np.flatnonzero(found)
         if len(number):
-            text = f"{_count(len(number), one, many)}, the first is number {number[0]}, counted from 0"
-            yield text + _place(corners[number[0]].mean(axis=0)), remedy
+            text = f"{_count(len(number), single, many)}, the first is number {number[0]}, counted from 0"
+            yield text + _place(mesh.nodes[mesh.cells[number[0]]].mean(axis=0)), remedy
 
 
 def _crowded(mesh: SimplexMesh, cells: np.ndarray) -> Iterator[Fault]:

@@ -1,6 +1,7 @@
 """Meshes of solids; a new one is one class in a file of its own and one line here."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import ClassVar
 
 from pellucid.geometry.box_mesh import BoxMesh
@@ -36,4 +37,10 @@ class SolidMesh(Choice):
         """Everything wrong with them, as text, which names the file that they are from, and remedy."""
         chosen: Tetrahedral = self.chosen()
         before = f"{chosen.origin}: " if chosen.origin else ""
-        return ((before + text, remedy) for text, remedy in solid_faults(chosen.mesh()))
+        return ((before + text, remedy) for text, remedy in _faults(chosen.mesh()))
+
+
+@lru_cache(maxsize=8)
+def _faults(mesh: SimplexMesh) -> tuple[Fault, ...]:
+    """Found once for each mesh: reading a case asks for them several times."""
+    return tuple(solid_faults(mesh))

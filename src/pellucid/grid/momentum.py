@@ -172,14 +172,15 @@ def _count_works_chunk(chunk, field, dt, small):
     others = columns + 1 + 3 * len(field.supports.velocity)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m, energy = mass[I], 0.0
-        if m < NOTHING:
-            m = 0.0
+        if m < NOTHING:  # most of the nodes
+            nodes.increment_energy[I] = nodes.mean_velocity[I, 0] = nodes.mean_velocity[I, 1] = nodes.mean_velocity[I, 2] = 0.0
+            continue
         total += m
         for d in range(3):
             increment, s = velocity_increment[I, d], nodes.constrained[I, d]
             heavy = m > small or s > 0
             load = field.load[I, d] if loaded else 0.0
-            if heavy or m == 0.0:
+            if heavy:
                 mean = mean_of_gravity = velocity[I, d] - 0.5 * increment
                 energy += 0.5 * increment * increment
             else:
@@ -197,16 +198,15 @@ def _count_works_chunk(chunk, field, dt, small):
                 mean += follow * (goal - mean)
                 mean_of_gravity = mean
             nodes.mean_velocity[I, d] = mean
-            if m > 0.0:
-                internal += dt * force[I, d] * mean
-                fall += dt * m * gravity[d] * mean_of_gravity
-                if absorbing and external.absorbed[I, d] != 0.0:
-                    absorbed -= external.absorbed[I, d] * mean
-                    work[chunk, others + d] += external.absorbed[I, d]
-                if load != 0.0:
-                    work[chunk, others + d] += dt * load
-                    for k in range(len(external.loads)):
-                        work[chunk, FIRST_LOAD + k] += dt * external.loads[k, I, d] * mean
+            internal += dt * force[I, d] * mean
+            fall += dt * m * gravity[d] * mean_of_gravity
+            if absorbing and external.absorbed[I, d] != 0.0:
+                absorbed -= external.absorbed[I, d] * mean
+                work[chunk, others + d] += external.absorbed[I, d]
+            if load != 0.0:
+                work[chunk, others + d] += dt * load
+                for k in range(len(external.loads)):
+                    work[chunk, FIRST_LOAD + k] += dt * external.loads[k, I, d] * mean
         nodes.increment_energy[I] = energy
     work[chunk, INTERNAL] = internal
     work[chunk, GRAVITY] = fall
@@ -225,6 +225,8 @@ def _count_works(chunks, field, dt, small):
 def _sum_mapping_chunk(chunk, field, dt, small, sums):
     nodes, total, several = field.nodes, 0.0, len(field.apart) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+        if nodes.mass[I] < NOTHING:
+            continue
         for d in range(3):
             mean = nodes.mean_velocity[I, d]
             force = nodes.force[I, d] - field.apart[I, d] if several else nodes.force[I, d]
