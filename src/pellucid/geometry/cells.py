@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-
 MOST_NODES = 2**21 - 1  # for three of whose numbers there is a whole number of 63 bits
 
 
