@@ -11,6 +11,7 @@ TRANSFERS = ({"transfer": "flip"}, {"transfer": "pic"}, {"transfer": "blend", "f
 every_transfer = pytest.mark.parametrize("transfer", TRANSFERS, ids=lambda transfer: transfer["transfer"])
 every_scheme = pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
 ROUNDING, STEPS = 1e-12, 150
+FAR_SIDE = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (1.0, 2.0, 1.0)}}
 
 
 def two_gases(pressure=5.0, velocity=(0.0, 0.0, 0.0), **settings):
@@ -148,16 +149,16 @@ def test_contact_makes_little_energy(gap):
     balance, scale = sim.energies(), sim.budget.energy_scale
     assert balance["contact_work"] < -0.1 * scale
     assert abs(balance["transfer_heat"]) < ROUNDING * scale  # no node is held along the motion
-    assert worst < 0.011  # of blocks of three by two cells; where the second impulses change no points, 0.024
+    assert worst < 0.013  # of blocks of three by two cells; where the second impulses change no points, 0.024
 
 
-@pytest.mark.parametrize("free", [{}, {"part": {"box": {"lower": (0.0, 0.0, 0.0), "upper": (1.0, 2.0, 1.0)}}}])
-def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(free):
+@pytest.mark.parametrize(("part", "error"), [({}, 0.002), ({"part": FAR_SIDE}, 0.022)], ids=["wholly", "in part"])
+def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(part, error):
     """A block hits another that a motion holds, wholly or at its far side: the first and the second impulses of contact are in
     the reactions, and energy is balanced."""
     plate = box((0, 0, 0), (2, 2, 1), SOLID, (2, 2, 1), name="plate", field="plate")
     block = box((2, 0, 0), (5, 2, 1), SOLID, (2, 2, 1), name="block", field="block", velocity=(-0.3, 0.0, 0.0))
-    motion = [{"name": "hold", "body": "plate", "hold": ["x"]} | free]
+    motion = [{"name": "hold", "body": "plate", "hold": ["x"]} | part]
     touch = [{"name": "touch", "between": ["block", "plate"]}]
     how = {"functions": "quadratic-bspline", "support": SLIP[4:], "courant": 0.1, "end": 1e3}
     sim, worst = simulation(plate, block, counts=(8, 4, 1), motion=motion, contact=touch, **how), 0.0
@@ -170,4 +171,5 @@ def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(free):
     assert sim.reactions()["touch"] == pytest.approx(of_block, abs=ROUNDING * of_block[0])
     assert sim.reactions()["hold"][0] == pytest.approx((sim.momentum() - before)[0], abs=ROUNDING * of_block[0])
     assert sim.conservation()["momentum"] < ROUNDING
-    assert worst < 0.011
+    # of two by two cells, half of which the motion leads in part; 0.2 where the work on led nodes is not counted by itself
+    assert worst < error

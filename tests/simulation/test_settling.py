@@ -216,3 +216,19 @@ def test_bodies_at_rest_in_contact_stay_at_rest():
     # it swings as settling left it, at first still more; left in the strains, it grows ten thousand times
     assert max(moving[4:]) < 10.0 * max(moving[:2])
     assert max(moving) < 1e-8 * sim.budget.energy_scale
+
+
+def test_soft_bodies_in_contact_come_to_rest():
+    """A soft block sinks into soft soil of another velocity field, at the default Courant number; contact wins no energy."""
+    soft = SOFT | {"young_modulus": 1e5, "poisson_ratio": 0.3}
+    soil = box((0, 0, 0), (1.0, 0.4, 0), soft, (2, 2, 1), name="soil")
+    block = box((0.3, 0.4, 0), (0.7, 0.7, 0), soft, (2, 2, 1), name="block", field="block")
+    how = {"cell": 0.05, "thickness": 0.05, "support": SLIP[:3], "gravity": (0.0, -9.81, 0.0), "end": 0.1}
+    found = case(soil, block, counts=(20, 20, 0), **how)
+    sim = Simulation(type(found).model_validate(found.to_data() | {"settle": {"share": 1e-6}}), threads=1)
+    sim.settle()
+    advance(sim, 200)
+    assert abs(sim.energies()["contact_work"]) < 1e-5 * sim.budget.energy_scale
+    places = sim.bodies[1].arrays["position"]
+    assert places[:, 1].min() - sim.bodies[0].arrays["position"][:, 1].max() < 0.06
+    assert np.ptp(places[:, 1]) < 0.3  # the block is whole, and shorter

@@ -40,7 +40,7 @@ class ContactPair:
         self.fields, self.bodies = fields, bodies
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
         self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs
-        self._mobility, self._closing = np.zeros((2, 0, 3)), np.zeros(0)
+        self._mobility, self._closing, self._gap_closing = np.zeros((2, 0, 3)), np.zeros(0), np.zeros(0)
         self.impulses, self.second = np.zeros((2, 0, 3))
         """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
         velocities mapped again."""
@@ -49,12 +49,16 @@ class ContactPair:
     def _chunks(self) -> int:
         return len(self.impulses) // impulses.CHUNK + 1
 
+    @property
+    def _takes_second(self) -> bool:
+        return all(body.takes_second_impulses for side in self.bodies for body in side)
+
     def detect(self, dt: float) -> None:
         """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
         self._mobility, self.impulses, self.second = np.empty((2, n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-        self._closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
+        self._closing = self._gap_closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
         for mobility, field in zip(self._mobility, self.fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
             constraints = nodes.constrained, driven_mass
@@ -69,6 +73,20 @@ class ContactPair:
     @property
     def _touch(self) -> tuple[np.ndarray, np.ndarray]:
         return self.detection.normal, self._closing
+
+    def let_return(self) -> None:
+        """Let bodies that part as the step begins come back as fast, when their momentum was advanced: their mean approach over
+        the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
+        bodies that answer to impulses themselves: the velocities of their nodes are not those with which their material parts.
+        """
+        if not self._takes_second:
+            return
+        node, velocities = self.detection.node, []
+        for field, mobility in zip(self.fields, self._mobility, strict=True):
+            nodes = field.grid.nodes
+            velocities.append(np.where(mobility > 0.0, nodes.momentum[node] / nodes.mass[node][:, None], nodes.velocity[node]))
+        parting = np.sum((velocities[1] - velocities[0]) * self.detection.normal, axis=1)
+        self._closing = np.maximum(self._gap_closing, parting)
 
     def _moved(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """What impulses change of the nodes of both sides."""
@@ -90,13 +108,13 @@ class ContactPair:
 
     def project(self) -> None:
         """The same for the velocities mapped again, those that strain the points."""
-        how = self._kind, self._friction, self.detection.node, self._touch
+        how = self._kind, self._friction, self.detection.node, (self.detection.normal, self._gap_closing)
         sides = [field.grid.nodes.strain_velocity for field in self.fields]
         impulses.stop_approach(self._chunks, *how, *sides, *self._mobility, self.second)
 
     def gives_second(self) -> bool:
         """Whether there are such impulses, which all bodies take; else none does, since they are equal and opposite."""
-        return all(body.takes_second_impulses for side in self.bodies for body in side) and bool(self.second.any())
+        return self._takes_second and bool(self.second.any())
 
     def add_second(self) -> None:
         """Add what these change to the second increments of both fields."""
@@ -173,6 +191,8 @@ class ContactPairs:
 
     def resolve(self) -> None:
         """Impulses on the nodes after their momentum was advanced."""
+        for pair in self._pairs:
+            pair.let_return()
         self._sweep(anew=False)
         bodies = list({id(body): body for pair in self._pairs for body in pair.in_contact()}.values())
         self._settle(bodies)
