@@ -152,16 +152,16 @@ def test_contact_makes_little_energy(gap):
     assert worst < 0.013  # of blocks of three by two cells; where the second impulses change no points, 0.024
 
 
-@pytest.mark.parametrize(("part", "error"), [({}, 0.002), ({"part": FAR_SIDE}, 0.022)], ids=["wholly", "in part"])
+@pytest.mark.parametrize(("part", "error"), [({}, 0.002), ({"part": FAR_SIDE}, 0.013)], ids=["wholly", "in part"])
 def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(part, error):
     """A block hits another that a motion holds, wholly or at its far side: the first and the second impulses of contact are in
     the reactions, and energy is balanced."""
-    plate = box((0, 0, 0), (2, 2, 1), SOLID, (2, 2, 1), name="plate", field="plate")
-    block = box((2, 0, 0), (5, 2, 1), SOLID, (2, 2, 1), name="block", field="block", velocity=(-0.3, 0.0, 0.0))
+    plate = box((0, 0, 0), (4, 2, 1), SOLID, (2, 2, 1), name="plate", field="plate")
+    block = box((4, 0, 0), (7, 2, 1), SOLID, (2, 2, 1), name="block", field="block", velocity=(-0.3, 0.0, 0.0))
     motion = [{"name": "hold", "body": "plate", "hold": ["x"]} | part]
     touch = [{"name": "touch", "between": ["block", "plate"]}]
     how = {"functions": "quadratic-bspline", "support": SLIP[4:], "courant": 0.1, "end": 1e3}
-    sim, worst = simulation(plate, block, counts=(8, 4, 1), motion=motion, contact=touch, **how), 0.0
+    sim, worst = simulation(plate, block, counts=(10, 4, 1), motion=motion, contact=touch, **how), 0.0
     before = sim.momentum()
     while sim.time < 3.0:
         sim.step()
@@ -171,5 +171,15 @@ def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(part, e
     assert sim.reactions()["touch"] == pytest.approx(of_block, abs=ROUNDING * of_block[0])
     assert sim.reactions()["hold"][0] == pytest.approx((sim.momentum() - before)[0], abs=ROUNDING * of_block[0])
     assert sim.conservation()["momentum"] < ROUNDING
-    # of two by two cells, half of which the motion leads in part; 0.2 where the work on led nodes is not counted by itself
     assert worst < error
+
+
+def test_a_part_that_a_motion_holds_loses_what_is_booked():
+    """A bar that flies is held at one end: the nodes about it are led in part, and its stress works along their led velocities."""
+    bar = box((2, 1, 0), (6, 3, 1), SOLID, (2, 2, 1), velocity=(-0.3, 0.0, 0.0))
+    end = {"box": {"lower": (2.0, 1.0, 0.0), "upper": (3.0, 3.0, 1.0)}}
+    motion = {"name": "hold", "body": "block", "hold": ["x", "y"], "part": end}
+    how = {"functions": "quadratic-bspline", "support": SLIP[4:], "courant": 0.1, "end": 1e3}
+    sim = advance(simulation(bar, counts=(8, 4, 1), motion=[motion], **how), STEPS)
+    assert sim.energies()["impact_heat"] > 0.3 * sim.budget.energy_scale
+    assert abs(sim.budget.energy_error()) < 1e-3  # with the velocities of the points alone, 0.05

@@ -223,7 +223,8 @@ def _count_works(chunks, field, dt, small):
 
 @kernel(inner=True)
 def _sum_mapping_chunk(chunk, field, dt, small, sums):
-    nodes, total, several = field.nodes, 0.0, len(field.apart) > 0
+    nodes, external, total, several = field.nodes, field.external, 0.0, len(field.apart) > 0
+    driven = len(external.driven_mass) > 0
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
         if nodes.mass[I] < NOTHING:
             continue
@@ -233,6 +234,8 @@ def _sum_mapping_chunk(chunk, field, dt, small, sums):
             old = mean
             if nodes.mass[I] > small or nodes.constrained[I, d] > 0:
                 old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
+            if driven and nodes.constrained[I, d] == 0 and external.driven_mass[I, d] > 0.0:  # as points were strained along it
+                old += following(external, I, d, nodes.mass[I]) * (driven_velocity(external, I, d) - old)
             total += 0.5 * dt * force * (2.0 * mean - old - nodes.strain_velocity[I, d])
     sums[chunk, 0] = total
 
