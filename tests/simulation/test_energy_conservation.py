@@ -175,7 +175,7 @@ def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(part, e
 
 
 def test_a_part_that_a_motion_holds_loses_what_is_booked():
-    """A bar that flies is held at one end: the nodes about it are led in part, and its stress works along their led velocities."""
+    """A bar that flies is held at one end: nodes about it are led in part, and stress works along their led velocities."""
     bar = box((2, 1, 0), (6, 3, 1), SOLID, (2, 2, 1), velocity=(-0.3, 0.0, 0.0))
     end = {"box": {"lower": (2.0, 1.0, 0.0), "upper": (3.0, 3.0, 1.0)}}
     motion = {"name": "hold", "body": "block", "hold": ["x", "y"], "part": end}

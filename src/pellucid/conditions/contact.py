@@ -41,7 +41,7 @@ class Contact(Condition):
             yield Finding((*path, "between"), text, "give one of them another `field`")
         others = [place for place, other in parts.placed(Contact) if place < path and other._fields(parts) == fields]
         if fields is not None and others:
-            text = f"contact number {int(others[0][1]) + 1} is between the same velocity fields"
+            text = f"contact.{others[0][1]} (counted from 0) is between the same velocity fields"
             yield Finding((*path, "between"), text, "keep one of the two")
         yield from self._name_problems(path, parts)
 
