@@ -81,7 +81,7 @@ class SettlingClock(Clock):
             raise RunStopped(
                 f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: the kinetic energy still "
                 f"reaches {share:.3g} of what moved ({moved:.3g} J), settle.share = {self.settle.share:g}; raise one of "
-                f"the two, or hold what can fall, slide or flow for ever"
+                f"the two, hold what can fall, slide or flow for ever, or where bodies touch take a smaller time.courant"
             )
         return passes
 

@@ -171,8 +171,8 @@ def _time(run: "Run") -> str:
 
 
 def _line(run: "Run", number: int = 0) -> str:
-    """How a curve of the history is drawn: equilibria are marked, since nothing is known between them."""
-    return f"{LINES[number]}o" if run.stored.steady else LINES[number]
+    """How a curve of the history is drawn: equilibria are marked, since nothing is known between them, and a single row."""
+    return f"{LINES[number]}o" if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
 
 
 def _told_apart(run: "Run", other: "Run") -> str:
