@@ -28,7 +28,7 @@ def two_fields(kind, friction=0.0, held=()):
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
     verbs = {"answer_contact": lambda: False, "end_contact": lambda: None, "faces": lambda: None}
-    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, **verbs)]] * 2
+    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, takes_second_impulses=False, **verbs)]] * 2
     pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
     for grid in grids:
         nodes = grid.nodes

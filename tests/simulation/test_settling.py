@@ -75,7 +75,9 @@ def test_a_smaller_share_settles_nearer_to_rest():
 def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
     loose = heavy_column({"most_steps": 60}).to_data()
     loose["support"] = loose["support"][:2]  # nothing holds it: it falls
-    with pytest.raises(RunStopped, match=r"no rest within settle.most_steps = 60 steps.* raise one of the two, or hold"):
+    with pytest.raises(
+        RunStopped, match=r"no rest within settle.most_steps = 60 steps.* raise one of the two, hold what can fall"
+    ):
         pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
     assert "most_steps" in failure["message"]

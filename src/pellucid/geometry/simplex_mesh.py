@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,9 +29,11 @@ class SimplexMesh:
     @cached_property
     def volumes(self) -> np.ndarray:
         """Signed volumes of the tetrahedra [m³], areas of the triangles [m²], shape (c,)."""
-        d = self.dimension
-        edges = self.nodes[self.cells[:, 1:], :d] - self.nodes[self.cells[:, :1], :d]
-        return np.asarray(np.linalg.det(edges) / factorial(d))
+        first, *others = (self.nodes[corner] for corner in self.cells.T)
+        edges = [other - first for other in others]
+        if self.dimension == 2:
+            return np.asarray(0.5 * np.cross(edges[0], edges[1])[:, 2])
+        return np.asarray(np.einsum("ci,ci->c", np.cross(edges[0], edges[1]), edges[2]) / 6.0)
 
     @cached_property
     def incidence(self) -> "sparse.csr_array":

@@ -63,7 +63,7 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
 
     used = np.flatnonzero(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)))
     limit = NEAREST * float(np.cbrt(np.mean(abs(mesh.volumes))))
-    pairs = used[cKDTree(mesh.nodes[used]).query_pairs(limit, output_type="ndarray")]
+    pairs = used[cKDTree(mesh.nodes[used], balanced_tree=False).query_pairs(limit, output_type="ndarray")]
     if len(pairs):
         one, other = min(map(tuple, np.sort(pairs, axis=1).tolist()))
         apart = np.linalg.norm(mesh.nodes[one] - mesh.nodes[other])

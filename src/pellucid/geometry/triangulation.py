@@ -27,13 +27,9 @@ def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def pieces(links: np.ndarray, n: int) -> np.ndarray:
     """For each of n vertices the smallest one that links, shape (m, 2), lead to from it, shape (n,)."""
-    label = np.arange(n)
-    one, other = links.T
-    while True:
-        before = label.copy()
-        smallest = np.minimum(label[one], label[other])
-        np.minimum.at(label, before[one], smallest)  # the name of a piece is renamed, and with it all that bear it
-        np.minimum.at(label, before[other], smallest)
-        label = label[label]
-        if np.array_equal(label, before):
-            return label
+    from scipy.sparse import coo_array, csgraph  # heavy: only where a mesh is worked on
+
+    graph = coo_array((np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(n, n))
+    number = csgraph.connected_components(graph, directed=False)[1]
+    smallest = np.unique(number, return_index=True)[1]
+    return np.asarray(smallest[number])
