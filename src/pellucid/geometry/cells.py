@@ -52,9 +52,14 @@ def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray
     faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
     a, b, c = np.sort(faces, axis=1).T
     n = int(tetrahedra.max(initial=0)) + 1
-    key = (a * n + b) * n + c if n <= MOST_NODES else np.stack([a, b, c], axis=1)  # of numbers, faces are told apart soonest
-    _, which, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    outer = np.flatnonzero(count[which.ravel()] == 1)
+    if n <= MOST_NODES:
+        key = (a * n + b) * n + c
+    else:
+        key = np.unique(np.stack([a, b, c], axis=1), axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(key)
+    same = np.diff(key[order]) == 0
+    alone = ~(np.append(same, False) | np.append(False, same))
+    outer = np.sort(order[alone[: len(order)]])
     return faces[outer], outer // 4
 
 
