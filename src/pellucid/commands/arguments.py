@@ -19,7 +19,9 @@ ChangedSettings = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Go on with another end, step, limit or output; may be given often."),
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run.")]
-Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: all cores).")]
+Threads = Annotated[
+    int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: a run tries which is soonest).")
+]
 NoReport = Annotated[
     bool, typer.Option("--no-report", help="Draw no figures and write no report; `pellucid report DIR` does it later.")
 ]

@@ -64,14 +64,14 @@ def _keep_from_python(compiled: Any) -> None:
 
 
 def set_threads(threads: int | None) -> int:
-    """Use this many threads, all cores where None; the number in use. Results do not depend on it.
+    """Use this many threads, as many as there are cores where None; the number in use. Results do not depend on it.
 
     Raises UsageError for a number that makes no sense on this machine.
     """
     most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
     if threads is not None and not (isinstance(threads, int) and 1 <= threads <= most_useful):
         text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
-        raise UsageError(f"{text}, {MOST_PER_CORE} times the cores of this machine; leave it out to use all cores")
+        raise UsageError(f"{text}, {MOST_PER_CORE} times the cores of this machine; leave it out to let runs choose")
     if threads is not None and "numba" not in sys.modules:
         os.environ["NUMBA_NUM_THREADS"] = str(max(threads, os.cpu_count() or 1))
     import numba
