@@ -76,7 +76,8 @@ def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
     loose = heavy_column({"most_steps": 60}).to_data()
     loose["support"] = loose["support"][:2]  # nothing holds it: it falls
     with pytest.raises(
-        RunStopped, match=r"no rest within settle.most_steps = 60 steps.* raise one of the two, hold what can fall"
+        RunStopped,
+        match=r"no rest within settle.most_steps = 60 steps.* raise settle.most_steps or settle.share, hold what can fall",
     ):
         pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())

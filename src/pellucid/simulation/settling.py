@@ -78,10 +78,14 @@ class SettlingClock(Clock):
         self.is_settled = self._quiet > max(self._longest_swing, self._least)
         if self.n_steps >= self.settle.most_steps and not self.is_settled:
             share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
+            wanted = max(self._longest_swing, self._least)
+            state = f"the kinetic energy still reaches {share:.3g} of what moved ({moved:.3g} J)"
+            if share <= self.settle.share:
+                state = f"the kinetic energy has been small for {self._quiet:.3g} s, and is to be so for {wanted:.3g} s"
             raise RunStopped(
-                f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: the kinetic energy still "
-                f"reaches {share:.3g} of what moved ({moved:.3g} J), settle.share = {self.settle.share:g}; raise one of "
-                f"the two, hold what can fall, slide or flow for ever, or where bodies touch take a smaller time.courant"
+                f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
+                f"settle.share = {self.settle.share:g}; raise settle.most_steps or settle.share, hold what can fall, slide "
+                f"or flow for ever, or where bodies touch take a smaller time.courant"
             )
         return passes
 

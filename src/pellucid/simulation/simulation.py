@@ -77,7 +77,7 @@ class Simulation:
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
-        numbers = numbers_up_to(1 + free_cores()) if threads is None else [set_threads(threads)]
+        numbers = numbers_up_to(min(1 + free_cores(), set_threads(None))) if threads is None else [set_threads(threads)]
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
