@@ -70,10 +70,6 @@ class ContactPair:
         nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
         return ((body, nodes) for side in self.bodies for body in side)
 
-    @property
-    def _touch(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.detection.normal, self._closing
-
     def let_return(self) -> None:
         """Let bodies that part as the step begins come back as fast, when their momentum was advanced: their mean approach over
         the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
@@ -95,7 +91,7 @@ class ContactPair:
 
     def resolve(self, anew: bool) -> None:
         """Impulses on the nodes after their momentum was advanced, or `anew` after the bodies answered to these."""
-        how = self._kind, self._friction, anew, self.detection.node, self._touch
+        how = self._kind, self._friction, anew, self.detection.node, (self.detection.normal, self._closing)
         impulses.resolve(self._chunks, *how, *self._moved(), *self._mobility, self.impulses)
 
     def give(self, impulse: np.ndarray) -> None:
@@ -256,7 +252,7 @@ class ContactPairs:
         """Let the bodies have the impulses that removed this approach: of fields where all can, in a step dt [s]."""
         total, named, bodies = np.zeros(self._row), {}, dict[int, ContactBody]()
         for field in self._fields:
-            field.clear_second()
+            field.begin_second()
         for pair in self._pairs:
             if pair.gives_second():
                 pair.add_second()

@@ -328,13 +328,12 @@ class NodalMomentum:
     def slowed_work(self, momentum: np.ndarray, dt: float) -> float:
         """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
         its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
-        nodes, apart = self._bundle.nodes, self._bundle.apart
+        nodes = self._bundle.nodes
         moves = (nodes.mass[:, None] >= NOTHING) & (nodes.constrained == 0)
-        force = nodes.force - apart if len(apart) else nodes.force
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
-        return 0.5 * dt * float(np.sum(force * slower))
+        return self.half_work(slice(None), slower, dt)
 
-    def half_work(self, node: np.ndarray, increment: np.ndarray, dt: float) -> float:
+    def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
         """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
         nodes, apart = self._bundle.nodes, self._bundle.apart
         force = nodes.force[node] - apart[node] if len(apart) else nodes.force[node]

@@ -112,7 +112,7 @@ class VelocityField:
         """See `NodalMomentum.mapping_lag`."""
         return self._momentum.mapping_lag(node)
 
-    def clear_second(self) -> None:
+    def begin_second(self) -> None:
         """Before contact gives its second increments in a step: those of the step before, and the impulses that prescribed
         motions have taken by now, are gone."""
         self.external.impulse.fill(0.0)

@@ -147,8 +147,8 @@ def _add_velocities_chunk(chunk, forces, change, dt):
 def add_velocities(chunks, forces, change, dt):
     """Add velocities [m/s], shape (n, 3), to those that were advanced; the work is that of contact.
 
-    The nodes are strained along the new velocities, over the half of the step before which these are given too: the work of the
-    internal forces on the change in that half is taken from contact (see `EnergyBudget` on what velocities are ahead).
+    The elements are strained over the whole step along the new velocities, of which the internal forces have done no work yet:
+    half of it, with the forces at the start of the step, is taken from contact (`EnergyBudget` has the other in `staggering`).
     """
     parallel_for(_add_velocities_chunk, chunks, forces, change, dt)
 

@@ -141,13 +141,9 @@ class RunFolder:
         return load(self.case)
 
     def _without_case(self) -> str:
-        return (
-            "it has no case.toml"
-            if self.path.is_dir()
-            else "it is no folder"
-            if self.path.exists()
-            else "there is no such folder"
-        )
+        if self.path.is_dir():
+            return "it has no case.toml"
+        return "it is no folder" if self.path.exists() else "there is no such folder"
 
     def read_stored(self) -> "StoredCase":
         """The case without the kinds that it names, which results do not need. Raises `UsageError` where there is no run."""
