@@ -121,7 +121,7 @@ class PointsOnGrid(GridBody):
 
     def sort_if_needed(self) -> None:
         """Sort again where a point left its slab."""
-        if self.slabs.left_slab.any():
+        if np.count_nonzero(self.slabs.left_slab):
             self.sort()
 
     # the verbs of a step
@@ -236,9 +236,8 @@ class PointsOnGrid(GridBody):
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
-        found = np.flatnonzero(self.slabs.fault[:, 0])
-        if len(found):
-            code, p = self.slabs.fault[found[0]]
+        if np.count_nonzero(self.slabs.fault[:, 0]):
+            code, p = self.slabs.fault[np.flatnonzero(self.slabs.fault[:, 0])[0]]
             self.stop(int(code), int(p), n_steps, time)
 
     # checkpoint

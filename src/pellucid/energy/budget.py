@@ -97,9 +97,10 @@ class EnergyBudget:
         weight: what its impulses count in the reactions, where the time of the loads is not that of the steps.
         """
         kinetic, stored = self._energies(bodies)
-        internal, external = float(done.works[INTERNAL]), 0.0
+        works = done.works.tolist()
+        internal, external = works[INTERNAL], 0.0
         for channel, column in self.channels.items():
-            amount = float(done.works[column])
+            amount = works[column]
             self.sums[channel.name] += amount
             external += channel.sign * amount
         self.transfer += kinetic - self.kinetic - (internal + external)
@@ -129,7 +130,8 @@ class EnergyBudget:
             self._add_named(name, weight * impulse)
 
     def _add_named(self, name: str, impulse: np.ndarray) -> None:
-        self.named_impulses[name] = (np.array(self.named_impulses.get(name, (0.0, 0.0, 0.0))) + impulse).tolist()
+        sums = self.named_impulses.get(name, [0.0, 0.0, 0.0])
+        self.named_impulses[name] = [so_far + more for so_far, more in zip(sums, impulse.tolist(), strict=True)]
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
         """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name.

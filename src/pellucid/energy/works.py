@@ -103,15 +103,14 @@ def step_work(sums: np.ndarray, columns: int) -> StepWork:
 
 def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
     """The sum over several parts, added in their order, in a row with so many columns."""
-    gravity_mass, reactions, impulse = parts[0].gravity_mass, parts[0].reactions, parts[0].impulse
-    works = np.zeros(columns)
-    works[: len(parts[0].works)] = parts[0].works
+    works, gravity_mass = np.zeros(columns), 0.0
+    reactions, impulse = np.zeros((max(len(part.reactions) for part in parts), 3)), np.zeros(3)
     motions: dict[str, np.ndarray] = {}
-    for part in parts[1:]:
-        works[: len(part.works)] += part.works
-        gravity_mass = gravity_mass + part.gravity_mass
-        reactions, impulse = reactions + part.reactions, impulse + part.impulse
     for part in parts:
+        works[: len(part.works)] += part.works
+        gravity_mass += part.gravity_mass
+        reactions += part.reactions
+        impulse += part.impulse
         for name, given in part.motions.items():
             motions[name] = motions[name] + given if name in motions else given
     return StepWork(works, gravity_mass, reactions, impulse, motions)

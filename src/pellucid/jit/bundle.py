@@ -28,13 +28,14 @@ ADDRESS = ir.IntType(8).as_pointer()
 class Bundle:
     """Holds `content`, a named tuple of arrays, numbers and tuples of these; its members are those of the bundle too."""
 
-    __slots__ = ("address", "compiled_type", "content", "memory")
+    __slots__ = ("address", "compiled_type", "content", "memory", "type_name")
     address: int
     memory: np.ndarray
 
     def __init__(self, content: Any) -> None:
         self.content = content
         self.compiled_type: BundleType | None = None
+        self.type_name: str | None = None  # as soon as there is the type
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.content, name)
@@ -55,6 +56,7 @@ def _typeof(value: Bundle, context: Any) -> BundleType:
         value.memory = np.array(_native(value.content, content), dtype=_layout(content))
         value.address = value.memory.ctypes.data
         value.compiled_type = BundleType(content)
+        value.type_name = value.compiled_type.name
     return value.compiled_type
 
 

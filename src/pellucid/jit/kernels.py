@@ -45,6 +45,10 @@ def kernel(inner: bool = False, inline: bool = False) -> Callable[[Callable[...,
             compiled._cache = KernelCache(function)
             if inner or inline:
                 _keep_from_python(compiled)
+            else:
+                from pellucid.jit.calls import call_at_once
+
+                call_at_once(compiled)
         return compiled
 
     return decorate
