@@ -72,7 +72,7 @@ class UsageError(PellucidError):
 class RunStopped(PellucidError):
     """A run that stopped itself (NaN, inverted or lost point, collapsed step, energy error), or failed verification.
 
-    `place` says where, as far as it is known: step, time, body, point and its state.
+    `place` says where, as far as it is known: step, time, body, point and its state; settling_step before the first.
     """
 
     exit_status = 3

@@ -82,7 +82,7 @@ def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
         pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
     assert "most_steps" in failure["message"]
-    assert (failure["step"], failure["time"]) == (0, 0.0), "the run has not begun"
+    assert (failure["step"], failure["time"], failure["settling_step"]) == (0, 0.0, 60), "the run has not begun"
     assert Run(tmp_path / "run").history["step"].tolist() == [0]
 
 

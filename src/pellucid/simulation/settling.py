@@ -130,6 +130,9 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
         progress.begin("settling")
     try:
         _come_to_rest(simulation, settling, caught, progress, keeper)
+    except RunStopped as error:
+        error.place["settling_step"] = settling.n_steps
+        raise
     finally:
         simulation.clock = settling.run
     simulation.begin_balance()

@@ -44,3 +44,9 @@ def test_the_limit_and_the_stop_are_in_the_legend(stopped, monkeypatch):
     monkeypatch.setattr(figures, "FIRST_JUDGED", 200)  # not judged yet: no limit
     names = {text.get_text() for text in figures.energies(stopped).legends[0].get_texts()}
     assert "limit of the warning" not in names
+
+
+def test_the_title_names_the_step_of_the_run_or_of_settling(stopped, monkeypatch):
+    assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: step 19, ")
+    monkeypatch.setattr(Run, "stopped", stopped.stopped | {"settling_step": 42})
+    assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: step 42 of settling, ")

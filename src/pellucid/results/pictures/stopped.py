@@ -48,7 +48,7 @@ def where_it_stopped(run: "Run") -> "Figure | None":
             for limits, centre in zip((axes.set_xlim, axes.set_ylim), place[list(view)], strict=True):
                 limits(centre - reach, centre + reach)
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, markerscale=3, fontsize=8)
-    figure.suptitle(f"Where the run stopped: step {run.stopped['step']}, {_named(run.stopped)}")
+    figure.suptitle(f"Where the run stopped: {_instant(run.stopped)}, {_named(run.stopped)}")
     return figure
 
 
@@ -81,6 +81,10 @@ def _place(run: "Run", failure: dict[str, Any]) -> np.ndarray | None:
     except OutputError:  # its fields are damaged
         return None
     return last[point] if point < len(last) and np.isfinite(last[point]).all() else None
+
+
+def _instant(failure: dict[str, Any]) -> str:
+    return f"step {failure['settling_step']} of settling" if "settling_step" in failure else f"step {failure['step']}"
 
 
 def _named(failure: dict[str, Any]) -> str:
