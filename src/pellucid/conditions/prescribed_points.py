@@ -67,8 +67,7 @@ class PrescribedPoints(ActiveCondition):
         self._nodes = Bundle(member.actions.driven()) if member.actions else None
         self._velocity, self._displacement = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
         self._axes = np.zeros((len(motions), 3), np.int64)
-        self._impulse = np.zeros((MOST_SLABS, len(motions), 3))
-        self._energy = np.zeros((MOST_SLABS, 2))
+        self._taken = np.zeros((MOST_SLABS, driven_points.IMPULSE + 3 * len(motions)))
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
         driven = marked(member, motions)
@@ -84,7 +83,7 @@ class PrescribedPoints(ActiveCondition):
         driven, start = self.body.arrays["driven"], self.body.arrays["start"]
         if self._bundle is None or self._bundle.driven is not driven:
             motions = self._velocity, self._displacement, self._axes
-            self._bundle = Bundle(driven_points.DrivenPoints(driven, start, *motions, self._impulse, self._energy))
+            self._bundle = Bundle(driven_points.DrivenPoints(driven, start, *motions, self._taken))
         return self._bundle
 
     def begin(self, time: float, dt: float) -> None:
@@ -94,9 +93,9 @@ class PrescribedPoints(ActiveCondition):
         """
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
-                self._displacement[number, axis] = function(time + dt)
-                moved = self._displacement[number, axis] - function(time)
-                self._velocity[number, axis] = moved / dt if dt > 0.0 else 0.0
+                reached = function(time + dt)
+                self._displacement[number, axis] = reached
+                self._velocity[number, axis] = (reached - function(time)) / dt if dt > 0.0 else 0.0
         self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
             self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
@@ -109,10 +108,9 @@ class PrescribedPoints(ActiveCondition):
 
     def prescribe_velocities_again(self) -> None:
         """The same after contact gave impulses once more."""
-        impulse, energy = self._impulse.copy(), self._energy.copy()
+        taken = self._taken.copy()
         self.prescribe_velocities()
-        self._impulse += impulse
-        self._energy += energy
+        self._taken += taken
 
     def prescribe_positions(self) -> None:
         """Prescribed positions."""
@@ -124,7 +122,7 @@ class PrescribedPoints(ActiveCondition):
         done = self._layout.no_work()
         if self._points is None:
             return done
-        n = self._points.n_slabs
-        impulse = ordered_sum(self._impulse[:n].reshape(n, -1)).reshape(-1, 3)
-        done.works[MOTION], done.works[IMPACT] = ordered_sum(self._energy[:n])
-        return done._replace(motions=dict(zip(self.names, impulse, strict=True)))
+        taken = ordered_sum(self._taken[: self._points.n_slabs])
+        done.works[MOTION], done.works[IMPACT] = taken[driven_points.WORK], taken[driven_points.LOSS]
+        impulses = taken[driven_points.IMPULSE :].reshape(-1, 3)
+        return done._replace(motions=dict(zip(self.names, impulses, strict=True)))

@@ -12,7 +12,7 @@ from numpy import uintp
 from pellucid.approximants.axis import axis_numbers, axis_values
 from pellucid.grid.velocity_transfer import row_of_line, row_of_node
 from pellucid.jit import pointwise
-from pellucid.jit.vector import load, nothing, store
+from pellucid.jit.vector import LANES, load, nothing, store
 
 
 class Stencil(NamedTuple):
@@ -140,6 +140,19 @@ def add_vector(about, lattice, target, vector):
                 w = wx[a] * wy[b] * wz[c]
                 for d in range(3):
                     target[I, d] += w * vector[d]
+
+
+@pointwise
+def add_shares(about, value, shares):
+    """Add N_I times a value of points to a vector for each of the nodes that they share, in the order of their indices."""
+    wx, wy, wz = about.wx, about.wy, about.wz
+    k = 0
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            line = wx[a] * wy[b] * value
+            for c in range(len(wz)):
+                store(shares, k, load(shares, k) + line * wz[c])
+                k += LANES
 
 
 @pointwise

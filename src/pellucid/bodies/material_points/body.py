@@ -45,19 +45,34 @@ class MaterialPoints(PointsOnGrid):
     def bind(self) -> None:
         """Take up arrays that were replaced."""
         super().bind()
+        self._stressed: bool | None = None
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
     def _bind_slabs(self, slabs: Slabs) -> None:
         super()._bind_slabs(slabs)
         self._strained = Bundle(straining.StrainedPoints(self.mapped.content, self.law, self._state))
 
+    @property
+    def _strains(self) -> bool:
+        """Whether the grid strains it."""
+        return self.constraint is None or self.constraint.strains
+
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""
+        if force and not self._strains:
+            if self._stressed is None:
+                self._stressed = bool(self.points.stress.any())
+            force = self._stressed
+        if inertia or force:
+            super().particle_to_grid(inertia, force)
+
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
-        if self.constraint is not None and not self.constraint.strains:
+        if not self._strains:
             if move:
                 self.update_positions(dt)
-            v = self.points.velocity
-            self._bound_rate(float(np.sqrt(np.einsum("pi,pi->p", v, v).max())) * self.grid.lattice.inverse_cell)
+            squares = self.points.velocity**2 @ np.ones(3)
+            self._bound_rate(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell)
             return
         straining.update_stress(self.n_slabs, self._strained, dt, int(move))
         if move:
@@ -67,7 +82,7 @@ class MaterialPoints(PointsOnGrid):
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]
         """Where its material does and the grid strains it."""
-        return self.material.keeps_work and (self.constraint is None or self.constraint.strains)
+        return self.material.keeps_work and self._strains
 
     def kept_energy(self) -> np.ndarray:
         """The specific energy of its points where it keeps heat."""
