@@ -53,7 +53,8 @@ class StrainedPoints(NamedTuple):
 
 
 @pointwise
-def _gather_block(mapped, n, found, first_node, c):
+def gather_motion(mapped, n, found, first_node, c):
+    """Velocity gradients and velocities of the nodes at the n points of a block, into its first columns."""
     a = 0
     while a < n:
         end = run_end(first_node, a, n)
@@ -142,7 +143,7 @@ def _update_stress_slab(s, strained, dt, move):
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, x, start, n, found, first_node)
-        _gather_block(mapped, n, found, first_node, c)
+        gather_motion(mapped, n, found, first_node, c)
         _fetch_block(mapped, arrays, start, n, c)
         _respond(law, lattice, dt * move, dt, lowest, highest, n, state_like, c)
         add_columns(c, BAD, n, sums, 0, SUMS)

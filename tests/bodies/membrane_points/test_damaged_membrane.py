@@ -66,6 +66,27 @@ def test_failed_points_have_no_stress_and_keep_mass_volume_and_motion(law):
     assert body.totals.parts["dissipated"] == pytest.approx(body.totals.stored, rel=1e-12)
 
 
+@pytest.mark.parametrize("more", [{}, {"radius": 0.25}], ids=["local", "nonlocal"])
+def test_failed_points_keep_what_they_have_beside_points_that_go_on(more):
+    """Points are strained some at a time: those that have failed among them change nothing for the others."""
+    (grid, body), (whole_grid, whole) = body_of(damaged({**TOUGH, **more})), body_of(damaged({**TOUGH, **more}))
+    uniaxial(grid, body, 0.01, steps=5)
+    uniaxial(whole_grid, whole, 0.01, steps=5)
+    failed = np.arange(body.n_points) % 3 == 0
+    body.arrays["failed"][failed] = 1.0
+    names = ("frame", "in_plane", "stress", "plane_stress", "volume", "strain_energy", "damage", "dissipated_energy")
+    before = {name: body.arrays[name][failed].copy() for name in names}
+    turn = np.array([(0.005, -0.3, 0.2), (0.3, 0.005, 0.0), (-0.2, 0.0, 0.0)])  # below the strain of any damage
+    drive(grid, body, turn, 0.1, 5)
+    drive(whole_grid, whole, turn, 0.1, 5)
+    for name, kept in before.items():
+        assert np.array_equal(body.arrays[name][failed], kept), name
+        assert np.array_equal(body.arrays[name][~failed], whole.arrays[name][~failed]), name
+    assert np.abs(body.arrays["plane_stress"][~failed, 0] - before["plane_stress"][0, 0]).min() > 0.0
+    mass, energy = body.arrays["mass"], body.arrays["strain_energy"]
+    assert body.totals.stored == pytest.approx(float(mass @ energy), rel=1e-13)
+
+
 def torn(steps=400, damage=ZONA, threads=1):
     """A sheet with its left edge held that flies apart by its velocity."""
     table = damaged(damage, points=(41, 41))

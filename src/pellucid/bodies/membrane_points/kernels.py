@@ -9,38 +9,66 @@ the two halves of `strain`. A failed point keeps its strain, frame and volume: t
 
 from math import sqrt
 
+import numpy as np
 from numpy import intp, uintp
 
-from pellucid.bodies.membrane_points.point import failed, in_frame, responded, turned
+from pellucid.bodies.membrane_points.blocks import (
+    BAD,
+    BEARS,
+    COLUMNS,
+    FASTEST,
+    GRADIENT,
+    SHARE,
+    STRAIN,
+    STRETCHING,
+    SUMS,
+    fault_in,
+    fetch_shapes,
+    fetch_stresses,
+    keep_shapes,
+    keep_stresses,
+    respond_to_shapes,
+    turn_and_stretch,
+    weaken_points,
+)
+from pellucid.bodies.membrane_points.point import in_frame
+from pellucid.grid.blocks import add_columns, find_functions, functions_like, largest_of_column
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
-from pellucid.grid.stencil import gather, gather_gradient, stencil
+from pellucid.grid.straining import gather_motion
 from pellucid.grid.transfer import placed
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.parallel import parallel_for
-from pellucid.materials.damage import driving_strain, has_failed
-from pellucid.materials.membrane import stretched
+from pellucid.jit.vector import LANES, load, total
+from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
+STRAINED = IDENTITY, ZERO_VECTOR  # velocity gradient and velocity
 CHUNK = 1024  # triangles that a thread takes at a time
 
 
 @kernel(inner=True)
 def _gather_slab(s, mapped, gradient, dt, move):
-    functions, lattice, nodes, index = mapped.functions, mapped.lattice, mapped.nodes, mapped.index
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
     lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
     left_slab = first_fault = at_fault = 0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        about = stencil(functions, lattice, x, p)
-        L, new = gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
-        for d in range(9):
-            gradient[p, d] = L[d]
-        if move:
-            fault, beyond = placed(lattice, x, p, dt * new[0], dt * new[1], dt * new[2], lowest, highest)
-            left_slab |= beyond
-            if fault != OK and first_fault == OK:
-                first_fault = fault
-                at_fault = intp(p)  # type: ignore[assignment]
+    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
+    c = np.empty(WIDTH * size(STRAINED))
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        find_functions(functions, lattice, index, x, start, n, found, first_node)
+        gather_motion(mapped, n, found, first_node, c)
+        for q in range(n):
+            p = place_of(index, start + q)
+            L, v = take(STRAINED, c, q)
+            for d in range(9):
+                gradient[p, d] = L[d]
+            if move:
+                fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], lowest, highest)
+                left_slab |= beyond
+                if fault != OK and first_fault == OK:
+                    first_fault = fault
+                    at_fault = intp(p)  # type: ignore[assignment]
     slabs.left_slab[s] = left_slab
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault
@@ -71,35 +99,46 @@ def find_normals(chunks, position, fans):
     parallel_for(_find_normals_chunk, chunks, position, fans)
 
 
+@pointwise
+def _sum_up(c, start, n, surface, s, sums):
+    """Add up a block; the first fault of slab s."""
+    slabs = surface.slabs
+    add_columns(c, BAD, n, sums, 0, SUMS)
+    largest_of_column(c, FASTEST, n, sums, SUMS)
+    if slabs.fault[s, 0] == OK and total(load(sums, 0)) > 0.0:
+        for q in range(n):
+            fault = fault_in(c, q)
+            if fault != OK and slabs.fault[s, 0] == OK:
+                slabs.fault[s, 0] = fault
+                slabs.fault[s, 1] = place_of(surface.index, start + q)
+
+
+@pointwise
+def _keep_sums(slabs, s, sums):
+    slabs.sums[s, STORED] = total(load(sums, LANES))
+    slabs.sums[s, HEATING] = 0.0
+    slabs.sums[s, POWER] = total(load(sums, 2 * LANES))
+    top = 0.0
+    for lane in range(LANES):
+        top = max(top, sums[SUMS * LANES + lane])
+    slabs.sums[s, RATE] = top
+
+
 @kernel(inner=True)
 def _strain_slab(s, surface, dt):
-    slabs, index, fans, gradient = surface.slabs, surface.index, surface.fans, surface.gradient
-    law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
-    frame, shape = state.frame, state.in_plane
-    stored = power = rate = 0.0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        if has_failed(damage, record, p):
-            energy, signal, fault = failed(surface, p)
-            new_power = 0.0
-        else:
-            Q, c, share, D = turned(damage, fans, frame, gradient[p], dt, p)
-            F = stretched(law, (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), D, dt)
-            for d in range(4):
-                shape[p, d] = F[d]
-            for d in range(9):
-                frame[p, d] = Q[d]
-            energy, new_power, signal, fault = responded(surface, p, F, Q, c, share, D, dt, driving_strain(damage, law, F))
-        stored += energy
-        power += new_power
-        rate = max(rate, signal)
-        if fault != OK and slabs.fault[s, 0] == OK:
-            slabs.fault[s, 0] = fault
-            slabs.fault[s, 1] = p
-    slabs.sums[s, STORED] = stored
-    slabs.sums[s, HEATING] = 0.0
-    slabs.sums[s, POWER] = power
-    slabs.sums[s, RATE] = rate
+    slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
+    c, sums = np.empty(WIDTH * COLUMNS), np.zeros((SUMS + 1) * LANES)
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        fetch_shapes(surface, start, n, c)
+        turn_and_stretch(surface, dt, start, n, c)
+        fetch_stresses(surface, start, n, c)
+        weaken_points(surface, start, n, c)
+        respond_to_shapes(law, lattice, thickness, dt, n, c)
+        keep_shapes(surface, start, n, c)
+        keep_stresses(surface, start, n, c)
+        _sum_up(c, start, n, surface, s, sums)
+    _keep_sums(slabs, s, sums)
 
 
 @kernel()
@@ -110,32 +149,28 @@ def strain(n, surface, dt):
 
 @kernel(inner=True)
 def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
-    slabs, index, fans, gradient = surface.slabs, surface.index, surface.fans, surface.gradient
-    law, state, damage, record = surface.law, surface.state, surface.damage, surface.record
-    frame, shape = state.frame, state.in_plane
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
-        opening = 0.0
-        if has_failed(damage, record, p):
-            E11, E22, E12 = in_frame(gradient[p], frame[p])
-            if driving_strain(damage, law, F) > damage.failure_strain:
+    slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
+    c = np.empty(WIDTH * COLUMNS)
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        fetch_shapes(surface, start, n, c)
+        turn_and_stretch(surface, dt, start, n, c)
+        keep_shapes(surface, start, n, c)
+        for q in range(n):
+            p = place_of(index, start + q)
+            strain, opening = c[uintp(q + STRAIN * WIDTH)], 0.0
+            if c[uintp(q + BEARS * WIDTH)] > 0.0:
+                D, cosine = take((ZERO_VECTOR, 0.0), c, q + STRETCHING * WIDTH)
+                kinematics[p, 0], kinematics[p, 1], kinematics[p, 2], kinematics[p, 3] = D[0], D[1], D[2], cosine
+                kinematics[p, 4] = c[uintp(q + SHARE * WIDTH)]
+            elif strain > damage.failure_strain:
+                E11, E22, E12 = in_frame(take(IDENTITY, c, q + GRADIENT * WIDTH), frame[p])
                 torn[p, 0] += dt * E11
                 torn[p, 1] += dt * E22
                 torn[p, 2] += dt * E12
                 half = 0.5 * (torn[p, 0] - torn[p, 1])
                 opening = 0.5 * (torn[p, 0] + torn[p, 1]) + sqrt(half * half + torn[p, 2] * torn[p, 2])
-        else:
-            Q, c, share, D = turned(damage, fans, frame, gradient[p], dt, p)
-            F = stretched(law, F, D, dt)
-            for d in range(4):
-                shape[p, d] = F[d]
-            for d in range(9):
-                frame[p, d] = Q[d]
-            for d in range(3):
-                kinematics[p, d] = D[d]
-            kinematics[p, 3], kinematics[p, 4] = c, share
-        local[number[p]] = driving_strain(damage, law, F) + opening
+            local[number[p]] = strain + opening
 
 
 @kernel()
@@ -152,28 +187,22 @@ def stretch(n, surface, number, torn, local, kinematics, dt):
 
 @kernel(inner=True)
 def _respond_slab(s, surface, number, mean, kinematics, dt):
-    slabs, index, state, damage, record = surface.slabs, surface.index, surface.state, surface.damage, surface.record
-    frame, shape = state.frame, state.in_plane
-    stored = power = rate = 0.0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        if has_failed(damage, record, p):
-            energy, signal, fault = failed(surface, p)
-            new_power = 0.0
-        else:
-            F, k, t = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3]), kinematics[p], frame[p]
-            Q = (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8])
-            energy, new_power, signal, fault = responded(surface, p, F, Q, k[3], k[4], (k[0], k[1], k[2]), dt, mean[number[p]])
-        stored += energy
-        power += new_power
-        rate = max(rate, signal)
-        if fault != OK and slabs.fault[s, 0] == OK:
-            slabs.fault[s, 0] = fault
-            slabs.fault[s, 1] = p
-    slabs.sums[s, STORED] = stored
-    slabs.sums[s, HEATING] = 0.0
-    slabs.sums[s, POWER] = power
-    slabs.sums[s, RATE] = rate
+    slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
+    c, sums = np.empty(WIDTH * COLUMNS), np.zeros((SUMS + 1) * LANES)
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        fetch_shapes(surface, start, n, c)
+        for q in range(n):
+            p = place_of(index, start + q)
+            k = kinematics[p]
+            put(c, q + STRETCHING * WIDTH, (k[0], k[1], k[2], k[3], mean[number[p]]))
+            put(c, q + SHARE * WIDTH, k[4])
+        fetch_stresses(surface, start, n, c)
+        weaken_points(surface, start, n, c)
+        respond_to_shapes(law, lattice, thickness, dt, n, c)
+        keep_stresses(surface, start, n, c)
+        _sum_up(c, start, n, surface, s, sums)
+    _keep_sums(slabs, s, sums)
 
 
 @kernel()

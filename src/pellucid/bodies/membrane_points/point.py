@@ -1,17 +1,17 @@
-"""What happens to one membrane point in a step: its frame, its stress, its damage; inlined into the loops over points."""
+"""What happens to one membrane point in a step: its frame turns, and its stress with it.
 
-from math import inf, sqrt
+Branches here choose between numbers alone, so that loops over points become vectors.
+"""
+
+from math import nan, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy import uintp
 
 from pellucid.grid.lattice import Lattice
-from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, PointArrays, Slabs
-from pellucid.jit import kernel
-from pellucid.materials.damage import DamageRecord, dissipate, upright, weaken
-from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed
-from pellucid.tensors import end_stress_power
+from pellucid.grid.points import PointArrays, Slabs
+from pellucid.jit import pointwise
+from pellucid.materials.damage import DamageRecord, upright
 
 
 class MembraneArrays(NamedTuple):
@@ -39,7 +39,7 @@ class StrainedMembrane(NamedTuple):
     record: DamageRecord
 
 
-@kernel(inline=True)
+@pointwise
 def in_frame(L, frame):
     """Stretching, components 11, 22, 12 in a frame that stays."""
     tx, ty, tz, sx, sy, sz = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
@@ -49,42 +49,35 @@ def in_frame(L, frame):
     return tx * ax + ty * ay + tz * az, sx * bx + sy * by + sz * bz, across
 
 
-@kernel(inline=True)
-def turned(damage, fans, frame, L, dt, p):
-    """Frame of point p and its old normal's cosine with the new, share of area, stretching in the frame."""
-    # the stretching is the mean of those in the frames before and after the normal turns: in the second alone, a normal that
-    # swings would stretch the membrane by dt times the square of its rate
-    before = in_frame(L, frame[p])
-    # normal and share of area, from the triangles about the point
-    mx, my, mz = frame[p, 6], frame[p, 7], frame[p, 8]
-    nx = ny = nz = share = 0.0
-    normals = fans.normals
-    for t in range(fans.start[p], fans.start[p + 1]):
-        k = uintp(fans.triangle[t])
-        cx, cy, cz = normals[k, 0], normals[k, 1], normals[k, 2]
-        share += normals[k, 3]
-        if upright(damage, cx * mx + cy * my + cz * mz):
-            nx += cx
-            ny += cy
-            nz += cz
-    share *= 1.0 / 3.0
+@pointwise
+def turned(damage, total, frame):
+    """New first tangent and normal, and the cosine of the old normal with the new; total: sum of the triangles' normals."""
+    ux, uy, uz, _, _, _, mx, my, mz = frame
+    nx, ny, nz = total
     length = sqrt(nx * nx + ny * ny + nz * nz)
     if not upright(damage, length):  # every triangle turned over
         nx, ny, nz, length = -mx, -my, -mz, 1.0
-    nx, ny, nz = nx / length, ny / length, nz / length
-    # turn the first tangent with the normal: S a = c a + w × a + w (w·a)/(1 + c)
-    ux, uy, uz = frame[p, 0], frame[p, 1], frame[p, 2]
+    inverse = 1.0 / length if length > 0.0 else nan
+    nx, ny, nz = nx * inverse, ny * inverse, nz * inverse
+    # turn the first tangent with the normal: S a = a - (m + n) (n·a)/(1 + c) of a across m
     c = mx * nx + my * ny + mz * nz
-    wx, wy, wz = my * nz - mz * ny, mz * nx - mx * nz, mx * ny - my * nx
-    along = (wx * ux + wy * uy + wz * uz) / (1.0 + c)
-    tx = c * ux + wy * uz - wz * uy + wx * along
-    ty = c * uy + wz * ux - wx * uz + wy * along
-    tz = c * uz + wx * uy - wy * ux + wz * along
+    along = (nx * ux + ny * uy + nz * uz) / (1.0 + c if c > -1.0 else 1.0)
+    tx, ty, tz = ux - along * (mx + nx), uy - along * (my + ny), uz - along * (mz + nz)
     # keep it in the plane and of unit length
     off = tx * nx + ty * ny + tz * nz
     tx, ty, tz = tx - off * nx, ty - off * ny, tz - off * nz
-    length = sqrt(tx * tx + ty * ty + tz * tz)
-    tx, ty, tz = tx / length, ty / length, tz / length
+    inverse = 1.0 / sqrt(tx * tx + ty * ty + tz * tz)
+    return (tx * inverse, ty * inverse, tz * inverse), (nx, ny, nz), c
+
+
+@pointwise
+def spun(L, before, tangent, normal, dt):
+    """The frame of a new normal and first tangent, turned by the spin about the normal, and the stretching in it.
+
+    before: the stretching in the old frame.
+    """
+    tx, ty, tz = tangent
+    nx, ny, nz = normal
     sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
     Ltx, Lty, Ltz = (
         L[0] * tx + L[1] * ty + L[2] * tz,
@@ -96,13 +89,16 @@ def turned(damage, fans, frame, L, dt, p):
         L[3] * sx + L[4] * sy + L[5] * sz,
         L[6] * sx + L[7] * sy + L[8] * sz,
     )
+    sLt, tLs = sx * Ltx + sy * Lty + sz * Ltz, tx * Lsx + ty * Lsy + tz * Lsz
     # spin about the normal, as a rotation of the tangents (Cayley)
-    a = 0.25 * dt * (sx * Ltx + sy * Lty + sz * Ltz - tx * Lsx - ty * Lsy - tz * Lsz)
-    cosine, sine = (1.0 - a * a) / (1.0 + a * a), 2.0 * a / (1.0 + a * a)
-    B11, B22, B12 = before
-    D11 = 0.5 * (B11 + tx * Ltx + ty * Lty + tz * Ltz)
-    D22 = 0.5 * (B22 + sx * Lsx + sy * Lsy + sz * Lsz)
-    D12 = 0.5 * (B12 + 0.5 * (tx * Lsx + ty * Lsy + tz * Lsz + sx * Ltx + sy * Lty + sz * Ltz))
+    a = 0.25 * dt * (sLt - tLs)
+    inverse = 1.0 / (1.0 + a * a)
+    cosine, sine = (1.0 - a * a) * inverse, 2.0 * a * inverse
+    # the stretching is the mean of those in the frames before and after the normal turns: in the second alone, a normal that
+    # swings would stretch the membrane by dt times the square of its rate
+    D11 = 0.5 * (before[0] + tx * Ltx + ty * Lty + tz * Ltz)
+    D22 = 0.5 * (before[1] + sx * Lsx + sy * Lsy + sz * Lsz)
+    D12 = 0.5 * (before[2] + 0.5 * (sLt + tLs))
     tx, ty, tz, sx, sy, sz = (
         cosine * tx + sine * sx,
         cosine * ty + sine * sy,
@@ -115,57 +111,19 @@ def turned(damage, fans, frame, L, dt, p):
     E11 = cosine * cosine * D11 + sine * sine * D22 + 2.0 * sine * cosine * D12
     E22 = sine * sine * D11 + cosine * cosine * D22 - 2.0 * sine * cosine * D12
     E12 = sine * cosine * (D22 - D11) + (cosine * cosine - sine * sine) * D12
-    return (tx, ty, tz, sx, sy, sz, nx, ny, nz), c, share, (E11, E22, E12)
+    return (tx, ty, tz, sx, sy, sz, nx, ny, nz), (E11, E22, E12)
 
 
-@kernel(inline=True)
-def responded(surface, p, F, frame, c, share, D, dt, strain):
-    """Stress and volume of a point of shape F, damaged by `strain`; its strain energy, new power, signal rate, fault."""
-    lattice, points, law, state, thickness = surface.lattice, surface.points, surface.law, surface.state, surface.thickness
-    damage, record = surface.damage, surface.record
-    tx, ty, tz, sx, sy, sz, nx, ny, nz = frame
-    E11, E22, E12 = D
-    v, g = points.velocity, surface.gradient[p]
-    left, kept = weaken(damage, record, p, strain)
-    s11, s22, s12, ratio = plane_response(law, F)
-    s11, s22, s12 = left * s11, left * s22, left * s12
-    old = state.plane_stress
-    power = 0.5 * ((old[p, 0] + s11) * E11 + (old[p, 1] + s22) * E22) + (old[p, 2] + s12) * E12
-    volume = share * thickness * ratio
-    density = points.mass[p] / volume
-    points.volume[p] = volume
-    state.strain_energy[p] += dt * power / density
-    dissipate(damage, record, p, state.strain_energy[p], kept)
-    old[p, 0], old[p, 1], old[p, 2] = s11, s22, s12
-    sig, L = points.stress, (g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8])
-    sig[p, 0] = s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx
-    sig[p, 1] = s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy
-    sig[p, 2] = s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz
-    sig[p, 3] = s11 * ty * tz + s22 * sy * sz + s12 * (ty * sz + tz * sy)
-    sig[p, 4] = s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx)
-    sig[p, 5] = s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx)
-    new_power = volume * end_stress_power((sig[p, 0], sig[p, 1], sig[p, 2], sig[p, 3], sig[p, 4], sig[p, 5]), L, dt)
-    speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
-    wave = plane_wave_speed(law, F, density)
-    fault = OK
-    if c < -0.999:
-        fault = FOLDED
-    elif ratio <= 0.0:
-        fault = INVERTED
-    elif not abs(s11 + s22 + s12 + speed + wave + nx + ny + nz) < inf:
-        fault = NOT_FINITE
-    h = lattice.inverse_cell
-    rate = max(h * (wave + speed), 2.0 * h * h * plane_diffusivity(law, F, density))
-    return points.mass[p] * state.strain_energy[p], new_power, rate, fault
-
-
-@kernel(inline=True)
-def failed(surface, p):
-    """Strain energy, signal rate and fault of a failed point, which has no stress but moves."""
-    lattice, points, law, state = surface.lattice, surface.points, surface.law, surface.state
-    v, shape = points.velocity, state.in_plane
-    speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
-    F = (shape[p, 0], shape[p, 1], shape[p, 2], shape[p, 3])
-    wave = plane_wave_speed(law, F, points.mass[p] / points.volume[p])
-    fault = OK if speed < inf else NOT_FINITE
-    return points.mass[p] * state.strain_energy[p], lattice.inverse_cell * (wave + speed), fault
+@pointwise
+def in_space(s, frame):
+    """The stress in space, of components 11, 22, 12 in the frame."""
+    s11, s22, s12 = s
+    tx, ty, tz, sx, sy, sz, _, _, _ = frame
+    return (
+        s11 * tx * tx + s22 * sx * sx + 2.0 * s12 * tx * sx,
+        s11 * ty * ty + s22 * sy * sy + 2.0 * s12 * ty * sy,
+        s11 * tz * tz + s22 * sz * sz + 2.0 * s12 * tz * sz,
+        s11 * ty * tz + s22 * sy * sz + s12 * (ty * sz + tz * sy),
+        s11 * tx * tz + s22 * sx * sz + s12 * (tx * sz + tz * sx),
+        s11 * tx * ty + s22 * sx * sy + s12 * (tx * sy + ty * sx),
+    )
