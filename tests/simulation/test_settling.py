@@ -86,6 +86,38 @@ def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
     assert Run(tmp_path / "run").history["step"].tolist() == [0]
 
 
+def lose_itself(sim, kept=Simulation.advance_bodies):
+    """A step; after some of them the positions are no numbers."""
+    kept(sim)
+    if sim.n_steps == 12:
+        sim.bodies[0].arrays["position"][:] = np.nan
+        raise RunStopped("lost")
+
+
+def test_a_settling_that_ends_in_no_numbers_leaves_its_record(tmp_path, monkeypatch):
+    monkeypatch.setattr(Simulation, "advance_bodies", lose_itself)
+    middle = {"name": "middle", "body": "column", "quantity": "position", "reduce": "point", "at": (0.0, 0.5, 0.0)}
+    found = heavy_column({}, probe=[middle | {"change": True}, middle | {"name": "near", "reduce": "nearest"}])
+    with pytest.raises(RunStopped, match="lost"):
+        pellucid.run(found, out=tmp_path / "run")
+    failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
+    assert (failure["message"], failure["settling_step"]) == ("lost", 12)
+    assert (tmp_path / "run" / "report.html").is_file()
+    assert Run(tmp_path / "run").history["step"].tolist() == [0]
+
+
+def test_what_cannot_be_recorded_does_not_hide_why_a_settling_stopped(tmp_path, monkeypatch):
+    def fails(recorder, sim):
+        raise ValueError("no such state")
+
+    monkeypatch.setattr(Simulation, "advance_bodies", lose_itself)
+    monkeypatch.setattr(Recorder, "begin", fails)
+    with pytest.raises(RunStopped, match="lost") as stopped:
+        pellucid.run(heavy_column({}), out=tmp_path / "run", report=False)
+    assert "the state in which it stopped could not be recorded: no such state" in stopped.value.__notes__
+    assert (tmp_path / "run" / "forensics" / "failure.json").is_file()
+
+
 def test_a_run_begins_settled_and_tells_of_it(tmp_path):
     run = pellucid.run(heavy_column({}, end=0.05), out=tmp_path / "run", report=False)
     assert run.summary["settled"]["steps"] > 50

@@ -19,19 +19,24 @@ def stretch_under(law: Law, stress: Symmetric) -> Tensor:
     stiffness = np.abs(np.array(cauchy_stress(law, _symmetric(np.array([PROBE, 0, 0, 0, 0, 0])))) - at_rest).max() / PROBE
 
     def left(strain: np.ndarray) -> np.ndarray:
-        F = np.array(_symmetric(strain)).reshape(3, 3)
-        if np.linalg.det(F) <= 0.0 or not np.isfinite(F).all():
-            return np.full(6, 1e3)
+        if not _possible(strain):
+            return np.full(6, 1e3)  # turns the search back
         return (np.array(cauchy_stress(law, _symmetric(strain))) - wanted) / stiffness
 
     try:
         found = root(left, np.zeros(6), tol=1e-14)
-        close = np.abs(left(found.x)).max() * stiffness <= CLOSE * np.abs(wanted).max()
+        close = _possible(found.x) and np.abs(left(found.x)).max() * stiffness <= CLOSE * np.abs(wanted).max()
     except (ValueError, OverflowError, ZeroDivisionError):
         close = False
     if not close:
         raise ValueError(f"no stretch was found that bears the stress {', '.join(f'{value:g}' for value in stress)} Pa")
     return _symmetric(found.x)
+
+
+def _possible(strain: np.ndarray) -> bool:
+    """Whether the volume is positive, and all is finite."""
+    F = np.array(_symmetric(strain)).reshape(3, 3)
+    return bool(np.isfinite(F).all() and np.linalg.det(F) > 0.0)
 
 
 def _symmetric(strain: np.ndarray) -> Tensor:

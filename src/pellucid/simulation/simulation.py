@@ -254,11 +254,15 @@ class Simulation:
                 raise
 
     def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
-        """What is recorded begins with the bodies at rest; with what there is where these cannot be brought to it."""
+        """What is recorded begins with the bodies at rest; with what there is where these cannot be brought to it, and what
+        cannot be recorded of that does not hide why."""
         try:
             self.settle(caught, progress, recorder)
-        except RunStopped:
-            recorder.begin(self)
+        except RunStopped as error:
+            try:
+                recorder.begin(self)
+            except Exception as trouble:
+                error.add_note(f"the state in which it stopped could not be recorded: {trouble}")
             raise
         recorder.begin(self)
 

@@ -57,6 +57,15 @@ def test_a_hyperelastic_solid_is_stretched_so_that_it_bears_the_stress():
     assert sim.energies()["strain"] == pytest.approx(energy(law, F) * 64.0 / volume_ratio)
 
 
+@pytest.mark.parametrize("component", [0, 3])
+@pytest.mark.parametrize("size", [1e9, 1e20, 1e30, 1e300])
+def test_a_stress_beyond_every_stretch_is_refused(size, component):
+    law = NeoHookeanMaterial(density=1200.0, young_modulus=2e6, poisson_ratio=0.3).law()
+    stress = tuple(size if place == component else 0.0 for place in range(6))
+    with pytest.raises(ValueError, match="no stretch was found that bears the stress"):
+        stretch_under(law, stress)
+
+
 @pytest.mark.parametrize(
     ("body", "message"),
     [

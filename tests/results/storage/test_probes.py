@@ -68,6 +68,17 @@ def test_counts_the_points_above_a_value():
     assert ProbeReader(asked).read([Body()], {}, 0.0) == [3.0, 2.0, 0.0]
 
 
+def test_points_at_no_place_are_not_the_nearest():
+    """Where a run stopped itself, positions may be no numbers any more."""
+    body, nowhere = Body(), np.full(3, np.nan)
+    asked = [probe("pressure", reduce, at=(0.0, 0.0, 0.0)) for reduce in ("nearest", "point")]
+    for positions, value in (([nowhere, (1.0, 0.0, 0.0), nowhere], 5.0), ([nowhere] * 3, 5.0)):  # that of the lowest number
+        body.fields["position"] = np.array(positions)
+        reader = ProbeReader(asked)
+        reader.start([body])
+        assert reader.read([body], {}, 0.0) == [value, value]
+
+
 def test_follows_the_point_that_was_nearest_at_the_start():
     """Though the points are sorted anew, and though another comes nearer."""
     body = Body()

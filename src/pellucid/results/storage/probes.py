@@ -132,8 +132,12 @@ def scalar(values: np.ndarray, component: str | None = None) -> np.ndarray:
 
 
 def _nearest(field: Fetch, at: Any) -> int:
-    """The point nearest to a place; of several the one with the lowest number, whatever the order in which they are stored."""
+    """The point nearest to a place; of several the one with the lowest number, whatever the order in which they are stored.
+
+    Points whose position is no number any more, as where a run stopped itself, are infinitely far away.
+    """
     distance = ((field("position") - np.asarray(at)) ** 2).sum(axis=1)
+    distance[np.isnan(distance)] = np.inf
     near = np.flatnonzero(distance <= distance.min() * (1.0 + 1e-9))
     return int(near[np.argmin(field("id")[near])])
 
