@@ -9,7 +9,7 @@ import pytest
 from small_cases import SLIP, advance, box, case, simulation
 
 import pellucid
-from pellucid.errors import CaseError, Interrupted, RunStopped
+from pellucid.errors import CaseError, Interrupted, RunStopped, UsageError
 from pellucid.results.launch import resume_case
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.recorder import Recorder
@@ -77,13 +77,38 @@ def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
     loose["support"] = loose["support"][:2]  # nothing holds it: it falls
     with pytest.raises(
         RunStopped,
-        match=r"no rest within settle.most_steps = 60 steps.* raise settle.most_steps or settle.share, hold what can fall",
+        match=r"no rest within settle.most_steps = 60 steps.* raise settle.most_steps .*and resume; or hold what can fall",
     ):
         pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
     assert "most_steps" in failure["message"]
     assert (failure["step"], failure["time"], failure["settling_step"]) == (0, 0.0, 60), "the run has not begun"
     assert Run(tmp_path / "run").history["step"].tolist() == [0]
+
+
+def test_a_settling_that_ran_out_of_steps_goes_on_with_more(tmp_path):
+    whole = pellucid.run(heavy_column({}, end=0.05), out=tmp_path / "whole", report=False)
+    with pytest.raises(RunStopped, match="most_steps = 60 steps"):
+        pellucid.run(heavy_column({"most_steps": 60}, end=0.05), out=tmp_path / "parts", report=False)
+    for limit, reached in ((None, 60), (80, 80)):
+        with pytest.raises(RunStopped, match=f"most_steps = {reached} steps"):
+            resume_case(tmp_path / "parts", report=False, settings={"settle.most_steps": limit} if limit else None)
+        failure = json.loads((tmp_path / "parts" / "forensics" / "failure.json").read_text())
+        assert failure["settling_step"] == reached
+    parts = resume_case(tmp_path / "parts", report=False, settings={"settle.most_steps": 1000})
+    assert (parts.case.settle.most_steps, parts.finished, parts.stopped) == (1000, True, {})
+    assert not (tmp_path / "parts" / "forensics").exists()
+    assert parts.summary["settled"] == whole.summary["settled"]
+    assert (whole.fields("column")["position"] == parts.fields("column")["position"]).all()
+    histories = [(tmp_path / name / "history.csv").read_bytes() for name in ("whole", "parts")]
+    assert histories[0] == histories[1]
+
+
+def test_a_run_that_does_not_settle_takes_no_steps_of_settling(tmp_path):
+    run = pellucid.run(heavy_column(None, end=0.05), out=tmp_path / "run", report=False, until=0.01)
+    with pytest.raises(UsageError, match="settle was not there and is"):
+        resume_case(run.out, report=False, settings={"settle.most_steps": 1000})
+    assert resume_case(run.out, report=False).finished
 
 
 def lose_itself(sim, kept=Simulation.advance_bodies):
@@ -138,10 +163,13 @@ class Killed(Exception):
     """The end of the process."""
 
 
-def test_a_run_that_is_killed_while_it_settles_goes_on_with_the_same_bits(tmp_path, monkeypatch):
+@pytest.mark.parametrize("at", [40, None])
+def test_a_run_that_is_killed_while_it_settles_goes_on_with_the_same_bits(tmp_path, monkeypatch, at):
+    """In some step, and in the last."""
     found = heavy_column({}, end=0.05, output={"checkpoint": 1e-6})
     whole = pellucid.run(found, out=tmp_path / "whole", report=False)
-    left, kept = [40], Recorder.while_settling
+    at = at or whole.summary["settled"]["steps"]
+    left, kept = [at], Recorder.while_settling
 
     def killed(recorder, sim):
         kept(recorder, sim)
@@ -156,7 +184,7 @@ def test_a_run_that_is_killed_while_it_settles_goes_on_with_the_same_bits(tmp_pa
     simulation_of, steps = Simulation.advance_bodies, []
     monkeypatch.setattr(Simulation, "advance_bodies", lambda sim: (steps.append(sim.time), simulation_of(sim))[1])
     parts = resume_case(tmp_path / "parts", report=False)
-    assert steps.count(0.0) - 1 == whole.summary["settled"]["steps"] - 40, "it does not begin again"
+    assert steps.count(0.0) - 1 == whole.summary["settled"]["steps"] - at, "it does not begin again"
     assert parts.summary["settled"] == whole.summary["settled"]
     assert (whole.fields("column")["position"] == parts.fields("column")["position"]).all()
     histories = [(tmp_path / name / "history.csv").read_bytes() for name in ("whole", "parts")]

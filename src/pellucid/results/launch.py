@@ -117,7 +117,10 @@ def _go_on(
             raise UsageError(f"{text}; give a later end, or start a new run")
         if settings:
             folder.write_case(case)
-        return _finish(simulation, Recorder(folder, case, recorded, start), until, progress, report)
+        recorder = Recorder(folder, case, recorded, start)
+        if not recorder.resumes_record:
+            folder.discard_record(case)
+        return _finish(simulation, recorder, until, progress, report)
 
 
 def _check_until(until: float | None) -> None:

@@ -37,7 +37,6 @@ class SettlingClock(Clock):
         self._least = CROSSINGS * max((_crossing(model) for model in models if not model.is_rigid), default=0.0)
         self._passed = self._since = self._longest_swing = self._quiet = 0.0  # [s] of the settling
         self._kinetic = self.peak = 0.0
-        self.is_settled = False
 
     def next_step(self, bodies: Sequence[Body]) -> float:
         """The length of the coming step [s]."""
@@ -63,8 +62,7 @@ class SettlingClock(Clock):
         """Whether the kinetic energy [J] at the end of a step is below that before: then the bodies are to be stopped.
 
         They are settled when it stayed below the share of the largest energy that `moved` [J], or below AT_REST of what is
-        `at_stake` [J], for as long as the longest swing so far and as waves need to cross the bodies. Raises RunStopped where
-        that takes too many steps.
+        `at_stake` [J], for as long as the longest swing so far and as waves need to cross the bodies.
         """
         small = kinetic <= max(self.settle.share * moved, AT_REST * at_stake)
         self._quiet = self._quiet + self.dt if small else 0.0
@@ -75,19 +73,31 @@ class SettlingClock(Clock):
                 self._longest_swing = max(self._longest_swing, self._passed - self._since)
             self._since = self._passed
         self._kinetic = 0.0 if passes else kinetic
-        self.is_settled = self._quiet > max(self._longest_swing, self._least)
-        if self.n_steps >= self.settle.most_steps and not self.is_settled:
-            share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
-            wanted = max(self._longest_swing, self._least)
-            state = f"the kinetic energy still reaches {share:.3g} of what moved ({moved:.3g} J)"
-            if share <= self.settle.share:
-                state = f"the kinetic energy has been small for {self._quiet:.3g} s, and is to be so for {wanted:.3g} s"
-            raise RunStopped(
-                f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
-                f"settle.share = {self.settle.share:g}; raise settle.most_steps or settle.share, hold what can fall, slide "
-                f"or flow for ever, or where bodies touch take a smaller time.courant"
-            )
         return passes
+
+    @property
+    def _wanted(self) -> float:
+        """For how long the kinetic energy is to stay small [s]."""
+        return max(self._longest_swing, self._least)
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the bodies are at rest."""
+        return self._quiet > self._wanted
+
+    def no_rest(self, kinetic: float, moved: float) -> RunStopped | None:
+        """Why the settling stops itself, where it has taken too many steps: how large its energies [J] still are."""
+        if self.n_steps < self.settle.most_steps:
+            return None
+        share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
+        state = f"the kinetic energy still reaches {share:.3g} of what moved ({moved:.3g} J)"
+        if share <= self.settle.share:
+            state = f"the kinetic energy has been small for {self._quiet:.3g} s, and is to be so for {self._wanted:.3g} s"
+        return RunStopped(
+            f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
+            f"settle.share = {self.settle.share:g}; raise settle.most_steps or, where bodies touch, lower time.courant, and "
+            f"resume; or hold what can fall, slide or flow for ever, or raise settle.share, and start a new run"
+        )
 
     def state_numbers(self) -> dict[str, Any]:
         """Of the swings so far too."""
@@ -143,8 +153,13 @@ def _come_to_rest(
     simulation: Settles, settling: SettlingClock, caught: Sequence[int], progress: Progress | None, keeper: Observer | None
 ) -> None:
     while not settling.is_settled:
-        simulation.advance_bodies()
         budget = simulation.budget
+        stopped = settling.no_rest(simulation.kinetic_energy(), budget.moved)
+        if stopped:
+            if keeper:
+                keeper.checkpoint(simulation)  # from which it can go on with more steps
+            raise stopped
+        simulation.advance_bodies()
         if settling.passes_peak(simulation.kinetic_energy(), budget.moved, budget.at_stake):
             simulation.stop_bodies()
         if keeper:

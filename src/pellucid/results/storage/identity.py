@@ -19,7 +19,7 @@ TEXTS = ("title", "source", "description", "times", "quick")
 MAY_CHANGE = (
     *TEXTS,
     "output",
-    *("time.end", "time.step", "time.courant", "energy.warn", "energy.stop"),
+    *("time.end", "time.step", "time.courant", "settle.most_steps", "energy.warn", "energy.stop"),
 )
 """Keys of a case that a run may go on with in another way than it began."""
 MOST_SHOWN = 5
@@ -78,7 +78,7 @@ def _fixed(case: "Case") -> dict[str, Any]:
         *way, last = key.split(".")
         table: Any = data
         for part in way:
-            table = table[part]
+            table = table.get(part, {})  # a case need not have every table
         table.pop(last, None)
     return data
 

@@ -33,7 +33,8 @@ class Recorder:
         self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None, start: Start | None = None
     ) -> None:
         self.folder, self.case, self._start = folder, case, start or {}
-        self._resumed = numbers is not None and bool(numbers.get("begun", True))
+        self.resumes_record = numbers is not None and bool(numbers.get("begun", True))
+        """Whether the run goes on from a record; not where it is to settle first."""
         self._begun = False  # not while bodies settle
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
         self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
@@ -51,7 +52,7 @@ class Recorder:
         self._started = self._checkpointed = clock.monotonic()
         self._begun = True
         with explained(self.folder.path):
-            if self._resumed:
+            if self.resumes_record:
                 self._check_what_is_there(sim)
                 self.folder.reopen()
                 history.cut(self.folder.history, self._rows.done)
@@ -60,7 +61,7 @@ class Recorder:
             else:
                 history.create(self.folder.history, self._columns(sim))
                 self.folder.fields("").parent.mkdir(exist_ok=True)
-        if not self._resumed:
+        if not self.resumes_record:
             self._probes.start(sim.bodies)
             self.after_step(sim)
 

@@ -100,14 +100,18 @@ class RunFolder:
         Raises `UsageError` for a folder that cannot be written to, `OutputError` for a full disk.
         """
         with explained(self.path), usable(self.path):
-            before = self._stored_bodies()
             _remove(checkpoint.files(self.checkpoint), self.checkpoint)  # first: nothing must resume from the earlier run
-            _remove(_with_drafts([self.history]))
-            bodies = {*before, *(body.name for body in case.body)}
-            _remove(_with_drafts(map(self.fields, bodies)), self.path / "fields")
-            self.reopen()
+            self.discard_record(case)
             if not self.case.is_file() or _is_signed(self.case.read_bytes()):  # one changed by hand is that of `case`
                 self.write_case(case)
+
+    def discard_record(self, case: "Case") -> None:
+        """Remove all results but checkpoints: of an earlier run, or of bodies that could not be brought to rest before it."""
+        with explained(self.path), usable(self.path):
+            bodies = {*self._stored_bodies(), *(body.name for body in case.body)}
+            _remove(_with_drafts([self.history]))
+            _remove(_with_drafts(map(self.fields, bodies)), self.path / "fields")
+            self.reopen()
 
     def _stored_bodies(self) -> list[str]:
         """Names of the bodies of an earlier run here; none where there was none."""
