@@ -83,7 +83,9 @@ def test_without_rest_the_run_stops_and_says_what_to_do(tmp_path):
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
     assert "most_steps" in failure["message"]
     assert (failure["step"], failure["time"], failure["settling_step"]) == (0, 0.0, 60), "the run has not begun"
-    assert Run(tmp_path / "run").history["step"].tolist() == [0]
+    run = Run(tmp_path / "run")
+    assert run.history["step"].tolist() == [0]
+    assert run.summary["conservation"] == {"mass": 0.0, "momentum": 0.0, "energy": 0.0}, "its record begins here"
 
 
 def test_a_settling_that_ran_out_of_steps_goes_on_with_more(tmp_path):

@@ -259,6 +259,7 @@ class Simulation:
         try:
             self.settle(caught, progress, recorder)
         except RunStopped as error:
+            self.begin_balance()  # that of the settling lacks what the bodies lost when they were stopped
             try:
                 recorder.begin(self)
             except Exception as trouble:
@@ -323,8 +324,9 @@ class Simulation:
         return self.budget.reactions(self._support_names)
 
     def conservation(self) -> dict[str, float]:
-        """Relative errors of mass, momentum and energy."""
-        return self.budget.conservation(self.bodies)
+        """Relative errors of mass, momentum and energy; of momentum only where the impulses of the last step are known too."""
+        errors = self.budget.conservation(self.bodies)
+        return {name: error for name, error in errors.items() if self.is_balanced or name != "momentum"}
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
