@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from small_cases import SLIP, advance, box, case, simulation
 import pellucid
 from pellucid.errors import CaseError, Interrupted, RunStopped, UsageError
 from pellucid.results.launch import resume_case
-from pellucid.results.storage import checkpoint
+from pellucid.results.storage import checkpoint, recorder
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
 from pellucid.simulation.simulation import Simulation
@@ -104,6 +105,26 @@ def test_a_settling_that_ran_out_of_steps_goes_on_with_more(tmp_path):
     assert (whole.fields("column")["position"] == parts.fields("column")["position"]).all()
     histories = [(tmp_path / name / "history.csv").read_bytes() for name in ("whole", "parts")]
     assert histories[0] == histories[1]
+
+
+def test_the_wall_time_of_a_run_has_its_settling_in_it(tmp_path, monkeypatch):
+    """Also where it was stopped in between: here each step takes a second."""
+    seconds, kept = [0.0], Simulation.advance_bodies
+
+    def step(sim):
+        kept(sim)
+        seconds[0] += 1.0
+
+    monkeypatch.setattr(Simulation, "advance_bodies", step)
+    monkeypatch.setattr(recorder, "clock", SimpleNamespace(monotonic=lambda: seconds[0]))
+    found = heavy_column({"most_steps": 60}, end=0.05)
+    with pytest.raises(RunStopped):
+        pellucid.run(found, out=tmp_path / "run", report=False)
+    assert Run(tmp_path / "run").summary["wall_seconds"] == 60.0
+    seconds[0] += 1000.0  # until it goes on
+    run = resume_case(tmp_path / "run", report=False, settings={"settle.most_steps": 1000})
+    assert run.summary["wall_seconds"] == run.summary["settled"]["steps"] + run.summary["steps"]
+    assert run.summary["point_steps_per_second"] == run.summary["points"]
 
 
 def test_a_run_that_does_not_settle_takes_no_steps_of_settling(tmp_path):

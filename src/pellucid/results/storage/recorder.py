@@ -49,7 +49,6 @@ class Recorder:
 
     def begin(self, sim: Any) -> None:
         """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""
-        self._started = self._checkpointed = clock.monotonic()
         self._begun = True
         with explained(self.folder.path):
             if self.resumes_record:
@@ -178,7 +177,8 @@ class Recorder:
                 raise OutputError(f"{text}\n    put the old file back to go on, or start a new run")
 
     def _facts(self, sim: Any) -> dict[str, Any]:
-        points, wall = sum(body.n_points for body in sim.bodies), self.wall_seconds()
+        points, wall, told = sum(body.n_points for body in sim.bodies), self.wall_seconds(), sim.facts()
+        steps = sim.n_steps + told.get("settled", {}).get("steps", 0)  # all that took the time
         return {
             "case": self.case.id or self.case.title,
             "version": package_version(),
@@ -187,11 +187,11 @@ class Recorder:
             "points": points,
             "steps": sim.n_steps,
             "wall_seconds": wall,
-            "point_steps_per_second": points * sim.n_steps / wall if wall > 0.0 else 0.0,
+            "point_steps_per_second": points * steps / wall if wall > 0.0 else 0.0,
             "end_time": sim.time,
             "conservation": {name: float(error) for name, error in sim.conservation().items()},
             "energies": {name: float(energy) for name, energy in sim.energies().items()},
-            **sim.facts(),
+            **told,
             **facts_of(sim.bodies),
         }
 
