@@ -282,6 +282,18 @@ MISTAKES = {
         "history = ",
         ["output.history", "1e+11 rows", "at most 10 000 000", "use 1e-08 s or more"],
     ),
+    "steps without number": (
+        "courant = 0.5",
+        "step = 1e-300",
+        "step = ",
+        ["time.step = 1e-300", "1e+299 steps", "time.end = 0.1 s", "at most 1e+12", "use 1e-13 s or more"],
+    ),
+    "a warning after the stop": (
+        "[quick]",
+        "[energy]\nwarn = 0.5\nstop = 0.2\n[quick]",
+        "warn = ",
+        ["energy.warn = 0.5", "above energy.stop = 0.2", "use 0.2 or less, or raise energy.stop"],
+    ),
     "a quote within a quantity": ("end = 0.1", """end = '"5 ms'""", "", ["time.end", "a quote too many"]),
     "a later format": ("schema = 1", "schema = 2", "", ["schema = 2", "must be 1"]),
     "a bad quick setting": ('"grid.cell" = 0.1', '"grid.cel" = 0.1', "", ['quick."grid.cel"', "did you mean `cell`?"]),

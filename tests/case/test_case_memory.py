@@ -72,6 +72,19 @@ def test_what_fits_passes_and_what_does_not_names_need_and_remedy(case: Case, mo
     check_memory(case)
 
 
+@pytest.mark.parametrize("count", [4000**3, (4000, 4000, 4000)])
+def test_points_that_no_cell_is_large_enough_for_are_blamed(monkeypatch: pytest.MonkeyPatch, count: object) -> None:
+    case = loads(BLOCK).with_settings({"body.block.points_per_cell": count})
+    monkeypatch.setattr(memory, "physical_memory", lambda: 2**30)
+    with pytest.raises(CaseError) as caught:
+        check_memory(case)
+    (problem,) = caught.value.problems
+    assert problem.key == "body.block.points_per_cell"
+    assert 5**3 * memory.POINT_BYTES * float(problem.remedy.split("at most ")[1].split()[0]) == pytest.approx(
+        2**30 - memory.PROGRAM_BYTES - memory.NODE_BYTES * memory.n_nodes(case), rel=0.05
+    )
+
+
 TISSUE = """
 schema = 1
 title = "A tissue"

@@ -78,6 +78,13 @@ def test_a_fixed_step_is_checked_in_the_run():
         clock.next_step([body(0.05)])
 
 
+def test_steps_with_which_no_run_gets_to_the_end_are_refused():
+    Clock(TimeCase(end=1.0, courant=1e-11)).next_step([body(0.11)])
+    with pytest.raises(CaseError, match=r"steps of 9e-13 s: more than 1e\+12 until time.end = 1 s") as caught:
+        Clock(TimeCase(end=1.0, courant=1e-11)).next_step([body(0.09)])
+    assert "time.courant = 1e-11" in str(caught.value)
+
+
 def test_a_collapsed_step_stops():
     clock = Clock(TimeCase(end=1.0, courant=0.5))
     clock.advance(clock.next_step([body(0.1)]))

@@ -31,12 +31,30 @@ def check_memory(case: "Case") -> None:
         text = f"the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of memory"
         raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy="use fewer points"))
     fits = case.grid.cell * (arrays / room) ** (1.0 / (3 - sum(case.grid.thin())))
-    text = (
+    whole = (
         f"the grid has {nodes:.3g} nodes and the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of "
         f"memory, and this machine has {there / 2**30:.3g} GiB"
     )
+    if fits > max(case.grid.upper[axis] - case.grid.lower[axis] for axis, thin in enumerate(case.grid.thin()) if not thin):
+        _blame_points(case, whole, room)
     remedy = f"use a larger grid.cell (above {fits:.2g} m), or a machine with more memory"
-    raise CaseError(Problem(text, "grid.cell", case.grid.cell, remedy))
+    raise CaseError(Problem(whole, "grid.cell", case.grid.cell, remedy))
+
+
+def _blame_points(case: "Case", text: str, room: float) -> None:
+    """Raise CaseError where no cell is large enough, but a body of fewer points in a cell would fit into the room [bytes]."""
+    counts = [body.with_others(case.body).n_points(case.grid_or_none) for body in case.body]
+    largest = max(range(len(counts)), key=counts.__getitem__)
+    body = case.body[largest]
+    in_cell = getattr(body, "points_per_cell", None)
+    if in_cell is None:
+        return
+    one_in_cell = body.model_copy(update={"points_per_cell": 1}).with_others(case.body).n_points(case.grid_or_none)
+    left = room - NODE_BYTES * n_nodes(case) - POINT_BYTES * (sum(counts) - counts[largest]) - table_bytes(case)
+    fit = left / (POINT_BYTES * one_in_cell)
+    if fit >= 1.0:
+        remedy = f"use fewer points_per_cell (at most {fit:.2g} in all), or a machine with more memory"
+        raise CaseError(Problem(text, f"body.{body.name}.points_per_cell", in_cell, remedy))
 
 
 def memory_estimate(case: "Case") -> float:

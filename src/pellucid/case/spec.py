@@ -37,6 +37,8 @@ ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05
 """By which a fixed step may exceed the stable one."""
 MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
+MOST_STEPS = 1e12
+"""More than any run can take."""
 
 
 class TimeCase(Part):
@@ -61,6 +63,10 @@ class TimeCase(Part):
         if self.step is None and bodies and parts.are_sound(BodyModel) and not any(body.moves for body in bodies):
             text = f"is missing: body {bodies[0].name} does not move and bounds no step"
             yield Finding((*path, "step"), text, "give one that resolves what happens in it")
+        if self.step is not None and self.end / self.step > MOST_STEPS:
+            text = f"{self.end / self.step:.3g} steps until time.end = {self.end:g} s; a run takes at most {MOST_STEPS:.0e}"
+            remedy = f"use {self.end / MOST_STEPS:.3g} s or more, or leave it out and let time.courant choose"
+            yield Finding((*path, "step"), text, remedy)
         if self.step is None or parts.grid is None:
             return
         for body in parts.of(BodyModel):
@@ -100,11 +106,17 @@ class OutputCase(Part):
                 yield Finding((*path, key), text, f"use {end / most:g} s or more, or leave it out")
 
 
-class EnergyCase(Model):
+class EnergyCase(Part):
     """Limits on the relative error of the energy balance."""
 
     warn: float = parameter("", "relative error that is warned of", 0.02, gt=0)
     stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A run that stops itself before it warns."""
+        if self.warn > self.stop:
+            text = f"above energy.stop = {self.stop:g}: the run would stop itself without a warning"
+            yield Finding((*path, "warn"), text, f"use {self.stop:g} or less, or raise energy.stop")
 
 
 class TimesCase(Model):

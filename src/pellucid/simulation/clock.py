@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.case.spec import STEP_MARGIN
+from pellucid.case.spec import MOST_STEPS, STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body
 from pellucid.simulation.fastest import fastest_point
@@ -39,7 +39,8 @@ class Clock:
     def next_step(self, bodies: Sequence[Body]) -> float:
         """The length of the coming step [s]; the last one ends at the end of the case.
 
-        Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed.
+        Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed;
+        CaseError where the first step is so small that no run gets to the end.
         """
         stable, name = self.stable_step(bodies)
         if self.case.step is not None:
@@ -49,6 +50,10 @@ class Clock:
             return self.case.step if remaining > 1.0 - 1e-9 else remaining * self.case.step
         dt = min(self.case.courant * stable, self.most, self.case.end)
         self.check_collapse(dt, name, bodies)
+        if self.n_steps == 0 and self.case.end > MOST_STEPS * dt:
+            text = f"gives body `{name}` steps of {dt:.3g} s: more than {MOST_STEPS:.0e} until time.end = {self.case.end:g} s"
+            remedy = "use a larger time.courant, or an earlier time.end"
+            raise CaseError(Problem(text, "time.courant", self.case.courant, remedy))
         remaining = self.case.end - self.time
         if remaining <= dt * (1.0 + 1e-9):
             return remaining
