@@ -226,6 +226,18 @@ def test_a_run_that_stops_itself_has_a_report(tmp_path, fake, monkeypatch):
     assert "stopped" not in (tmp_path / "run/report.html").read_text()
 
 
+def test_the_report_speaks_of_a_ring_where_there_is_one(tmp_path, fake, monkeypatch):
+    monkeypatch.setattr(fake, "breaks_at", 9)
+    with pytest.raises(RunStopped):
+        run_case(free_flight(), tmp_path / "run")
+    assert "a ring marks the point" in (tmp_path / "run/report.html").read_text()
+    failure = tmp_path / "run/forensics/failure.json"
+    failure.write_text(json.dumps({"message": "no rest", "step": 9, "time": 0.27}))
+    page = write_report(tmp_path / "run").read_text()
+    assert "The state in which the run stopped itself." in page
+    assert "a ring marks the point" not in page
+
+
 def test_curves_reach_the_stop_where_all_of_the_row_is_known(tmp_path, fake, monkeypatch, expected):
     monkeypatch.setattr(fake, "breaks_at", 9)
     for balanced, last in ((True, 0.27), (False, 0.21)):

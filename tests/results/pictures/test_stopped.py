@@ -4,6 +4,7 @@ import sys
 import types
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pellucid.errors import RunStopped
@@ -44,6 +45,17 @@ def test_the_limit_and_the_stop_are_in_the_legend(stopped, monkeypatch):
     monkeypatch.setattr(figures, "FIRST_JUDGED", 200)  # not judged yet: no limit
     names = {text.get_text() for text in figures.energies(stopped).legends[0].get_texts()}
     assert "limit of the warning" not in names
+
+
+def test_curves_of_a_single_row_can_be_told_apart(stopped):
+    row = {name: values[:1].copy() for name, values in stopped.history.items()}
+    energies = [name for name in row if stopped.units[name] == "J"]
+    row |= {f"{number}_work": np.ones(1) for number in range(10)}
+    stopped.history, stopped.units = row, stopped.units | {f"{number}_work": "J" for number in range(10)}
+    lines = figures.energies(stopped).axes[0].lines
+    curves = [line for line in lines if line.get_label() != "stop"]
+    assert len(curves) > 10 >= len(energies)
+    assert len({(line.get_color(), line.get_marker()) for line in curves}) == len(curves)
 
 
 def test_the_title_names_the_step_of_the_run_or_of_settling(stopped, monkeypatch):

@@ -115,7 +115,10 @@ def test_a_run_of_which_there_is_nothing_yet_has_no_report(tmp_path, gallery):
     run.folder.summary.unlink()
     rows = run.folder.history.read_text().splitlines(keepends=True)
     run.folder.history.write_text("".join(rows[:2]))
-    with pytest.raises(UsageError, match="has no results yet"):
+    with pytest.raises(UsageError, match=r"has no results yet: `pellucid resume .*` goes on with it"):
+        write_report(tmp_path / "run")
+    run.folder.history.unlink()  # as where it was killed while bodies settled
+    with pytest.raises(UsageError, match=r"has no results yet: `pellucid resume .*` goes on with it"):
         write_report(tmp_path / "run")
 
 

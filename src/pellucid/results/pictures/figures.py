@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
+MARKERS = "os^D"  # beside LINES: colours come again after seven curves
+
+
 class Picture(NamedTuple):
     """A figure as PNG, and its title."""
 
@@ -172,7 +175,7 @@ def _time(run: "Run") -> str:
 
 def _line(run: "Run", number: int = 0) -> str:
     """How a curve of the history is drawn: equilibria are marked, since nothing is known between them, and a single row."""
-    return f"{LINES[number]}o" if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
+    return LINES[number] + MARKERS[number] if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
 
 
 def _told_apart(run: "Run", other: "Run") -> str:

@@ -28,7 +28,7 @@ def where_it_stopped(run: "Run") -> "Figure | None":
     drawn = np.concatenate(list(positions.values()))
     if not len(drawn):
         return None
-    place = _place(run, run.stopped)
+    place = place_of_stop(run)
     views = _views(run.stored.thin)
     scales = 1 if place is None else 2
     flat = len(views) == 1
@@ -68,8 +68,9 @@ def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
     return [(wide[0], wide[1] if len(wide) > 1 else (wide[0] + 1) % 3)]
 
 
-def _place(run: "Run", failure: dict[str, Any]) -> np.ndarray | None:
-    """Where the point is that is named [m]; if it is nowhere any more, where the last frame had it."""
+def place_of_stop(run: "Run") -> np.ndarray | None:
+    """Where the point is that stopped the run [m]; if it is nowhere any more, where the last frame had it; None without one."""
+    failure = run.stopped
     known = failure.get("position") or failure.get("state", {}).get("position")
     if known and None not in known:
         return np.array(known, dtype=float)

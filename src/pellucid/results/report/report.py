@@ -15,6 +15,7 @@ from pellucid.results.pictures import figures, painter
 from pellucid.results.pictures.case_module import captions
 from pellucid.results.pictures.films import FILM_DPI
 from pellucid.results.pictures.quantities import is_film
+from pellucid.results.pictures.stopped import place_of_stop
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
 from pellucid.results.report.header import are_films_alone, facts, header
 from pellucid.results.report.html import number, section, table_of
@@ -33,8 +34,9 @@ PAGE = """<!doctype html>
 </main></body></html>
 """
 
+WITH_RING = "The state in which the run stopped itself; a ring marks the point, and at larger scale."
 CAPTIONS = {
-    "where_it_stopped": "The state in which the run stopped itself; a ring marks the point, and at larger scale.",
+    "where_it_stopped": "The state in which the run stopped itself.",
     "energies": "The energy balance and its error, relative to what is at stake.",
     "momentum": "Total momentum.",
     "probes": "The probes of the case.",
@@ -66,7 +68,7 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 def draw_report(run: Run, beside: Run | None = None, progress: Progress | None = None) -> Path:
     """The same in a folder that is held."""
     head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
-    texts = CAPTIONS | captions(run)
+    texts = CAPTIONS | ({} if place_of_stop(run) is None else {"where_it_stopped": WITH_RING}) | captions(run)
     progress = progress or WarningsOnly()
     notices: list[str] = []
     titles = painter.write_pictures(run, beside, progress, notices)

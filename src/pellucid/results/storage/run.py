@@ -80,9 +80,9 @@ class Run:
         """The summary, or, where the run has not ended, how far its history shows it to be."""
         if self.folder.ended:
             return self.summary
-        steps = self.history["step"]
-        if not len(steps):
-            raise UsageError(f"the run in {self.out} has no results yet")
+        steps = self.history["step"].tolist() if self.folder.history.is_file() else []
+        if not steps:
+            raise UsageError(f"the run in {self.out} has no results yet: `pellucid resume {self.out}` goes on with it")
         return {"steps": int(steps[-1]), "end_time": float(self.history["time"][-1])}
 
     @cached_property
