@@ -45,7 +45,7 @@ def go_on_in_part(out):
 
 
 def go_on_with_another_limit(out):
-    resume_case(out, settings={"energy.warn": 0.5}, report=False)
+    resume_case(out, settings={"energy.warn": 0.05}, report=False)
 
 
 COMMANDS = (begin, begin_another, go_on, go_on_in_part, go_on_with_another_limit, write_report)
