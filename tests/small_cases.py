@@ -32,6 +32,13 @@ def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="
     )
 
 
+def shear_flow():
+    """A gas that flows along the layers of cells of its slabs, so that points mix within these and do not leave them."""
+    wave = {"amplitude": (0, 1.5, 0), "wave_vector": (0, 0, 0.5 * np.pi)}
+    gas = box((0, 0, 0), (15, 4, 4), GAS, velocity_wave=wave)
+    return case(gas, counts=(15, 4, 4), support=SLIP, end=100.0)
+
+
 def simulation(*bodies, threads=1, **more):
     """A sim of `case(...)`."""
     return Simulation(case(*bodies, **more), threads=threads)

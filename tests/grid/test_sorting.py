@@ -4,12 +4,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from small_cases import box, case, place, simulation
+from small_cases import SLIP, advance, box, case, place, shear_flow, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.approximants.axis import axis_weights
 from pellucid.grid.lattice import Grid
-from pellucid.grid.sorting import sort_by_cell
+from pellucid.grid.points import VECTORS
+from pellucid.grid.sorting import EACH_SORTING, ShortRuns, sort_by_cell
+from pellucid.jit.columns import BLOCK
+from pellucid.jit.vector import LANES
+from pellucid.simulation.simulation import Simulation
 
 COUNTS = [(4, 4, 4), (1, 1, 40), (60, 2, 1), (1, 9, 3), (200, 1, 1), (3, 17, 2)]
 
@@ -114,6 +118,68 @@ def test_a_straying_point_triggers_sorting_once():
     assert body.slabs is not slabs
     cells = cell_of(sim.grid, body.points.position)
     assert np.all(np.diff(cells) >= 0)
+
+
+def vectors_of(cells, first):
+    """How many vectors the points of these cells take in this order, slab by slab and block by block."""
+    count = 0
+    for start, end in pairwise(first):
+        for block in range(start, end, BLOCK):
+            here = cells[block : min(block + BLOCK, end)]
+            runs = np.split(here, np.flatnonzero(np.diff(here)) + 1)
+            count += sum(-(-len(run) // LANES) for run in runs)
+    return count
+
+
+def test_points_that_mix_within_their_slab_are_sorted_when_that_pays():
+    """A shear flow along the layers of the slabs: no point ever leaves its slab."""
+    sim = Simulation(shear_flow(), threads=1)
+    body = sim.bodies[0]
+    price = body.sorting_cost * body.n_points + EACH_SORTING
+    fewest, excess, sortings = body.n_points, 0, 0
+    for _ in range(26):
+        slabs = body.slabs
+        cells = cell_of(sim.grid, body.points.position)
+        assert not slabs.left_slab.any()
+        sim.step()
+        sorted_now = body.slabs is not slabs
+        assert sorted_now == (excess >= price)
+        if sorted_now:
+            sortings, fewest, excess, cells = sortings + 1, body.n_points, 0, np.sort(cells)
+        vectors = vectors_of(cells, body.slabs.first)
+        assert vectors == body.slabs.sums[:, VECTORS].sum()
+        fewest = min(fewest, vectors)
+        excess += vectors - fewest
+    assert sortings >= 2
+
+
+def test_points_that_move_as_one_along_the_slabs_are_not_sorted():
+    """Half of a cell's points go on to the next cell: their runs stay as long as they were."""
+    sim = simulation(box((3, 0, 0), (12, 4, 4), velocity=(1.0, 0, 0)), counts=(30, 4, 4), support=SLIP, step=0.02, end=10.0)
+    body = sim.bodies[0]
+    slabs, x = body.slabs, body.points.position[0, 0]
+    advance(sim, 40)
+    assert body.points.position[0, 0] > x + 0.7
+    assert body.slabs is slabs
+    assert not body.slabs.left_slab.any()
+    assert not body.state_arrays()["slabs/short_runs"][0]
+
+
+def test_where_runs_shorten_evenly_sorting_costs_what_they_did():
+    n, more = 100_000, 1_000
+    runs, step = ShortRuns(n, 1.0), 0
+    while not runs.sorting_pays:
+        runs.add(0.25 * n + more * step)
+        step += 1
+    # the best interval: with m vectors more in each step, m t² / 2 and the price of a sorting are least for their sum over t
+    assert step == pytest.approx(np.sqrt(2.0 * (n + EACH_SORTING) / more), abs=2.0)
+
+
+def test_vectors_that_sorting_does_not_save_are_not_counted():
+    runs = ShortRuns(1000, 1.0)
+    for vectors in [700.0] * 100 + [650.0] * 100:
+        runs.add(vectors)
+    assert runs.counts.tolist() == [0.0, 650.0]
 
 
 def test_points_on_every_wall_and_corner_are_sorted():

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from elements import element_sheet
-from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, simulation
+from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case, shear_flow, simulation
 
 import pellucid
 from pellucid.errors import Interrupted, RunStopped, UsageError
@@ -169,11 +169,14 @@ def test_a_run_of_few_steps_is_judged_at_its_end():
     assert sim.clock.n_steps < FIRST_JUDGED
 
 
-@pytest.mark.parametrize("transfer", ["flip", "apic"])
-def test_restart_goes_on_bit_for_bit(transfer):
-    """Through JSON and fresh arrays, at every step of a stretch that holds a sorting."""
-    settings = {"functions": "quadratic-bspline", "transfer": transfer} if transfer == "apic" else {}
-    tables = sphere(**settings)
+@pytest.mark.parametrize(
+    "tables",
+    [sphere(), sphere(functions="quadratic-bspline", transfer="apic"), shear_flow()],
+    ids=["flip", "apic", "mixing"],
+)
+def test_restart_goes_on_bit_for_bit(tables):
+    """Through JSON and fresh arrays, at every step of a stretch that holds a sorting: of points that left their slab, or in
+    the last case of points that mixed within it."""
     undisturbed = Simulation(tables, threads=1)
     kept, sortings = [], []
     for step in range(26):
@@ -196,6 +199,13 @@ def test_restart_goes_on_bit_for_bit(transfer):
             assert array.dtype == found[name].dtype
             assert np.array_equal(array, found[name]), name
         assert other.energies() == undisturbed.energies()
+
+
+def test_points_that_mix_are_sorted_at_the_same_steps_on_two_threads():
+    one, two = (advance(Simulation(shear_flow(), threads=n), 26) for n in (1, 2))
+    assert one.bodies[0].arrays["id"].tolist() != sorted(one.bodies[0].arrays["id"])
+    for name, array in one.state_arrays().items():
+        assert two.state_arrays()[name].tobytes() == array.tobytes(), name
 
 
 def test_sorting_changes_no_more_than_the_order_of_sums():

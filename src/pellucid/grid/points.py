@@ -127,5 +127,6 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
     POWER,
     GAINED,
     KEPT,
+    VECTORS,
     COLUMNS,
-) = range(17)
+) = range(18)

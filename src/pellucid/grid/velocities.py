@@ -19,6 +19,7 @@ from pellucid.grid.points import (
     MOMENTUM_Y,
     MOMENTUM_Z,
     SPEED,
+    VECTORS,
     place_of,
 )
 from pellucid.grid.stencil import add_inertia, gather, gather_gradient, gather_scalar
@@ -38,11 +39,12 @@ SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED
 
 @pointwise
 def _gather_block(mapped, worked, n, found, first_node, c):
-    """New velocities, heats and gradients of the mean velocity of a block."""
+    """New velocities, heats and gradients of the mean velocity of a block; how many vectors of points these took."""
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
-    a = 0
+    a = vectors = 0
     while a < n:
         end = run_end(first_node, a, n)
+        vectors += (end - a + LANES - 1) // LANES
         while a < end:
             about = about_lanes(functions, found, first_node, a)
             v = take_lanes(ZERO_VECTOR, c, a + OLD * WIDTH)
@@ -59,6 +61,7 @@ def _gather_block(mapped, worked, n, found, first_node, c):
                 put(c, a + GRADIENT * WIDTH, gather_gradient(about, lattice, nodes.mean_velocity))
             a += LANES
         a = end
+    return vectors
 
 
 @pointwise
@@ -86,13 +89,14 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
     v, heat, worked = points.velocity, mapped.heat, len(energy) > 0
     found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
     c, sums = np.zeros(WIDTH * COUNT), np.zeros(len(SUMS) * LANES)
+    vectors = 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, points.position, start, n, found, first_node)
         for q in range(n):
             p = place_of(index, start + q)
             put(c, q + OLD * WIDTH, (v[p, 0], v[p, 1], v[p, 2]))
-        _gather_block(mapped, worked, n, found, first_node, c)
+        vectors += _gather_block(mapped, worked, n, found, first_node, c)
         if len(affine) > 0:  # `gather_affine` knows the heat
             for q in range(n):
                 c[uintp(q + HEAT * WIDTH)] = heat[place_of(index, start + q)]
@@ -114,6 +118,7 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
                 add_inertia(about_point(functions, found, first_node, q), lattice, nodes.inertia, transfer, rows)
     for number, column in enumerate(SUMS):
         slabs.sums[s, column] = total(load(sums, number * LANES))
+    slabs.sums[s, VECTORS] = vectors
 
 
 @kernel()
@@ -124,6 +129,6 @@ def update_velocities(n, mapped, energy, dt, remap):
     energy, shape (points,), or (0,) of a body that keeps no heat: specific energy [J/kg], to which dt V σ:∇v̄ is added, with
     volume, stress and functions of the forces on the nodes and the mean velocity v̄ along which these did their work over the
     step dt [s], and the heat of the transfer where it is a loss. GAINED and KEPT of the sums: what was added, and the heat in
-    it [J].
+    it [J]. VECTORS: how many vectors of points with the same nodes there were.
     """
     parallel_by_colour(_update_velocities_slab, n, mapped, energy, dt, remap)

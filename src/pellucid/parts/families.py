@@ -52,7 +52,7 @@ class GridBody(Body):
 
     @abstractmethod
     def sort_if_needed(self) -> None:
-        """Sort the points by cell where one left its slab."""
+        """Sort the points by cell where one left its slab, or where that saves time."""
 
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:

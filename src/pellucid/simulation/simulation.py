@@ -155,7 +155,7 @@ class Simulation:
             self._works[-1] = self._contact.work
 
     def sort(self) -> None:
-        """Sort the points that left their slab."""
+        """Sort the points of bodies that need it."""
         for body in self.grid_bodies:
             body.sort_if_needed()
 

@@ -46,6 +46,7 @@ class MembranePoints(PointsOnGrid):
 
     energy_kind = "strain"
     is_surface = True
+    sorting_cost = 8.0  # the triangles about each point are found anew
 
     def __init__(
         self,
