@@ -51,7 +51,7 @@ class PointsOnGrid(GridBody):
     """
 
     sorting_cost = 1.0
-    """For each point, in vectors of points with the same nodes: 55 ns, and 10 of the next step, at 65 ns a vector."""
+    """For each point, in vectors of points with the same nodes: 50 ns, and 15 of the next step, at 60 to 65 ns a vector."""
 
     def __init__(
         self,
