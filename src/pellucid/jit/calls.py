@@ -25,8 +25,9 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         entry = self.entries.get(kinds)
         if entry is None:
             result = super().__call__(*arguments)
-            if None not in kinds:
-                self.entries[kinds] = self.overloads[tuple(map(self.typeof_pyval, arguments))].entry_point
+            compiled = self.overloads.get(tuple(map(self.typeof_pyval, arguments)))
+            if compiled is not None and None not in kinds:  # none where calls are only put down
+                self.entries[kinds] = compiled.entry_point
             return result
         return entry(*arguments)
 
