@@ -20,11 +20,14 @@ from pellucid.grid.points import (
     LOSS,
     LUMPING,
     MOMENTUM_X,
+    NO_CELLS,
     POWER,
     RATE,
+    SHIFT,
     SPEED,
     STORED,
     VECTORS,
+    FullCells,
     InOrder,
     MappedPoints,
     PointArrays,
@@ -68,6 +71,7 @@ class PointsOnGrid(GridBody):
         self._stencil = max(function.stencil for function in functions)
         self.transfer = velocity_transfer
         self._nodes = velocity_field.grid.nodes
+        self._cells = NO_CELLS
         self.arrays = arrays
         arrays["velocity"][:, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
@@ -97,6 +101,7 @@ class PointsOnGrid(GridBody):
             affine=self._affine,
             heat=self._heat,
             index=InOrder(),
+            cells=self._cells,
         )
         self.mapped = Bundle(mapped)
         self.n_slabs = len(slabs.layer) - 1
@@ -105,6 +110,16 @@ class PointsOnGrid(GridBody):
         """Add internal forces to those that its velocity field keeps apart."""
         rows = self.velocity_field.forces_apart()
         self._nodes = self.grid.nodes._replace(forces=rows.reshape(-1), force=rows[:, :3])
+        self._bind_slabs(self.slabs)
+
+    @property
+    def nodal_forces(self) -> np.ndarray:
+        """The rows to which it adds internal forces, shape (4 nodes,)."""
+        return self._nodes.forces
+
+    def share_cells(self, cells: FullCells) -> None:
+        """Let the mean pressure of full cells act as a whole; see `pellucid.grid.full_cells`."""
+        self._cells = cells
         self._bind_slabs(self.slabs)
 
     @property
@@ -238,6 +253,7 @@ class PointsOnGrid(GridBody):
         self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
+        self._cells.found[:, SHIFT] = 0.0
         self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step
 
     def check(self, n_steps: int, time: float) -> None:

@@ -8,7 +8,7 @@ from numpy import intp
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
 from pellucid.grid import transfer
-from pellucid.grid.points import NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs, place_of
+from pellucid.grid.points import NO_CELLS, NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs, place_of
 from pellucid.grid.sorting import empty_slabs, sort_by_cell
 from pellucid.grid.transfer import placed
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
@@ -83,7 +83,7 @@ class GridCoupling:
         self.slabs, self.n_slabs = slabs, len(slabs.layer) - 1
         grid, index = self.velocity_field.grid, ByIndex(self._order)
         on_grid = self.functions, Flip(), grid.lattice, grid.nodes
-        self.mapped = Bundle(MappedPoints(*on_grid, self._points, slabs, NO_AFFINE, NO_HEAT, index))
+        self.mapped = Bundle(MappedPoints(*on_grid, self._points, slabs, NO_AFFINE, NO_HEAT, index, NO_CELLS))
 
     def scatter(self, force: np.ndarray | None = None) -> None:
         """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""

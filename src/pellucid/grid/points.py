@@ -6,7 +6,7 @@ import numpy as np
 from numpy import uintp
 
 from pellucid.grid.lattice import Lattice, Nodes
-from pellucid.jit import generic, point_function
+from pellucid.jit import generic, point_function, pointwise
 
 OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
@@ -92,6 +92,21 @@ def _by_index(index, q):
     return uintp(index.order[uintp(q)])
 
 
+class FullCells(NamedTuple):
+    """What `pellucid.grid.full_cells` knows of n cells, numbered as their first nodes are stored; no rows: not used."""
+
+    sums: np.ndarray  # (n, 3) sums over the points of a cell: VOLUMES, PRESSURES, RATES
+    found: np.ndarray  # (n, 3) of a full cell PRESSURE, GROWTH and SHIFT; zeros of others
+    full: np.ndarray  # (n,) whether it is full
+
+
+VOLUMES, PRESSURES, RATES = range(3)
+"""Volumes [m³], pressures times volumes [J], rates of volume along the mean velocity [m³/s]."""
+PRESSURE, GROWTH, SHIFT = range(3)
+"""Mean pressure [Pa]; rate at which a unit of its points' volume grows with the cell, and what the points lack of it [1/s]."""
+NO_CELLS = FullCells(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, np.bool_))
+
+
 class MappedPoints(NamedTuple):
     """A body's points and the nodes of its velocity field, as kernels take them."""
 
@@ -104,6 +119,17 @@ class MappedPoints(NamedTuple):
     affine: np.ndarray  # (n, 9) [1/s], (0, 9) where the transfer has no use for it
     heat: np.ndarray  # (n,) kinetic energy that the transfer of this step lost about a point [J/kg]
     index: Any  # `InOrder` or `ByIndex`
+    cells: FullCells
+
+
+@pointwise
+def cell_of(lattice, x, p):
+    """The cell in which point p of x [m], shape (points, 3), lies: as its first node is stored."""
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    i = min(int((x[p, 0] - low[0]) * h), n[0] - 1)
+    j = min(int((x[p, 1] - low[1]) * h), n[1] - 1)
+    k = min(int((x[p, 2] - low[2]) * h), n[2] - 1)
+    return uintp(i * stride[0] + j * stride[1] + k * stride[2])
 
 
 NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))

@@ -16,8 +16,10 @@ from pellucid.grid.points import (
     OK,
     POWER,
     RATE,
+    SHIFT,
     STORED,
     MappedPoints,
+    cell_of,
     place_of,
 )
 from pellucid.grid.stencil import gather, gather_gradient
@@ -76,6 +78,20 @@ def _fetch_block(mapped, arrays, start, n, c):
         put(c, q + PLACE * WIDTH, (place, velocity, points.mass[p], points.volume[p]))
     for q in range(n):
         put(c, q + STATE * WIDTH, load_state(arrays, place_of(index, start + q)))
+    if len(mapped.cells.found) > 0:
+        _shift_growth(mapped, start, n, c)
+
+
+@pointwise
+def _shift_growth(mapped, start, n, c):
+    """Add what the points of a cell lack in growth of volume to the velocity gradients of a block, along all axes alike."""
+    found, index, counts = mapped.cells.found, mapped.index, mapped.lattice.counts
+    along = (1.0 if counts[0] > 1 else 0.0, 1.0 if counts[1] > 1 else 0.0, 1.0 if counts[2] > 1 else 0.0)
+    each = 1.0 / (along[0] + along[1] + along[2])
+    for q in range(n):
+        shift = each * found[cell_of(mapped.lattice, mapped.points.position, place_of(index, start + q)), SHIFT]
+        for d in range(3):
+            c[uintp(q + 4 * d * WIDTH)] += along[d] * shift
 
 
 @pointwise

@@ -12,7 +12,19 @@ import numpy as np
 from numpy import intp
 
 from pellucid.grid.blocks import about_point, find_functions, functions_like
-from pellucid.grid.points import KINETIC, LOST, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NOT_FINITE, OK, SPEED, place_of
+from pellucid.grid.points import (
+    KINETIC,
+    LOST,
+    MOMENTUM_X,
+    MOMENTUM_Y,
+    MOMENTUM_Z,
+    NOT_FINITE,
+    OK,
+    PRESSURE,
+    SPEED,
+    cell_of,
+    place_of,
+)
 from pellucid.grid.stencil import add_inertia, add_internal_force, gather, stencil
 from pellucid.grid.velocity_transfer import inertia_rows
 from pellucid.jit import kernel, pointwise
@@ -23,16 +35,17 @@ from pellucid.jit.vector import row
 
 
 @pointwise
-def _stress_rows(stress, p):
-    """The columns of the stress of point p as rows of four."""
+def _stress_rows(stress, p, pressure):
+    """The columns of the stress of point p, less that of a pressure, as rows of four."""
     xx, yy, zz, yz, xz, xy = stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5]
+    xx, yy, zz = xx + pressure, yy + pressure, zz + pressure
     return row(xx, xy, xz, 0.0), row(xy, yy, yz, 0.0), row(xz, yz, zz, 0.0)
 
 
 @kernel(inner=True)
 def _scatter_slab(s, mapped, inertia, force, counted):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
-    points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
+    points, slabs, affine, index, cells = mapped.points, mapped.slabs, mapped.affine, mapped.index, mapped.cells
     v = points.velocity
     found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
@@ -45,7 +58,8 @@ def _scatter_slab(s, mapped, inertia, force, counted):
                 rows = inertia_rows(transfer, points.mass[p], (v[p, 0], v[p, 1], v[p, 2]), affine, p, counted)
                 add_inertia(about, lattice, nodes.inertia, transfer, rows)
             if force:
-                add_internal_force(about, lattice, nodes.forces, points.volume[p], _stress_rows(points.stress, p))
+                pressure = cells.found[cell_of(lattice, points.position, p), PRESSURE] if len(cells.found) > 0 else 0.0
+                add_internal_force(about, lattice, nodes.forces, points.volume[p], _stress_rows(points.stress, p, pressure))
 
 
 @kernel()

@@ -11,6 +11,7 @@ from numpy import uintp
 from pellucid.grid.blocks import about_lanes, about_point, add_columns, find_functions, functions_like, run_end
 from pellucid.grid.points import (
     GAINED,
+    GROWTH,
     KEPT,
     KINETIC,
     LOSS,
@@ -18,8 +19,11 @@ from pellucid.grid.points import (
     MOMENTUM_X,
     MOMENTUM_Y,
     MOMENTUM_Z,
+    PRESSURE,
+    RATES,
     SPEED,
     VECTORS,
+    cell_of,
     place_of,
 )
 from pellucid.grid.stencil import add_inertia, gather, gather_gradient, gather_scalar
@@ -38,7 +42,7 @@ SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED
 
 
 @pointwise
-def _gather_block(mapped, worked, n, found, first_node, c):
+def _gather_block(mapped, strained, n, found, first_node, c):
     """New velocities, heats and gradients of the mean velocity of a block; how many vectors of points these took."""
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     a = vectors = 0
@@ -57,7 +61,7 @@ def _gather_block(mapped, worked, n, found, first_node, c):
             )
             heat = lumping + further_heat(transfer, about, lattice, nodes, v, mean, change)
             put(c, a + NEW * WIDTH, (new, lumping, heat))
-            if worked:
+            if strained:
                 put(c, a + GRADIENT * WIDTH, gather_gradient(about, lattice, nodes.mean_velocity))
             a += LANES
         a = end
@@ -68,10 +72,16 @@ def _gather_block(mapped, worked, n, found, first_node, c):
 def _take_work(mapped, energy, dt, start, n, c):
     """Add the work on the points of a block to their energies; what was gained, and the heat in it, into columns."""
     volume, mass, sigma, index = mapped.points.volume, mapped.points.mass, mapped.points.stress, mapped.index
+    cells = mapped.cells.found
     for q in range(n):
         p = place_of(index, start + q)
-        s = (sigma[p, 0], sigma[p, 1], sigma[p, 2], sigma[p, 3], sigma[p, 4], sigma[p, 5])
-        put(c, q + OLD * WIDTH, (volume[p], dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))))
+        pressure = rate = 0.0
+        if len(cells) > 0:
+            cell = cell_of(mapped.lattice, mapped.points.position, p)
+            pressure, rate = cells[cell, PRESSURE], cells[cell, GROWTH]
+        s = (sigma[p, 0] + pressure, sigma[p, 1] + pressure, sigma[p, 2] + pressure, sigma[p, 3], sigma[p, 4], sigma[p, 5])
+        power = stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH)) - pressure * rate
+        put(c, q + OLD * WIDTH, (volume[p], dt * power))
     for q in range(n):
         p = place_of(index, start + q)
         V, work = take((0.0, 0.0), c, q + OLD * WIDTH)
@@ -82,11 +92,21 @@ def _take_work(mapped, energy, dt, start, n, c):
         put(c, q + WORKED * WIDTH, (m * more, m * kept))
 
 
+@pointwise
+def _add_rates(mapped, start, n, c):
+    """Add the rates of volume of the points of a block to those of their cells."""
+    rates, position, volume, index = mapped.cells.sums, mapped.points.position, mapped.points.volume, mapped.index
+    for q in range(n):
+        p = place_of(index, start + q)
+        L = take(IDENTITY, c, q + GRADIENT * WIDTH)
+        rates[cell_of(mapped.lattice, position, p), RATES] += volume[p] * (L[0] + L[4] + L[8])
+
+
 @kernel(inner=True)
 def _update_velocities_slab(s, mapped, energy, dt, remap):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
-    v, heat, worked = points.velocity, mapped.heat, len(energy) > 0
+    v, heat, worked, in_cells = points.velocity, mapped.heat, len(energy) > 0, len(mapped.cells.found) > 0
     found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
     c, sums = np.zeros(WIDTH * COUNT), np.zeros(len(SUMS) * LANES)
     vectors = 0
@@ -96,7 +116,7 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
         for q in range(n):
             p = place_of(index, start + q)
             put(c, q + OLD * WIDTH, (v[p, 0], v[p, 1], v[p, 2]))
-        vectors += _gather_block(mapped, worked, n, found, first_node, c)
+        vectors += _gather_block(mapped, worked or in_cells, n, found, first_node, c)
         if len(affine) > 0:  # `gather_affine` knows the heat
             for q in range(n):
                 c[uintp(q + HEAT * WIDTH)] = heat[place_of(index, start + q)]
@@ -104,6 +124,8 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
             p = place_of(index, start + q)
             v[p, 0], v[p, 1], v[p, 2] = take(ZERO_VECTOR, c, q + NEW * WIDTH)
             heat[p] = c[uintp(q + HEAT * WIDTH)]
+        if in_cells:
+            _add_rates(mapped, start, n, c)
         if worked:
             _take_work(mapped, energy, dt, start, n, c)
         for q in range(n):

@@ -9,7 +9,7 @@ both, does neither: it is for waves in liquids over many steps.
 from math import nan
 from typing import Any, NamedTuple
 
-from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit import default_function, generic, point_function, pointwise
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
@@ -64,6 +64,18 @@ def new_energy(
     """
 
 
+@generic
+def energy_of_pressure(
+    mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
+) -> float:
+    """The specific energy at the end of the step that goes with the density there [J/kg], of what `new_energy` gave."""
+
+
+@default_function(energy_of_pressure)
+def _same(mode, eos, energy, density, trD, old_work, other_work, dt):
+    return energy
+
+
 @pointwise
 def pressure(eos, density, energy):
     """P [Pa], not below the tension that the fluid bears."""
@@ -81,8 +93,8 @@ def _explicit(mode, eos, energy, density, trD, old_work, other_work, dt):
     return energy + old_work
 
 
-@point_function(new_energy, ClosedEnergy)
-def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
+@pointwise
+def _backward_euler(eos, energy, density, trD, other_work, dt):
     A, B = pressure_line(eos, density)
     s = dt * trD / density
     if s * B <= -1.0:
@@ -91,6 +103,18 @@ def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
     if A + B * e < lowest_pressure(eos):
         e = energy + other_work - s * lowest_pressure(eos)
     return e
+
+
+@point_function(new_energy, ClosedEnergy)
+def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
+    return _backward_euler(eos, energy, density, trD, other_work, dt)
+
+
+@point_function(energy_of_pressure, ConservativeEnergy)
+def _ahead(mode, eos, energy, density, trD, old_work, other_work, dt):
+    """The work along the mean velocities of the nodes, which belong to half steps, is that up to the middle of the step, where
+    the density is that of its end: the second half is still to come. Without it sound would grow."""
+    return _backward_euler(eos, energy, density, trD, 0.5 * other_work, 0.5 * dt)
 
 
 @point_function(new_energy, MidpointEnergy)

@@ -15,7 +15,7 @@ from pellucid.materials.artificial_viscosity import (
     artificial_speed,
 )
 from pellucid.materials.contract import PointMaterial
-from pellucid.materials.energy_update import ENERGY_UPDATES, new_energy, pressure
+from pellucid.materials.energy_update import ENERGY_UPDATES, energy_of_pressure, new_energy, pressure
 from pellucid.materials.eos import EquationOfState
 from pellucid.materials.eos.column import states_at_rest
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
@@ -161,7 +161,8 @@ def _update(law, state, density, L, dt, length):
     else:  # the old stress has the old q in it: compute its pressure again
         old_work = dt / density * (viscous_power - pressure(law.eos, density * (1.0 + dt * trD), state.internal_energy) * trD)
     energy = new_energy(law.energy_update, law.eos, state.internal_energy, density, trD, old_work, other_work, dt)
-    normal = bulk - pressure(law.eos, density, energy) - q
+    ahead = energy_of_pressure(law.energy_update, law.eos, energy, density, trD, old_work, other_work, dt)
+    normal = bulk - pressure(law.eos, density, ahead) - q
     two_mu = 2.0 * law.mu
     stress = (
         two_mu * D[0] + normal,

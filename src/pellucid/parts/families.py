@@ -7,12 +7,15 @@ explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the 
 
 from abc import abstractmethod
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.parts.body import Body, NodalSupport
+
+if TYPE_CHECKING:
+    from pellucid.grid.full_cells import Filling
 
 
 class TransferLoss(NamedTuple):
@@ -32,6 +35,11 @@ class GridBody(Body):
     """Of this step."""
     keeps_heat = False
     """Whether its points take up what transfers and internal forces take from the kinetic energy."""
+
+    @property
+    def filling(self) -> "Filling | None":
+        """Itself, where it is a fluid whose pressure acts in full cells as a whole; see `pellucid.grid.full_cells`."""
+        return None
 
     def return_heat(self, share: float) -> None:
         """Of a body that keeps heat: give up this share of what it kept in this step."""

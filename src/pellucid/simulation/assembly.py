@@ -4,15 +4,18 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
+from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.body import Body, Placement
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.families import GridBody
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -39,6 +42,16 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
         for model in models:
             built[model.name] = model.with_others(case.body).build(placement), field
     return fields, built
+
+
+def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[CellPressure]:
+    """Those of the fluids in each velocity field, together as far as they share forces and functions."""
+    groups: dict[tuple[VelocityField, GridFunctions, int], list[Filling]] = {}
+    for field, bodies in fields.items():
+        for fluid in (body.filling for body in bodies):
+            if fluid is not None:
+                groups.setdefault((field, fluid.functions, fluid.nodal_forces.ctypes.data), []).append(fluid)
+    return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
 
 
 def pairs_of(fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact]) -> list[ContactPair]:

@@ -22,6 +22,8 @@ class Steppable(Protocol):
     @property
     def nodal_bodies(self) -> Sequence[NodalBody]: ...
     def clear(self) -> None: ...
+    def find_pressures(self) -> None: ...
+    def find_shifts(self) -> None: ...
     def clear_momentum(self) -> None: ...
     def detect_contact(self, dt: float) -> None: ...
     def advance(self, dt: float) -> None: ...
@@ -32,6 +34,7 @@ class Steppable(Protocol):
 def musl(simulation: Steppable, dt: float) -> None:
     """Modified update stress last, Gan's order."""
     simulation.clear()
+    simulation.find_pressures()
     for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=True, force=True)  # m, p, f
     for own in simulation.nodal_bodies:
@@ -45,6 +48,7 @@ def musl(simulation: Steppable, dt: float) -> None:
         own.correct(remap=simulation.has_contact)
     simulation.project()
     simulation.give_second_impulses(dt)  # of contact, which stops what approaches again
+    simulation.find_shifts()
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)  # x, L, σ
     for own in simulation.nodal_bodies:
@@ -54,6 +58,7 @@ def musl(simulation: Steppable, dt: float) -> None:
 def usl(simulation: Steppable, dt: float) -> None:
     """Update stress last."""
     simulation.clear()
+    simulation.find_pressures()
     for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=True, force=True)
     for own in simulation.nodal_bodies:
@@ -66,6 +71,7 @@ def usl(simulation: Steppable, dt: float) -> None:
         body.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
+    simulation.find_shifts()
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)
     for own in simulation.nodal_bodies:
@@ -83,6 +89,7 @@ def usf(simulation: Steppable, dt: float) -> None:
     simulation.project()
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=False)
+    simulation.find_pressures()
     for body in simulation.grid_bodies:
         body.particle_to_grid(inertia=False, force=True)
     simulation.advance(dt)

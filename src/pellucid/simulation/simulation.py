@@ -21,7 +21,7 @@ from pellucid.jit import set_threads
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
-from pellucid.simulation.assembly import build_bodies, pairs_of, worthwhile_threads
+from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.interrupts import signals_caught
 from pellucid.simulation.observer import Observer
@@ -82,6 +82,7 @@ class Simulation:
         refuse_overlaps(case.body, self.bodies, case.grid_or_none)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         part_forces(self._on_grid.values())
+        self._cell_pressures = cell_pressures(self._on_grid)
         mapped_again = isinstance(transfer, Flip) and case.time.scheme == "musl"
         self._mapped_again = [
             field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
@@ -123,6 +124,16 @@ class Simulation:
         for field in self.velocity_fields:
             field.clear()
 
+    def find_pressures(self) -> None:
+        """Find the mean pressures of full cells, and their forces on the nodes."""
+        for pressure in self._cell_pressures:
+            pressure.find_pressures()
+
+    def find_shifts(self) -> None:
+        """Find what the volumes of points lack of the growth of full cells."""
+        for pressure in self._cell_pressures:
+            pressure.find_shifts()
+
     def clear_momentum(self) -> None:
         """Set the nodal momentum to zero, before it is mapped again."""
         for field in self.velocity_fields:
@@ -139,6 +150,8 @@ class Simulation:
         self.conditions.act_on_nodes(dt)
         self.contact_pairs.resolve()
         works = [field.works(dt) for field in self.velocity_fields]
+        for pressure in self._cell_pressures:
+            pressure.find_growth()
         self._contact = self.contact_pairs.work()
         self._works = [*(work for work in works if work is not None), self._contact.work]
 

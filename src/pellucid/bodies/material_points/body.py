@@ -12,6 +12,7 @@ from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import straining
+from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import DISSIPATED, Slabs
 from pellucid.grid.velocity_field import VelocityField
@@ -56,6 +57,11 @@ class MaterialPoints(PointsOnGrid):
     def _strains(self) -> bool:
         """Whether the grid strains it."""
         return self.constraint is None or self.constraint.strains
+
+    @property
+    def filling(self) -> Filling | None:
+        """Itself where it is a fluid that moves freely."""
+        return self if self.material.flows and self.constraint is None else None
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""

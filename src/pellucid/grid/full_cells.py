@@ -1,0 +1,287 @@
+"""The mean pressure of cells that are full of fluid, integrated over the cell instead of summed over its points.
+
+Over points that have moved, Σ_p V_p ∇N_I(x_p) is not zero where ∫∇N_I dV is. A fluid under an ambient pressure p turns that
+into eddies of a few cells: their forces are p times this sum, and the volumes of the points, which grow by Σ_p V_p ∇·v(x_p),
+leave those of the cells behind (of such errors: Steffen, Kirby & Berzins 2008, Int. J. Numer. Methods Eng. 76, 922; Baumgarten
+& Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589). So in a full cell c of volume V_c, with Q_c = Σ V_p over its points,
+
+    p_c = Σ V_p p_p / Q_c,    f_I = -Σ_p V_p (σ_p + p_c I)·∇N_I(x_p) + p_c ∫_c ∇N_I dV,
+
+and what belongs to this force by virtual work: the mean pressure takes p_c D_c V_p/Q_c of the power of a point, with
+D_c = Σ_I v_I·∫_c ∇N_I dV, and the rates of volume of the points are shifted by (D_c - Σ V_p ∇·v(x_p)) V_p/Q_c, so that together
+they are that of the cell. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure gives no force within the fluid, and its
+sum over partly filled cells, where points are summed as ever, is right.
+
+A cell is full when a share LEAST of it is and no cell beside it is empty. Cells are counted as their first nodes are stored.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from pellucid.approximants import GridFunctions
+from pellucid.approximants.axis import axis_weights
+from pellucid.grid.lattice import Grid, Lattice
+from pellucid.grid.points import GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_by_colour, parallel_for
+
+LAYERS = 6  # of cells in a chunk: as many nodes as their functions reach, so that chunks of one colour share none
+PARTS = 120  # of a cell; their ends are among the kinks of the functions, also of points averaged over 1/2, 1/3, 1/4, 1/5 cell
+"""Number of parts in which functions are integrated, by Gauss's rule for cubics."""
+
+
+class AxisIntegrals(NamedTuple):
+    """Functions along an axis, integrated over each of its n cells; w nodes reach a cell."""
+
+    first: np.ndarray  # (n,) the first of these nodes
+    value: np.ndarray  # (n, w) ∫ N du over the cell
+    slope: np.ndarray  # (n, w) ∫ N' du
+
+
+class CellGrid(NamedTuple):
+    """Cells and their nodes, as kernels take them."""
+
+    lattice: Lattice
+    cells: FullCells
+    along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]
+    forces: np.ndarray  # (4 n,) rows of internal forces
+    mean_velocity: np.ndarray  # (n, 3)
+    axes: int  # that are not thin
+    volume: float  # of a cell [m³], that of the slice where axes are thin
+
+
+def integrals(function: Any, n: int) -> AxisIntegrals:
+    """The integrals over the n cells along an axis. Beyond LAYERS cells from the walls all are alike."""
+    near = min(n, 2 * LAYERS + 1)
+    value, slope = np.zeros((2, near, near + LAYERS))
+    ends = (0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)) / PARTS
+    for cell in range(near):
+        for u in (cell + np.arange(PARTS)[:, None] / PARTS + ends).ravel():
+            first, w, _ = axis_weights(function, u, near)
+            value[cell, first : first + len(w)] += 0.5 / PARTS * np.array(w)
+        for u, sign in ((float(cell), -1.0), (cell + 1.0, 1.0)):
+            first, w, _ = axis_weights(function, u, near)
+            slope[cell, first : first + len(w)] += sign * np.array(w)
+    reached = (value != 0.0) | (slope != 0.0)
+    start = reached.argmax(axis=1)
+    width = max(np.flatnonzero(row)[-1] + 1 - at for row, at in zip(reached, start, strict=True))
+    columns = start[:, None] + np.arange(width)
+    first, rows = np.arange(n), np.minimum(np.arange(n), LAYERS)
+    if n > near:
+        rows = np.where(first >= n - LAYERS, first - (n - near), rows)
+    else:
+        rows = first
+    value, slope = (np.take_along_axis(table, columns, axis=1)[rows] for table in (value, slope))
+    return AxisIntegrals(start[rows] + first - rows, value, slope)
+
+
+@kernel(inner=True)
+def _sum_slab(s, mapped):
+    points, slabs, index, sums = mapped.points, mapped.slabs, mapped.index, mapped.cells.sums
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        cell, V = cell_of(mapped.lattice, points.position, p), points.volume[p]
+        sums[cell, VOLUMES] += V
+        sums[cell, PRESSURES] -= V * (points.stress[p, 0] + points.stress[p, 1] + points.stress[p, 2]) / 3.0
+
+
+@kernel()
+def sum_cells(n, mapped):
+    """Add volumes and pressures times volumes of the points of n slabs to their cells."""
+    parallel_by_colour(_sum_slab, n, mapped)
+
+
+@pointwise
+def _axes(lattice):
+    """The axis of the slabs and the others."""
+    axis = lattice.slab_axis
+    return axis, (1 if axis == 0 else 0), (1 if axis == 2 else 2)
+
+
+@pointwise
+def _volume(grid, i, j, k):
+    """Of the points in the cell (i, j, k); -1 beyond the walls."""
+    n, stride = grid.lattice.counts, grid.lattice.strides
+    if i < 0 or j < 0 or k < 0 or i >= n[0] or j >= n[1] or k >= n[2]:
+        return -1.0
+    return grid.cells.sums[i * stride[0] + j * stride[1] + k * stride[2], VOLUMES]
+
+
+@pointwise
+def _beside(grid, i, j, k, face):
+    """The cell beyond a face, 0 to 5."""
+    step = 1 if face % 2 == 1 else -1
+    axis = face // 2
+    return i + (step if axis == 0 else 0), j + (step if axis == 1 else 0), k + (step if axis == 2 else 0)
+
+
+@pointwise
+def _is_hole(grid, i, j, k):
+    """Whether an empty cell lies within the fluid: no more than one of the cells beyond its faces is empty, on a line none."""
+    empty = 0
+    for face in range(6):
+        a, b, c = _beside(grid, i, j, k, face)
+        empty += 1 if _volume(grid, a, b, c) == 0.0 else 0
+    return empty == 0 or (empty == 1 and grid.axes > 1)
+
+
+@pointwise
+def _owner(grid, i, j, k):
+    """The face of a hole beyond which most volume is, the first of equal ones."""
+    most, owner = 0.0, 0
+    for face in range(6):
+        a, b, c = _beside(grid, i, j, k, face)
+        volume = _volume(grid, a, b, c)
+        if volume > most:
+            most, owner = volume, face
+    return owner
+
+
+@pointwise
+def _owns(grid, i, j, k, face):
+    """Whether beyond a face of a cell there is a hole that belongs to it."""
+    a, b, c = _beside(grid, i, j, k, face)
+    if _volume(grid, a, b, c) != 0.0 or not _is_hole(grid, a, b, c):
+        return False
+    return _owner(grid, a, b, c) == (face + 1 if face % 2 == 0 else face - 1)
+
+
+@pointwise
+def _is_full(grid, i, j, k):
+    """Whether every cell about the cell (i, j, k), which is not empty, has points or is a hole."""
+    n = grid.lattice.counts
+    for a in range(max(i - 1, 0), min(i + 2, n[0])):
+        for b in range(max(j - 1, 0), min(j + 2, n[1])):
+            for c in range(max(k - 1, 0), min(k + 2, n[2])):
+                if _volume(grid, a, b, c) == 0.0 and not _is_hole(grid, a, b, c):
+                    return False
+    return True
+
+
+@pointwise
+def _add_force(grid, i, j, k, pressure):
+    """Add the force of the mean pressure of the cell (i, j, k) to its nodes."""
+    (x, y, z), stride, forces = grid.along, grid.lattice.strides, grid.forces
+    area = pressure * grid.volume * grid.lattice.inverse_cell
+    first = x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
+    for a in range(x.value.shape[1]):
+        for b in range(y.value.shape[1]):
+            for c in range(z.value.shape[1]):
+                I = 4 * (first + a * stride[0] + b * stride[1] + c * stride[2])
+                forces[I] += area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
+                forces[I + 1] += area * x.value[i, a] * y.slope[j, b] * z.value[k, c]
+                forces[I + 2] += area * x.value[i, a] * y.value[j, b] * z.slope[k, c]
+
+
+@pointwise
+def _growth(grid, i, j, k):
+    """∫ ∇·v dV of the mean velocity over the cell (i, j, k) [m³/s]."""
+    (x, y, z), stride, v = grid.along, grid.lattice.strides, grid.mean_velocity
+    first = x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
+    total = 0.0
+    for a in range(x.value.shape[1]):
+        for b in range(y.value.shape[1]):
+            for c in range(z.value.shape[1]):
+                I = first + a * stride[0] + b * stride[1] + c * stride[2]
+                total += x.slope[i, a] * y.value[j, b] * z.value[k, c] * v[I, 0]
+                total += x.value[i, a] * y.slope[j, b] * z.value[k, c] * v[I, 1]
+                total += x.value[i, a] * y.value[j, b] * z.slope[k, c] * v[I, 2]
+    return total * grid.volume * grid.lattice.inverse_cell
+
+
+@kernel(inner=True)
+def _find_pressures_chunk(chunk, grid):
+    n, stride, sums, found = grid.lattice.counts, grid.lattice.strides, grid.cells.sums, grid.cells.found
+    axis, second, third = _axes(grid.lattice)
+    for layer in range(LAYERS * chunk, min(LAYERS * (chunk + 1), n[axis])):
+        for l in range(n[second]):
+            for m in range(n[third]):
+                cell = layer * stride[axis] + l * stride[second] + m * stride[third]
+                grid.cells.full[cell] = False
+                found[cell, PRESSURE] = found[cell, GROWTH] = found[cell, SHIFT] = 0.0
+                if sums[cell, VOLUMES] > 0.0:
+                    i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
+                    if _is_full(grid, i, j, k):
+                        grid.cells.full[cell] = True
+                        found[cell, PRESSURE] = sums[cell, PRESSURES] / sums[cell, VOLUMES]
+                        _add_force(grid, i, j, k, found[cell, PRESSURE])
+                        for face in range(6):
+                            if _owns(grid, i, j, k, face):
+                                a, b, c = _beside(grid, i, j, k, face)
+                                _add_force(grid, a, b, c, found[cell, PRESSURE])
+
+
+@kernel()
+def _find_pressures(chunks, grid):
+    parallel_by_colour(_find_pressures_chunk, chunks, grid)
+
+
+@kernel(inner=True)
+def _find_growth_chunk(chunk, grid):
+    n, stride, sums, found = grid.lattice.counts, grid.lattice.strides, grid.cells.sums, grid.cells.found
+    axis, second, third = _axes(grid.lattice)
+    for layer in range(LAYERS * chunk, min(LAYERS * (chunk + 1), n[axis])):
+        for l in range(n[second]):
+            for m in range(n[third]):
+                cell = layer * stride[axis] + l * stride[second] + m * stride[third]
+                if grid.cells.full[cell]:
+                    i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
+                    growth = _growth(grid, i, j, k)
+                    for face in range(6):
+                        if _owns(grid, i, j, k, face):
+                            growth += _growth(grid, *_beside(grid, i, j, k, face))
+                    found[cell, GROWTH] = growth / sums[cell, VOLUMES]
+
+
+@kernel()
+def _find_growth(chunks, grid):
+    parallel_for(_find_growth_chunk, chunks, grid)
+
+
+class Filling(Protocol):
+    """A body of points that fill cells."""
+
+    functions: GridFunctions
+    n_slabs: int
+    mapped: Bundle
+
+    @property
+    def nodal_forces(self) -> np.ndarray: ...
+    def share_cells(self, cells: FullCells) -> None: ...
+
+
+class CellPressure:
+    """The mean pressures of the full cells of bodies that share nodes, the rows of their forces, and shape functions."""
+
+    def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
+        n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
+        self.cells = FullCells(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.bool_))
+        x, y, z = (integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
+        volume = grid.lattice.cell ** (3 - sum(grid.thin)) * grid.slice_thickness ** sum(grid.thin)
+        self._grid = Bundle(
+            CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, 3 - sum(grid.thin), volume)
+        )
+        self._chunks = -(-grid.lattice.counts[grid.lattice.slab_axis] // LAYERS)
+        self._bodies = bodies
+        for body in bodies:
+            body.share_cells(self.cells)
+
+    def find_pressures(self) -> None:
+        """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
+        self.cells.sums.fill(0.0)
+        for body in self._bodies:
+            sum_cells(body.n_slabs, body.mapped)
+        _find_pressures(self._chunks, self._grid)
+
+    def find_growth(self) -> None:
+        """When the mean velocities of the nodes are known: how fast the volumes of the cells grow along them."""
+        _find_growth(self._chunks, self._grid)
+
+    def find_shifts(self) -> None:
+        """When the points have summed up how fast theirs do: what these lack."""
+        sums, found, full = self.cells.sums, self.cells.found, self.cells.full
+        np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
+        np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
