@@ -16,29 +16,19 @@ A cell is full when a share LEAST of it is and no cell beside it is empty. Cells
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.approximants.axis import axis_weights
+from pellucid.grid.cell_integrals import AxisIntegrals, axis_integrals
 from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.points import GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
-LAYERS = 6  # of cells in a chunk: as many nodes as their functions reach, so that chunks of one colour share none
-PARTS = 120  # of a cell; their ends are among the kinks of the functions, also of points averaged over 1/2, 1/3, 1/4, 1/5 cell
-"""Number of parts in which functions are integrated, by Gauss's rule for cubics."""
-
-
-class AxisIntegrals(NamedTuple):
-    """Functions along an axis, integrated over each of its n cells; w nodes reach a cell."""
-
-    first: np.ndarray  # (n,) the first of these nodes
-    value: np.ndarray  # (n, w) ∫ N du over the cell
-    slope: np.ndarray  # (n, w) ∫ N' du
+LAYERS = 6  # of cells in a chunk: the forces of a cell and of holes beside it reach three nodes beyond it
 
 
 class CellGrid(NamedTuple):
@@ -51,31 +41,6 @@ class CellGrid(NamedTuple):
     mean_velocity: np.ndarray  # (n, 3)
     axes: int  # that are not thin
     volume: float  # of a cell [m³], that of the slice where axes are thin
-
-
-def integrals(function: Any, n: int) -> AxisIntegrals:
-    """The integrals over the n cells along an axis. Beyond LAYERS cells from the walls all are alike."""
-    near = min(n, 2 * LAYERS + 1)
-    value, slope = np.zeros((2, near, near + LAYERS))
-    ends = (0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)) / PARTS
-    for cell in range(near):
-        for u in (cell + np.arange(PARTS)[:, None] / PARTS + ends).ravel():
-            first, w, _ = axis_weights(function, u, near)
-            value[cell, first : first + len(w)] += 0.5 / PARTS * np.array(w)
-        for u, sign in ((float(cell), -1.0), (cell + 1.0, 1.0)):
-            first, w, _ = axis_weights(function, u, near)
-            slope[cell, first : first + len(w)] += sign * np.array(w)
-    reached = (value != 0.0) | (slope != 0.0)
-    start = reached.argmax(axis=1)
-    width = max(np.flatnonzero(row)[-1] + 1 - at for row, at in zip(reached, start, strict=True))
-    columns = start[:, None] + np.arange(width)
-    first, rows = np.arange(n), np.minimum(np.arange(n), LAYERS)
-    if n > near:
-        rows = np.where(first >= n - LAYERS, first - (n - near), rows)
-    else:
-        rows = first
-    value, slope = (np.take_along_axis(table, columns, axis=1)[rows] for table in (value, slope))
-    return AxisIntegrals(start[rows] + first - rows, value, slope)
 
 
 @kernel(inner=True)
@@ -259,7 +224,7 @@ class CellPressure:
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
         self.cells = FullCells(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.bool_))
-        x, y, z = (integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
+        x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
         volume = grid.lattice.cell ** (3 - sum(grid.thin)) * grid.slice_thickness ** sum(grid.thin)
         self._grid = Bundle(
             CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, 3 - sum(grid.thin), volume)

@@ -38,6 +38,7 @@ class MaterialPoints(PointsOnGrid):
         self.material = case.material
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
+        self._by_cells = case.integrates_pressure(gravity)
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)
@@ -60,8 +61,8 @@ class MaterialPoints(PointsOnGrid):
 
     @property
     def filling(self) -> Filling | None:
-        """Itself where it is a fluid that moves freely."""
-        return self if self.material.flows and self.constraint is None else None
+        """Itself where its pressure acts so, and nothing leads it."""
+        return self if self._by_cells and self.constraint is None else None
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""

@@ -133,6 +133,10 @@ class SeededBody(DampedModel):
         """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
         return self.material.wave_speeds()
 
+    def integrates_pressure(self, gravity: Vector) -> bool:
+        """Whether it is a fluid whose pressure acts in full cells as a whole."""
+        return False
+
     @field_validator("points_per_cell")
     @classmethod
     def _positive(cls, value: int | tuple[int, int, int] | None) -> int | tuple[int, int, int] | None:

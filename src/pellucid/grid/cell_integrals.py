@@ -1,0 +1,41 @@
+"""Integrals of shape functions over whole cells; products of these along the axes are those of the grid."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.axis import axis_weights
+
+PARTS = 120  # of a cell; their ends are among the kinks of the functions, also of points averaged over 1/2, 1/3, 1/4, 1/5 cell
+"""Number of parts in which functions are integrated, by Gauss's rule for cubics."""
+NEAR = 5  # cells from a wall beyond which all are alike
+
+
+class AxisIntegrals(NamedTuple):
+    """Functions along an axis, integrated over each of its n cells by the place u in cells; w nodes reach a cell."""
+
+    first: np.ndarray  # (n,) the first of these nodes
+    value: np.ndarray  # (n, w) ∫ N du
+    slope: np.ndarray  # (n, w) ∫ N' du
+
+
+def axis_integrals(function: Any, n: int) -> AxisIntegrals:
+    """Those of a function along an axis of n cells."""
+    cells = min(n, 2 * NEAR + 1)
+    value, slope = np.zeros((2, cells, cells + 4))
+    gauss = (0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)) / PARTS
+    for cell in range(cells):
+        for u in (cell + np.arange(PARTS)[:, None] / PARTS + gauss).ravel():
+            first, w, _ = axis_weights(function, u, cells)
+            value[cell, first : first + len(w)] += 0.5 / PARTS * np.array(w)
+        for u, sign in ((float(cell), -1.0), (cell + 1.0, 1.0)):
+            first, w, _ = axis_weights(function, u, cells)
+            slope[cell, first : first + len(w)] += sign * np.array(w)
+    reached = (value != 0.0) | (slope != 0.0)
+    start = reached.argmax(axis=1)
+    width = max(np.flatnonzero(row)[-1] + 1 - at for row, at in zip(reached, start, strict=True))
+    columns = start[:, None] + np.arange(width)
+    number = np.arange(n)
+    like = np.where(number < n - NEAR, np.minimum(number, NEAR), number - n + cells) if n > cells else number
+    value, slope = (np.take_along_axis(table, columns, axis=1)[like] for table in (value, slope))
+    return AxisIntegrals(start[like] + number - like, value, slope)
