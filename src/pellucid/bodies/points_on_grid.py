@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
-from pellucid.grid import affine
+from pellucid.grid import affine, full_cells
 from pellucid.grid import transfer as kernels
 from pellucid.grid.points import (
     AFFINE,
@@ -121,6 +121,12 @@ class PointsOnGrid(GridBody):
         """Let the mean pressure of full cells act as a whole; see `pellucid.grid.full_cells`."""
         self._cells = cells
         self._bind_slabs(self.slabs)
+
+    def take_shift(self, dt: float) -> None:
+        """The work of the pressure on what volumes lack of the growth of full cells."""
+        if self.keeps_heat:
+            full_cells.take_shift(self.n_slabs, self.mapped, self.kept_energy(), dt)
+            self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `update_velocities`
 
     @property
     def on_grid(self) -> ContactBody:

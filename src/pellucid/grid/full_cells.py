@@ -7,12 +7,15 @@ leave those of the cells behind (of such errors: Steffen, Kirby & Berzins 2008, 
 
     p_c = Σ V_p p_p / Q_c,    f_I = -Σ_p V_p (σ_p + p_c I)·∇N_I(x_p) + p_c ∫_c ∇N_I dV,
 
-and what belongs to this force by virtual work: the mean pressure takes p_c D_c V_p/Q_c of the power of a point, with
-D_c = Σ_I v_I·∫_c ∇N_I dV, and the rates of volume of the points are shifted by (D_c - Σ V_p ∇·v(x_p)) V_p/Q_c, so that together
-they are that of the cell. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure gives no force within the fluid, and its
-sum over partly filled cells, where points are summed as ever, is right.
+and by virtual work the rates of volume of its points are shifted by κ_c = (D_c - Σ V_p ∇·v(x_p))/Q_c each, with
+D_c = Σ_I v_I·∫_c ∇N_I dV, so that together they are that of the cell: on these volumes the pressures of the points do the work
+of the forces. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure gives no force within the fluid, and the right one
+at its edge, where cells are filled in part and points are summed as ever. D_c and κ_c are those of the mean velocity of the
+step, along which forces work. With USF, which strains the points before that is known, volumes are not shifted.
 
-A cell is full when a share LEAST of it is and no cell beside it is empty. Cells are counted as their first nodes are stored.
+A cell is full when it has points and no cell about it is empty but for holes: cells without points beyond whose faces there are
+points everywhere, in planes and in space but for one face. A hole belongs to the cell beside it with most volume, with whose
+pressure it acts. Cells are counted as their first nodes are stored.
 """
 
 from collections.abc import Sequence
@@ -23,7 +26,7 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.grid.cell_integrals import AxisIntegrals, axis_integrals
 from pellucid.grid.lattice import Grid, Lattice
-from pellucid.grid.points import GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
+from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
@@ -57,6 +60,29 @@ def _sum_slab(s, mapped):
 def sum_cells(n, mapped):
     """Add volumes and pressures times volumes of the points of n slabs to their cells."""
     parallel_by_colour(_sum_slab, n, mapped)
+
+
+@kernel(inner=True)
+def _take_shift_slab(s, mapped, energy, dt):
+    points, slabs, index = mapped.points, mapped.slabs, mapped.index
+    sigma, gained = points.stress, 0.0
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        pressure, shift = (
+            -(sigma[p, 0] + sigma[p, 1] + sigma[p, 2]) / 3.0,
+            mapped.cells.found[cell_of(mapped.lattice, points.position, p), SHIFT],
+        )
+        more = -dt * points.volume[p] * pressure * shift
+        energy[p] += more / points.mass[p]
+        gained += more
+    slabs.sums[s, GAINED] = gained
+
+
+@kernel()
+def take_shift(n, mapped, energy, dt):
+    """Take the work of each point's pressure on what its volume lacks of growth over the step dt [s] from its specific energy
+    [J/kg], shape (points,). GAINED of the sums: what they gained [J]."""
+    parallel_for(_take_shift_slab, n, mapped, energy, dt)
 
 
 @pointwise
@@ -166,7 +192,6 @@ def _find_pressures_chunk(chunk, grid):
             for m in range(n[third]):
                 cell = layer * stride[axis] + l * stride[second] + m * stride[third]
                 grid.cells.full[cell] = False
-                found[cell, PRESSURE] = found[cell, GROWTH] = found[cell, SHIFT] = 0.0
                 if sums[cell, VOLUMES] > 0.0:
                     i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
                     if _is_full(grid, i, j, k):
@@ -216,6 +241,7 @@ class Filling(Protocol):
     @property
     def nodal_forces(self) -> np.ndarray: ...
     def share_cells(self, cells: FullCells) -> None: ...
+    def take_shift(self, dt: float) -> None: ...
 
 
 class CellPressure:
@@ -234,9 +260,13 @@ class CellPressure:
         for body in bodies:
             body.share_cells(self.cells)
 
+    def clear(self) -> None:
+        """Forget the step before."""
+        self.cells.sums.fill(0.0)
+        self.cells.found.fill(0.0)
+
     def find_pressures(self) -> None:
         """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
-        self.cells.sums.fill(0.0)
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped)
         _find_pressures(self._chunks, self._grid)
@@ -245,8 +275,10 @@ class CellPressure:
         """When the mean velocities of the nodes are known: how fast the volumes of the cells grow along them."""
         _find_growth(self._chunks, self._grid)
 
-    def find_shifts(self) -> None:
-        """When the points have summed up how fast theirs do: what these lack."""
+    def find_shifts(self, dt: float) -> None:
+        """When the points have summed up how fast their volumes grow: what these lack, and its work over the step dt [s]."""
         sums, found, full = self.cells.sums, self.cells.found, self.cells.full
         np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
+        for body in self._bodies:
+            body.take_shift(dt)

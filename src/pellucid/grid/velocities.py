@@ -11,7 +11,6 @@ from numpy import uintp
 from pellucid.grid.blocks import about_lanes, about_point, add_columns, find_functions, functions_like, run_end
 from pellucid.grid.points import (
     GAINED,
-    GROWTH,
     KEPT,
     KINETIC,
     LOSS,
@@ -19,7 +18,6 @@ from pellucid.grid.points import (
     MOMENTUM_X,
     MOMENTUM_Y,
     MOMENTUM_Z,
-    PRESSURE,
     RATES,
     SPEED,
     VECTORS,
@@ -72,16 +70,10 @@ def _gather_block(mapped, strained, n, found, first_node, c):
 def _take_work(mapped, energy, dt, start, n, c):
     """Add the work on the points of a block to their energies; what was gained, and the heat in it, into columns."""
     volume, mass, sigma, index = mapped.points.volume, mapped.points.mass, mapped.points.stress, mapped.index
-    cells = mapped.cells.found
     for q in range(n):
         p = place_of(index, start + q)
-        pressure = rate = 0.0
-        if len(cells) > 0:
-            cell = cell_of(mapped.lattice, mapped.points.position, p)
-            pressure, rate = cells[cell, PRESSURE], cells[cell, GROWTH]
-        s = (sigma[p, 0] + pressure, sigma[p, 1] + pressure, sigma[p, 2] + pressure, sigma[p, 3], sigma[p, 4], sigma[p, 5])
-        power = stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH)) - pressure * rate
-        put(c, q + OLD * WIDTH, (volume[p], dt * power))
+        s = (sigma[p, 0], sigma[p, 1], sigma[p, 2], sigma[p, 3], sigma[p, 4], sigma[p, 5])
+        put(c, q + OLD * WIDTH, (volume[p], dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))))
     for q in range(n):
         p = place_of(index, start + q)
         V, work = take((0.0, 0.0), c, q + OLD * WIDTH)

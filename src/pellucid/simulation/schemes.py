@@ -23,7 +23,7 @@ class Steppable(Protocol):
     def nodal_bodies(self) -> Sequence[NodalBody]: ...
     def clear(self) -> None: ...
     def find_pressures(self) -> None: ...
-    def find_shifts(self) -> None: ...
+    def find_shifts(self, dt: float) -> None: ...
     def clear_momentum(self) -> None: ...
     def detect_contact(self, dt: float) -> None: ...
     def advance(self, dt: float) -> None: ...
@@ -48,7 +48,7 @@ def musl(simulation: Steppable, dt: float) -> None:
         own.correct(remap=simulation.has_contact)
     simulation.project()
     simulation.give_second_impulses(dt)  # of contact, which stops what approaches again
-    simulation.find_shifts()
+    simulation.find_shifts(dt)
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)  # x, L, σ
     for own in simulation.nodal_bodies:
@@ -71,7 +71,7 @@ def usl(simulation: Steppable, dt: float) -> None:
         body.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
-    simulation.find_shifts()
+    simulation.find_shifts(dt)
     for body in simulation.grid_bodies:
         body.update_stress(dt, move=True)
     for own in simulation.nodal_bodies:
@@ -99,6 +99,7 @@ def usf(simulation: Steppable, dt: float) -> None:
         body.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
+    simulation.find_shifts(dt)
     for body in simulation.grid_bodies:
         body.update_positions(dt)
     for own in simulation.nodal_bodies:

@@ -120,19 +120,21 @@ class Simulation:
     # the verbs of a step that concern the nodes
 
     def clear(self) -> None:
-        """Set mass, momentum and forces of the nodes to zero."""
+        """Set mass, momentum and forces of the nodes to zero, and sums over cells."""
         for field in self.velocity_fields:
             field.clear()
+        for pressure in self._cell_pressures:
+            pressure.clear()
 
     def find_pressures(self) -> None:
         """Find the mean pressures of full cells, and their forces on the nodes."""
         for pressure in self._cell_pressures:
             pressure.find_pressures()
 
-    def find_shifts(self) -> None:
-        """Find what the volumes of points lack of the growth of full cells."""
+    def find_shifts(self, dt: float) -> None:
+        """Find what the volumes of points lack of the growth of full cells, and its work."""
         for pressure in self._cell_pressures:
-            pressure.find_shifts()
+            pressure.find_shifts(dt)
 
     def clear_momentum(self) -> None:
         """Set the nodal momentum to zero, before it is mapped again."""

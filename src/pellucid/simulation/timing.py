@@ -7,6 +7,8 @@ from typing import Any
 OF_THE_NODES = {
     "sort": "sort",
     "clear": "grid",
+    "find_pressures": "grid",
+    "find_shifts": "grid",
     "clear_momentum": "grid",
     "detect_contact": "contact",
     "advance": "grid",
