@@ -40,11 +40,6 @@ class PointMaterial(BodyMaterial):
     """Whether it is at rest under gravity by its pressure alone: then it has `at_rest`."""
 
     @property
-    def ambient_pressure(self) -> float:
-        """The pressure that it has at the start [Pa]."""
-        return 0.0
-
-    @property
     def keeps_work(self) -> bool:
         """Whether its points take up, as their `internal_energy`, exactly what internal forces and transfers take from the
         kinetic energy; otherwise the law integrates its energy by itself."""

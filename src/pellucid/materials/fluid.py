@@ -102,11 +102,6 @@ class FluidMaterial(PointMaterial):
         return self
 
     @property
-    def ambient_pressure(self) -> float:
-        """Its `pressure`."""
-        return self.pressure
-
-    @property
     def keeps_work(self) -> bool:
         """With the conservative update."""
         return self.energy_update == "conservative"

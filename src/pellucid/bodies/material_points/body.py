@@ -38,7 +38,7 @@ class MaterialPoints(PointsOnGrid):
         self.material = case.material
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
-        self._by_cells = case.integrates_pressure(gravity)
+        self._by_cells = case.cell_pressure
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.bodies.material_points.checks import (
     cut_problems,
@@ -16,7 +14,7 @@ from pellucid.bodies.material_points.checks import (
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems
 from pellucid.findings import Finding, Path, Reason
-from pellucid.model import Vector, parameter
+from pellucid.model import parameter
 from pellucid.parts.body_model import StepLimit
 from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts
@@ -25,19 +23,10 @@ if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
 
-AMBIENT = 10.0
-
-
 class MaterialPointsCase(SeededBody):
     """A fluid or solid body of material points."""
 
     kind: Literal["material-points"] = "material-points"
-    cell_pressure: bool | None = parameter(
-        "",
-        "whether the mean pressure of cells full of this fluid acts as a whole; without it where the initial pressure is more "
-        f"than {AMBIENT:g} times what its depth adds under gravity",
-        None,
-    )
     rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
     def build(self, placement: "Placement") -> "Body":
@@ -45,14 +34,6 @@ class MaterialPointsCase(SeededBody):
         from pellucid.bodies.material_points.body import MaterialPoints
 
         return MaterialPoints(self, *placement.on_grid(), placement.velocity_transfer, placement.gravity)
-
-    def integrates_pressure(self, gravity: Vector) -> bool:
-        """Where the case says so, or the pressure is ambient."""
-        if self.cell_pressure is not None or not self.material.flows:
-            return bool(self.cell_pressure)
-        low, high = self.bounds()
-        depth = float(np.abs(gravity) @ (high - low))
-        return self.material.ambient_pressure > AMBIENT * self.material.density * depth
 
     @property
     def is_rigid(self) -> bool:
@@ -90,7 +71,7 @@ class MaterialPointsCase(SeededBody):
             yield from cut_problems(self, path, grid, parts)
         yield from outside_problems(self, path, parts)
         if self.cell_pressure and not self.material.flows:
-            text = f"a material of kind {self.material.kind!r} bears shear: its pressure alone cannot act in cells as a whole"
+            text = f"a material of kind {self.material.kind!r} bears shear: its pressure is not all of its stress"
             yield Finding((*path, "cell_pressure"), text, "leave cell_pressure out; it is for fluids")
         if not (self.rigid or is_driven(self.name, parts)):
             yield from (Finding((*path, "material", key), text, remedy) for key, text, remedy in self.material.problems())

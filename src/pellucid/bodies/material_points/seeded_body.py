@@ -55,6 +55,11 @@ class SeededBody(DampedModel):
         "it, and its `density` is that without stress",
         None,
     )
+    cell_pressure: bool = parameter(
+        "",
+        "whether the mean pressure of cells full of this fluid is integrated over the cells instead of summed over the points",
+        False,
+    )
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
     velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the others", None)
@@ -132,10 +137,6 @@ class SeededBody(DampedModel):
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
         return self.material.wave_speeds()
-
-    def integrates_pressure(self, gravity: Vector) -> bool:
-        """Whether it is a fluid whose pressure acts in full cells as a whole."""
-        return False
 
     @field_validator("points_per_cell")
     @classmethod
