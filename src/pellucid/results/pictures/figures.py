@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pellucid.energy import FIRST_JUDGED
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
 from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
@@ -14,7 +15,6 @@ from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plan
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, label, new_figure, settle
-from pellucid.simulation.watch import FIRST_JUDGED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

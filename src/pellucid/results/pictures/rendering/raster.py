@@ -50,11 +50,14 @@ class Canvas:
 
 def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments:
     """The fragments of triangles whose corners are given in pixels, shape (m, 3, 3), row by row of each."""
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    with np.errstate(invalid="ignore", over="ignore"):  # of points that are nowhere
+        a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    shown = np.isfinite(area) & (np.abs(area) >= 1e-12)
+    corners = np.where(shown[:, None, None], corners, 0.0)
     low = np.maximum(np.ceil(corners[:, :, 1].min(axis=1)), 0).astype(np.int64)
     high = np.minimum(np.floor(corners[:, :, 1].max(axis=1)), shape[0] - 1).astype(np.int64)
-    rows = np.where(np.abs(area) < 1e-12, 0, np.maximum(high - low + 1, 0))
+    rows = np.where(shown, np.maximum(high - low + 1, 0), 0)
     pixels = np.cumsum(rows * np.minimum(np.ptp(corners[:, :, 0], axis=1) + 1.0, shape[1]))
     for some in np.split(np.arange(len(corners)), np.searchsorted(pixels, np.arange(MOST, pixels.max(initial=0), MOST))):
         row, number = _expanded(rows[some])
