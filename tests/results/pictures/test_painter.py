@@ -8,7 +8,7 @@ from pellucid.processes import Helper
 from pellucid.progress import QuietProgress
 from pellucid.results import run_case
 from pellucid.results.pictures import painter
-from pellucid.results.pictures.style import house_style, settle
+from pellucid.results.pictures.style import house_style, new_figure, settle
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +90,13 @@ def test_layouts_settle_once(wave):
     assert before[0][0] + before[0][2] < before[1][0], "beside each other"
 
 
+def test_a_figure_without_axes_is_drawn_without_a_warning(recwarn):
+    assert painter.figures.picture_of(new_figure(1.0, 1.0)).data.startswith(b"\x89PNG")
+    assert not recwarn.list
+
+
 def test_a_film_whose_pictures_cannot_all_be_drawn_is_left_out(wave, monkeypatch):
     from pellucid.results.pictures.films import Animation
-    from pellucid.results.pictures.style import new_figure
     from pellucid.results.storage.files import OutputError
 
     def draw(time):

@@ -65,7 +65,7 @@ def new_figure(
 def settle(figure: "Figure") -> None:
     """Fix the layout of a figure, which settles in the second round. Each drawing would find it again otherwise."""
     layout = figure.get_layout_engine()
-    if layout is not None:
+    if layout is not None and figure.axes:
         for _ in range(2):
             layout.execute(figure)
         figure.set_layout_engine("none")
