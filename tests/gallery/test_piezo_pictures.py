@@ -3,6 +3,7 @@ import pytest
 import synthetic_oocyte
 
 from pellucid.gallery.gan2011 import piezo_pictures
+from pellucid.results.pictures.films import pixels_of
 from pellucid.results.pictures.style import house_style
 
 
@@ -35,6 +36,17 @@ def test_the_cut_shows_the_pressure_at_the_contact(run):
     stage = piezo_pictures.cut_stage(run, 300, run.times("zona"))
     pressure = run.fields("cytoplasm", 50e-6)["pressure"]
     assert stage.limits[1] > 0.5 * np.abs(pressure).max()
+
+
+def test_pictures_of_the_film_do_not_depend_on_those_drawn_before(run, monkeypatch):
+    monkeypatch.setattr(piezo_pictures, "FILM_COLUMNS", 100)
+    with house_style():
+        films = [piezo_pictures.films(run)["oocyte"] for _ in range(2)]
+        early, late, again = (pixels_of(films[0].draw(time)) for time in (0.0, 100e-6, 0.0))
+        alone = pixels_of(films[1].draw(100e-6))
+    assert np.array_equal(early, again)
+    assert np.array_equal(late, alone)
+    assert not np.array_equal(early, late)
 
 
 def test_figures_and_film_can_be_drawn(run, monkeypatch):

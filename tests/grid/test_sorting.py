@@ -1,4 +1,4 @@
-"""Sorting by cell, and slabs that threads may share."""
+"""Sorting by nodes, and slabs that threads may share."""
 
 from itertools import pairwise
 
@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from small_cases import SLIP, advance, box, case, place, shear_flow, simulation
 
-from pellucid.approximants import GRID_FUNCTIONS
+from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import VECTORS
-from pellucid.grid.sorting import EACH_SORTING, ShortRuns, sort_by_cell
+from pellucid.grid.sorting import EACH_SORTING, ShortRuns, sort_by_nodes
 from pellucid.jit.columns import BLOCK
 from pellucid.jit.vector import LANES
 from pellucid.simulation.simulation import Simulation
@@ -28,46 +28,67 @@ def cloud(counts, n, squeeze=1.0):
     return grid, {"id": np.arange(n), "position": position, "stress": generator.random((n, 6))}
 
 
-def cell_of(grid, position):
-    """Cell of each point, counted in the order of the memory."""
+# lowest place of a point whose first node is the one at the origin, were there no walls; with GIMP the half edge of a point
+BEGINS = {"trilinear": 0.0, "gimp": 1.0 / 6.0, "quadratic-bspline": 0.5, "cubic-bspline": 1.0}
+
+
+def layers_of(grid, position, functions):
+    """First node of each point along the axes, shape (n, 3); walls have no nodes beyond them."""
+    last = np.array(grid.lattice.counts) - (2 if functions == "cubic-bspline" else 1)
+    nodes = np.floor(position / grid.lattice.cell - BEGINS[functions]).astype(int)
+    return np.where(grid.thin, 0, np.clip(nodes, 0, last))
+
+
+def node_of(grid, position, functions="trilinear"):
+    """First node of each point, counted in the order of the memory. With trilinear functions it stands for the cell."""
     lattice = grid.lattice
-    cells = np.minimum(position.astype(int), np.array(lattice.counts) - 1)
     axes = [lattice.slab_axis, *(axis for axis in range(3) if axis != lattice.slab_axis)]
-    return np.ravel_multi_index(cells[:, axes].T, [lattice.counts[axis] for axis in axes])
+    nodes = layers_of(grid, position, functions)
+    return np.ravel_multi_index(nodes[:, axes].T, [lattice.counts[axis] for axis in axes])
+
+
+def functions_on(grid, name):
+    """Functions along the axes, thin ones among them."""
+    return grid_functions(name, (3, 3, 3), grid.thin)
 
 
 @pytest.mark.parametrize("counts", COUNTS)
 @pytest.mark.parametrize("n", [1, 2, 1000])
-def test_sorting_is_a_stable_permutation_by_cell(counts, n):
+@pytest.mark.parametrize("functions", GRID_FUNCTIONS)
+def test_sorting_is_a_stable_permutation_by_first_nodes(counts, n, functions):
     grid, arrays = cloud(counts, n)
     before = {name: array.copy() for name, array in arrays.items()}
     scratch = {}
-    sort_by_cell(arrays, scratch, grid.lattice, 2)
+    sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions))
     order = arrays["id"]
-    assert np.array_equal(order, np.argsort(cell_of(grid, before["position"]), kind="stable"))
+    assert np.array_equal(order, np.argsort(node_of(grid, before["position"], functions), kind="stable"))
     for name, array in arrays.items():
         assert np.array_equal(array, before[name][order]), name
     again = {name: array.copy() for name, array in arrays.items()}
-    sort_by_cell(arrays, scratch, grid.lattice, 2)
+    sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions))
     for name, array in arrays.items():
         assert np.array_equal(array, again[name]), "sorted points stay as they are"
 
 
 @pytest.mark.parametrize("counts", COUNTS)
 @pytest.mark.parametrize("squeeze", [1.0, 4.0])
-@pytest.mark.parametrize("stencil", [2, 3, 4])
-def test_slabs_cover_points_and_layers_once(counts, squeeze, stencil):
+@pytest.mark.parametrize("functions", GRID_FUNCTIONS)
+def test_slabs_cover_points_and_layers_once(counts, squeeze, functions):
     grid, arrays = cloud(counts, 700, squeeze)
-    slabs = sort_by_cell(arrays, {}, grid.lattice, stencil)
+    slabs = sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions))
     axis = grid.lattice.slab_axis
     for edges, end in ((slabs.first, 700), (slabs.layer, counts[axis])):
         assert edges[0] == 0
         assert edges[-1] == end
         assert np.all(np.diff(edges) >= 0)
-    layer = np.minimum(arrays["position"][:, axis].astype(int), counts[axis] - 1)
+    layer = layers_of(grid, arrays["position"], functions)[:, axis]
+    place = arrays["position"][:, axis]
     for s in range(len(slabs.layer) - 1):
-        own = layer[slabs.first[s] : slabs.first[s + 1]]
-        assert np.all((own >= slabs.layer[s]) & (own < slabs.layer[s + 1]))
+        points = slice(slabs.first[s], slabs.first[s + 1])
+        assert np.all((layer[points] >= slabs.layer[s]) & (layer[points] < slabs.layer[s + 1]))
+        room = np.minimum(place[points] - slabs.bounds[s, 0], slabs.bounds[s, 1] - place[points])
+        within = (place[points] >= 1.0) & (place[points] <= counts[axis] - 1.0)  # beyond the walls nothing goes
+        assert np.all(room[within] >= (2.0 / 3.0 - 1e-12 if functions == "gimp" else 1.0))
     assert not slabs.left_slab.any()
     assert not slabs.fault.any()
 
@@ -76,13 +97,13 @@ def test_slabs_cover_points_and_layers_once(counts, squeeze, stencil):
 @pytest.mark.parametrize("squeeze", [1.0, 4.0])
 @pytest.mark.parametrize("n", [2, 3, 9, 10, 11, 64, 333])
 def test_slabs_of_one_colour_reach_no_common_node(name, squeeze, n):
-    """Points may stray one layer beyond their slab before they are sorted again; weights of zero are written too."""
-    fn = GRID_FUNCTIONS[name](3)
+    """Points may stray a layer beyond their slab before they are sorted again; weights of zero are written too."""
     grid, arrays = cloud((n, 1, 1), 3000, squeeze)
-    layer = sort_by_cell(arrays, {}, grid.lattice, fn.stencil).layer
+    functions = functions_on(grid, name)
+    fn = functions[0]
     reached = []
-    for lower, upper in pairwise(layer):
-        ends = [max(lower - 1.0, 0.0), min(np.nextafter(upper + 1.0, 0.0), float(n))]
+    for lower, upper in sort_by_nodes(arrays, {}, grid.lattice, functions).bounds:
+        ends = [max(lower, 0.0), min(np.nextafter(upper, 0.0), float(n))]
         places = np.clip(np.concatenate([ends, np.linspace(*ends, 97)]), *ends)
         firsts = [axis_weights(fn, float(u), n)[0] for u in places]
         reached.append((min(firsts), max(firsts) + fn.stencil - 1))
@@ -92,8 +113,9 @@ def test_slabs_of_one_colour_reach_no_common_node(name, squeeze, n):
 
 def test_enough_slabs_for_many_threads():
     grid, arrays = cloud((400, 1, 1), 5000)
-    for stencil in (2, 3, 4):
-        slabs = sort_by_cell({name: array.copy() for name, array in arrays.items()}, {}, grid.lattice, stencil)
+    for name in GRID_FUNCTIONS:
+        copied = {key: array.copy() for key, array in arrays.items()}
+        slabs = sort_by_nodes(copied, {}, grid.lattice, functions_on(grid, name))
         shares = np.diff(slabs.first)
         assert len(shares) >= 32
         assert shares.max() < 3.0 * shares.mean()
@@ -116,7 +138,7 @@ def test_a_straying_point_triggers_sorting_once():
         assert steps < 1000
     body.sort_if_needed()
     assert body.slabs is not slabs
-    cells = cell_of(sim.grid, body.points.position)
+    cells = node_of(sim.grid, body.points.position)
     assert np.all(np.diff(cells) >= 0)
 
 
@@ -131,6 +153,20 @@ def vectors_of(cells, first):
     return count
 
 
+@pytest.mark.parametrize("functions", GRID_FUNCTIONS)
+def test_points_as_they_were_seeded_make_long_runs(functions):
+    """Four points, two by two, share their nodes in each layer of a cell: vectors are full but at walls and ends of blocks."""
+    counts = (12, 12, 12)
+    grid = Grid(case(box((0, 0, 0), counts), counts=counts).grid)
+    position = (np.indices((24, 24, 24)).reshape(3, -1).T + 0.5) / 2.0
+    arrays = {"position": np.random.default_rng(1).permutation(position)}
+    slabs = sort_by_nodes(arrays, {}, grid.lattice, grid_functions(functions, (2, 2, 2), grid.thin))
+    per_cell = {"gimp": 0.5 / 2, "trilinear": 0.0, "quadratic-bspline": 0.5, "cubic-bspline": 1.0}
+    nodes = np.floor(arrays["position"] - per_cell[functions]).astype(int)
+    start = np.ravel_multi_index(np.clip(nodes, 0, 11 - (functions == "cubic-bspline")).T, counts)
+    assert vectors_of(start, slabs.first) <= 0.3 * len(position)
+
+
 def test_points_that_mix_within_their_slab_are_sorted_when_that_pays():
     """A shear flow along the layers of the slabs: no point ever leaves its slab."""
     sim = Simulation(shear_flow(), threads=1)
@@ -139,7 +175,7 @@ def test_points_that_mix_within_their_slab_are_sorted_when_that_pays():
     fewest, excess, sortings = body.n_points, 0, 0
     for _ in range(26):
         slabs = body.slabs
-        cells = cell_of(sim.grid, body.points.position)
+        cells = node_of(sim.grid, body.points.position)
         assert not slabs.left_slab.any()
         sim.step()
         sorted_now = body.slabs is not slabs
@@ -186,5 +222,5 @@ def test_points_on_every_wall_and_corner_are_sorted():
     sim = simulation(box((0, 0, 0), (2, 2, 2), per_cell=(1, 1, 1)), counts=(2, 2, 2))
     corners = np.array([(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)], dtype=float)
     place(sim.bodies[0], corners)
-    assert np.array_equal(np.sort(cell_of(sim.grid, sim.bodies[0].points.position)), np.arange(8))
+    assert np.array_equal(np.sort(node_of(sim.grid, sim.bodies[0].points.position)), np.arange(8))
     sim.step()

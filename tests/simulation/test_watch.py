@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import pytest
 
 from pellucid.case.spec import EnergyCase
+from pellucid.energy import FIRST_JUDGED
 from pellucid.errors import RunStopped
-from pellucid.simulation.watch import FIRST_JUDGED, Watch
+from pellucid.simulation.watch import Watch
 
 
 def clock(n_steps):

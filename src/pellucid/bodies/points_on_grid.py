@@ -33,7 +33,7 @@ from pellucid.grid.points import (
     PointArrays,
     Slabs,
 )
-from pellucid.grid.sorting import ShortRuns, empty_slabs, sort_by_cell
+from pellucid.grid.sorting import ShortRuns, empty_slabs, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocities import update_velocities
 from pellucid.grid.velocity_field import VelocityField
@@ -47,7 +47,7 @@ HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results 
 
 
 class PointsOnGrid(GridBody):
-    """Points whose unknowns live on the grid, sorted by cell whenever one leaves its slab, or where that saves time.
+    """Points whose unknowns live on the grid, sorted by their nodes whenever one leaves its slab, or where that saves time.
 
     A kind of body gives the initial arrays, `update_stress`, the kind of energy that is stored (`energy_kind`), and fields of
     its own.
@@ -141,12 +141,12 @@ class PointsOnGrid(GridBody):
     # sorting
 
     def sort(self) -> None:
-        """Sort the points by cell and divide them into slabs."""
-        self._bind_slabs(sort_by_cell(self.arrays, self._scratch, self.grid.lattice, self._stencil))
+        """Sort the points by their nodes and divide them into slabs."""
+        self._bind_slabs(sort_by_nodes(self.arrays, self._scratch, self.grid.lattice, self.functions))
         self._short_runs = ShortRuns(self.n_points, self.sorting_cost)
 
     def sort_if_needed(self) -> None:
-        """Sort again where a point left its slab, or points of other cells between those of each cost more than sorting."""
+        """Sort again where a point left its slab, or short runs of points with the same nodes cost more than sorting."""
         if self._short_runs.sorting_pays or np.count_nonzero(self.slabs.left_slab):
             self.sort()
 
@@ -283,7 +283,7 @@ class PointsOnGrid(GridBody):
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
         self.bind()
-        slabs = empty_slabs(arrays["slabs/first"], arrays["slabs/layer"])
+        slabs = empty_slabs(arrays["slabs/first"], arrays["slabs/layer"], self.functions[self.grid.lattice.slab_axis])
         slabs.left_slab[:] = arrays["slabs/left_slab"]
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
         self._bind_slabs(slabs)

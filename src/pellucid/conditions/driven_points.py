@@ -179,7 +179,7 @@ def _prescribe_positions_slab(s, mapped, drive):
     lattice, index, slabs = mapped.lattice, mapped.index, mapped.slabs
     driven, start, displacement, axes = drive.driven, drive.start, drive.displacement, drive.axes
     x = mapped.points.position
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     left = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -207,7 +207,7 @@ def prescribe_positions(n, mapped, drive):
 def _move_points_slab(s, mapped, target):
     lattice, index, slabs = mapped.lattice, mapped.index, mapped.slabs
     x = mapped.points.position
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         dx, dy, dz = target[p, 0] - x[p, 0], target[p, 1] - x[p, 1], target[p, 2] - x[p, 2]

@@ -9,7 +9,7 @@ from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
 from pellucid.grid import transfer
 from pellucid.grid.points import NO_CELLS, NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs, place_of
-from pellucid.grid.sorting import empty_slabs, sort_by_cell
+from pellucid.grid.sorting import empty_slabs, sort_by_nodes
 from pellucid.grid.transfer import placed
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
@@ -24,7 +24,7 @@ NO_AFFINE, NO_HEAT = np.zeros((0, 9)), np.zeros(0)
 @kernel(inner=True)
 def _check_slab(s, mapped):
     lattice, x, slabs, index = mapped.lattice, mapped.points.position, mapped.slabs, mapped.index
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -60,7 +60,6 @@ class GridCoupling:
         volume: np.ndarray = NO_VOLUME,
     ) -> None:
         self.velocity_field, self.functions = velocity_field, functions
-        self._stencil = max(function.stencil for function in functions)
         self._points = PointArrays(position, velocity, mass, volume, NO_STRESS)
         self._order = np.arange(len(mass))
         self._scratch: dict[int, np.ndarray] = {}
@@ -71,8 +70,8 @@ class GridCoupling:
 
     def sort(self) -> None:
         """Renew the index."""
-        by_cell = {"order": self._order, "position": self._points.position[self._order]}
-        self._bind_slabs(sort_by_cell(by_cell, self._scratch, self.velocity_field.grid.lattice, self._stencil))
+        ordered = {"order": self._order, "position": self._points.position[self._order]}
+        self._bind_slabs(sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions))
 
     def sort_if_needed(self) -> None:
         """Renew the index where a node left its slab; to be called before the first scatter of a step."""
@@ -128,6 +127,6 @@ class GridCoupling:
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         self._order[:] = arrays["order"]
-        slabs = empty_slabs(arrays["first"], arrays["layer"])
+        slabs = empty_slabs(arrays["first"], arrays["layer"], self.functions[self.velocity_field.grid.lattice.slab_axis])
         slabs.left_slab[:] = arrays["left_slab"]
         self._bind_slabs(slabs)

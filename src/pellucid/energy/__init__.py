@@ -2,7 +2,7 @@
 judged by what is `at_stake`."""
 
 from pellucid.energy.at_stake import energy_at_stake
-from pellucid.energy.budget import EnergyBudget, Totals
+from pellucid.energy.budget import FIRST_JUDGED, EnergyBudget, Totals
 from pellucid.energy.works import (
     ABSORBED,
     ABSORBED_ENERGY,
@@ -40,6 +40,7 @@ __all__ = [
     "CONTACT_WORK",
     "DAMPING",
     "DAMPING_HEAT",
+    "FIRST_JUDGED",
     "FIRST_LOAD",
     "FIXED_COLUMNS",
     "GRAVITY",

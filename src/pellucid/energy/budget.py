@@ -12,6 +12,8 @@ from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, Channel, StepWork
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses"
 """Of the balance, which a checkpoint keeps as lists."""
 
+FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
+
 
 class Totals:
     """Sums over a body: its state as a whole, renewed in each step.

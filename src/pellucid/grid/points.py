@@ -40,7 +40,7 @@ FAULTS = {
 
 
 class PointArrays(NamedTuple):
-    """State that all material points have; n points, sorted by cell now and then."""
+    """State that all material points have; n points, sorted by their nodes now and then."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -50,14 +50,15 @@ class PointArrays(NamedTuple):
 
 
 class Slabs(NamedTuple):
-    """Points first[s]:first[s+1] lay in the cell layers layer[s]:layer[s+1] when they were last sorted.
+    """The first nodes of points first[s]:first[s+1] lay in the layers layer[s]:layer[s+1] when they were last sorted.
 
     They may move one layer beyond these before they must be sorted again; slabs are wide enough that two of one colour (even,
-    odd) then still reach no common node.
+    odd) then still reach no common node (`pellucid.grid.sorting`).
     """
 
     first: np.ndarray  # (s+1,)
     layer: np.ndarray  # (s+1,)
+    bounds: np.ndarray  # (s, 2) between which places the points may move, in cells from the wall
     fault: np.ndarray  # (s, 2) a code above, and the first point that has it
     left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
@@ -72,7 +73,7 @@ class InOrder(NamedTuple):
 
 
 class ByIndex(NamedTuple):
-    """The points are stored in an order of their own, which an index by cell leaves as it is."""
+    """The points are stored in an order of their own, which an index by their nodes leaves as it is."""
 
     order: np.ndarray  # (n,) where the points are stored, in the order in which slabs count them
 

@@ -1,7 +1,9 @@
-"""Sorting points by cell and sharing them out in slabs."""
+"""Sorting points by the nodes that they reach, and sharing them out in slabs."""
 
 import numpy as np
 
+from pellucid.approximants import GridFunction, GridFunctions
+from pellucid.approximants.axis import axis_numbers
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
@@ -14,28 +16,29 @@ EACH_SORTING = 2000.0
 
 
 @kernel()
-def _order_by_cell(position, lattice, layer_count):
-    """Stable counting sort: the order of the points by cell, and the number of points up to each layer of cells."""
+def _order_by_nodes(position, functions, lattice, layer_count):
+    """Stable counting sort: the order of the points by the first of the nodes that reach them, and the number of points up to
+    each layer of such nodes. There are as many along an axis as cells: of more, the last would have no cell of their own."""
     n, low, h, axis = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis
-    second, third = (1 if axis == 0 else 0), (1 if axis == 2 else 2)
-    cells = np.empty(len(position), np.int64)
+    x, y, z = (n[1] * n[2], n[2], 1) if axis == 0 else ((n[2], n[0] * n[2], 1) if axis == 1 else (n[1], 1, n[0] * n[1]))
+    nodes = np.empty(len(position), np.int64)
     count = np.zeros(n[0] * n[1] * n[2] + 1, np.int64)
     for p in range(len(position)):
-        i = min(int((position[p, axis] - low[axis]) * h), n[axis] - 1)
-        j = min(int((position[p, second] - low[second]) * h), n[second] - 1)
-        k = min(int((position[p, third] - low[third]) * h), n[third] - 1)
-        cell = (i * n[second] + j) * n[third] + k
-        cells[p] = cell
-        count[cell + 1] += 1
-        layer_count[i + 1] += 1
+        i, _ = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, n[0])
+        j, _ = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, n[1])
+        k, _ = axis_numbers(functions[2], (position[p, 2] - low[2]) * h, n[2])
+        node = int(i * x + j * y + k * z)
+        nodes[p] = node
+        count[node + 1] += 1
+        layer_count[int(i if axis == 0 else (j if axis == 1 else k)) + 1] += 1
     for c in range(1, len(count)):
         count[c] += count[c - 1]
     for c in range(1, len(layer_count)):
         layer_count[c] += layer_count[c - 1]
     order = np.empty(len(position), np.int64)
     for p in range(len(position)):
-        order[count[cells[p]]] = p
-        count[cells[p]] += 1
+        order[count[nodes[p]]] = p
+        count[nodes[p]] += 1
     return order
 
 
@@ -51,13 +54,16 @@ def _reorder_chunk(chunk, source, target, order):
             target[p, c] = source[order[p], c]
 
 
-def sort_by_cell(arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], lattice: Lattice, stencil: int) -> Slabs:
-    """Sort every array of a body (first axis: points) by cell, in place, and cut the sorted points into slabs.
+def sort_by_nodes(
+    arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], lattice: Lattice, functions: GridFunctions
+) -> Slabs:
+    """Sort every array of a body (first axis: points) by the first node of each point, in place, and cut the sorted points into
+    slabs. With trilinear functions that is by cell; those of other functions change in the middle of a cell.
 
     scratch: kept by the body between calls, one array for each row width and type.
     """
     layers = np.zeros(lattice.counts[lattice.slab_axis] + 1, np.int64)
-    order = _order_by_cell(arrays["position"], lattice, layers)
+    order = _order_by_nodes(arrays["position"], functions, lattice, layers)
     if not np.array_equal(order, np.arange(len(order))):
         for array in arrays.values():
             rows = array.reshape(len(array), -1)
@@ -65,16 +71,17 @@ def sort_by_cell(arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], 
             spare = scratch.setdefault(key, np.empty_like(rows))
             _reorder_rows((len(rows) + CHUNK - 1) // CHUNK, rows, spare, order)
             rows[...] = spare
-    edges = _slab_edges(layers, 3 if stencil == 2 else 5)
-    return empty_slabs(layers[edges], edges)
+    function = functions[lattice.slab_axis]
+    edges = _slab_edges(layers, 3 if function.stencil == 2 else 5)
+    return empty_slabs(layers[edges], edges, function)
 
 
 class ShortRuns:
     """What short runs of points with the same nodes have cost since the points of a body were sorted.
 
-    The further the order of the points is from that by cell, the more vectors a pass over them takes. The vectors of each step
-    beyond the fewest of any since the sorting are added up, and when they cost as much as a sorting, that pays: so both
-    together cost at most twice what they would if one knew when to sort, and the least where the runs shorten evenly.
+    The further the order of the points is from that by their nodes, the more vectors a pass over them takes. The vectors of
+    each step beyond the fewest of any since the sorting are added up, and when they cost as much as a sorting, that pays: so
+    both together cost at most twice what they would if one knew when to sort, and the least where the runs shorten evenly.
     """
 
     def __init__(self, n_points: int, cost: float) -> None:
@@ -94,10 +101,19 @@ class ShortRuns:
         return bool(self.counts[0] >= self._price)
 
 
-def empty_slabs(first: np.ndarray, layer: np.ndarray) -> Slabs:
-    """Slabs with nothing reported yet."""
-    n = len(layer) - 1
-    return Slabs(first, layer, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
+def empty_slabs(first: np.ndarray, layer: np.ndarray, function: GridFunction) -> Slabs:
+    """Slabs with nothing reported yet.
+
+    Of the nodes of a point, s along an axis, half lie on either side of it: the first is i where the point lies from i + shift
+    to i + 1 + shift, with a shift of s/2 - 1. With GIMP it is the half edge of a point, ½ at most, in place of ½.
+
+    Why two slabs of one colour reach no common node: points of slab [a, b) stay from a - 1 + shift to b + 1 + shift, so that
+    their nodes lie from a - 1 to b + s - 1, or with GIMP to b + s. The slab between the two has at least `width` layers, so
+    that the nodes of the next begin at b + width - 1: 3 layers do for s = 2, 5 for s = 4, and 5 for s = 3 with GIMP too.
+    """
+    n, shift = len(layer) - 1, 0.5 * function.stencil - 1.0
+    bounds = np.stack([layer[:-1] - 1.0 + shift, layer[1:] + 1.0 + shift], axis=1)
+    return Slabs(first, layer, bounds, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
 
 
 def _slab_edges(layers: np.ndarray, width: int) -> np.ndarray:

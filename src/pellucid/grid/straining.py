@@ -151,7 +151,7 @@ def _update_stress_slab(s, strained, dt, move):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
     x, volume = points.position, points.volume
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     first_fault = at_fault = 0
     state_like = load_state(arrays, uintp(0))
     found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)

@@ -1,6 +1,6 @@
 """Scatter from points to nodes, generic in shape functions and transfer; motion of points by the nodes.
 
-Work is shared by slabs of cells. Slabs of one colour never reach the same node, so no scatter needs atomics, and every nodal
+Work is shared by slabs. Slabs of one colour never reach the same node, so no scatter needs atomics, and every nodal
 sum is added in the order of the points: the same bits on any number of threads.
 
 The kernels take a body as the bundle of its `MappedPoints`. Flags are integers 0 or 1.
@@ -79,7 +79,7 @@ def scatter_momentum(n: int, mapped: Bundle) -> None:
 
 @pointwise
 def placed(lattice, x, p, dx, dy, dz, lowest, highest):
-    """Move point p; the fault of its new position, and 1 where it lies beyond the layers lowest to highest of its slab."""
+    """Move point p; the fault of its new position, and 1 where it lies beyond the bounds of its slab in cells."""
     h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
     x[p, 0] += dx
     x[p, 1] += dy
@@ -96,7 +96,7 @@ def placed(lattice, x, p, dx, dy, dz, lowest, highest):
 def _update_positions_slab(s, mapped, velocity, dt):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)

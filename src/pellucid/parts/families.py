@@ -1,7 +1,7 @@
 """The two families of bodies: those whose unknowns live on the grid, and those with their own nodes.
 
-Bodies **on the grid** keep points, sorted by cell, and share a velocity field with others: the scheme calls their verbs one by
-one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation of motion,
+Bodies **on the grid** keep points, sorted by their nodes, and share a velocity field with others: the scheme calls their verbs
+one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation of motion,
 explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
 """
 
@@ -60,7 +60,7 @@ class GridBody(Body):
 
     @abstractmethod
     def sort_if_needed(self) -> None:
-        """Sort the points by cell where one left its slab, or where that saves time."""
+        """Sort the points by their nodes where one left its slab, or where that saves time."""
 
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:

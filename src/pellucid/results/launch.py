@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pellucid.compiling import compilation_told
 from pellucid.errors import CaseError, Problem, RunStopped, UsageError
 from pellucid.jit import set_threads
+from pellucid.processes import helped
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
@@ -214,11 +215,17 @@ def _finish(
     progress.begin("metrics")
     folder.write_summary(recorder.facts, {})
     run = Run(folder.path, temporary)
-    folder.write_summary(recorder.facts, run.metrics)
-    if report:
-        from pellucid.results.report.report import draw_report
+    if not report:
+        folder.write_summary(recorder.facts, run.metrics)
+        return run
 
-        draw_report(run, progress=progress)
+    from pellucid.results.pictures.painter import drawing_helpers
+    from pellucid.results.report.report import draw_report
+
+    helpers = drawing_helpers(run)
+    with helped(helpers):  # they get ready while the metrics are found
+        folder.write_summary(recorder.facts, run.metrics)
+        draw_report(run, progress=progress, helpers=helpers)
     return run
 
 

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import EnergyBudget
+from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.parts.body import Body
 from pellucid.simulation.clock import Clock
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from pellucid.case import EnergyCase
 
 CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
-FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 AGAINST_LOSS = (
     "values of the case may be too large to calculate with: look at loads, velocities and moduli, or use a smaller time.courant"
 )

@@ -8,6 +8,7 @@ from pellucid.processes import Helper
 from pellucid.progress import QuietProgress
 from pellucid.results import run_case
 from pellucid.results.pictures import painter
+from pellucid.results.pictures.style import house_style, new_figure, settle
 
 
 @pytest.fixture(scope="module")
@@ -66,12 +67,36 @@ def test_a_helper_draws_what_this_process_draws(wave):
 def test_small_runs_are_drawn_without_helpers(wave, monkeypatch):
     monkeypatch.setattr(painter, "Helper", lambda *arguments: pytest.fail("a process began"))
     monkeypatch.setattr(painter, "free_cores", lambda: 4)
-    assert painter._helpers(wave, None) == []
+    assert painter.drawing_helpers(wave) == []
+
+
+def test_helpers_that_began_before_are_used_and_end(wave, monkeypatch):
+    monkeypatch.setattr(painter, "MANY_POINTS", {True: 0, False: 0})
+    monkeypatch.setattr(painter, "free_cores", lambda: 1)
+    helpers = painter.drawing_helpers(wave)
+    monkeypatch.setattr(painter, "drawing_helpers", lambda *runs: pytest.fail("others began"))
+    assert painter.write_pictures(wave, None, Told(), [], helpers)
+    assert [helper._process.returncode is not None for helper in helpers] == [True]
+
+
+def test_layouts_settle_once(wave):
+    with house_style():
+        figure = painter.figures.energies(wave)
+        settle(figure)
+        before = [axes.get_position().bounds for axes in figure.axes]
+        figure.draw_without_rendering()
+    assert before == [axes.get_position().bounds for axes in figure.axes]
+    assert len(before) == 2
+    assert before[0][0] + before[0][2] < before[1][0], "beside each other"
+
+
+def test_a_figure_without_axes_is_drawn_without_a_warning(recwarn):
+    assert painter.figures.picture_of(new_figure(1.0, 1.0)).data.startswith(b"\x89PNG")
+    assert not recwarn.list
 
 
 def test_a_film_whose_pictures_cannot_all_be_drawn_is_left_out(wave, monkeypatch):
     from pellucid.results.pictures.films import Animation
-    from pellucid.results.pictures.style import new_figure
     from pellucid.results.storage.files import OutputError
 
     def draw(time):

@@ -47,6 +47,12 @@ def test_frames_come_back_exactly(path):
     assert same(frames.read(path, -1), frame(2))
 
 
+def test_chosen_fields_come_back_alone(path):
+    found = frames.read(path, 1, ("stress", "position", "nosuch"))
+    assert list(found) == ["stress", "position"]
+    assert same(found, {name: frame(1)[name] for name in found})
+
+
 def test_masses_of_a_fluid_film_are_those_of_each_frame(tmp_path):
     path = tmp_path / "film.vtkhdf"
     films = [frame(k) | {"mass": np.full(POINTS, 1.0 + k), "areal_density": np.ones(POINTS)} for k in range(4)]

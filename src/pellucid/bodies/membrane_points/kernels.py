@@ -50,7 +50,7 @@ CHUNK = 1024  # triangles that a thread takes at a time
 def _gather_slab(s, mapped, gradient, dt, move):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
-    lowest, highest = slabs.layer[s] - 1.0, slabs.layer[s + 1] + 1.0
+    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     left_slab = first_fault = at_fault = 0
     found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
     c = np.empty(WIDTH * size(STRAINED))

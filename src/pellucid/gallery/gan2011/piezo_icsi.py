@@ -48,7 +48,8 @@ def metrics(run: "Run") -> dict[str, Metric]:
     wanted = np.array([path(time) for time in history["time"]])
     swing = float(np.abs(wanted).max())
     off = float(np.abs(history["tip_y"] - wanted).max()) / swing
-    escaped = float(max(_escaped(run, float(time)) for time in run.times("zona")))
+    zona = run.triangles("zona")
+    escaped = float(max(_escaped(run, float(time), zona) for time in run.times("zona")))
     facing = _facing(run, float(recorded(run.times("zona"), [FIRST])[0]))
     unexplained = float(np.abs(history["energy_error"]).max())
     result = {
@@ -69,16 +70,16 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def _escaped(run: "Run", time: float) -> int:
-    """Points of the cytoplasm outside the zona."""
-    surface, inner = run.fields("zona", time)["position"], run.fields("cytoplasm", time)["position"]
-    return int(np.count_nonzero(~inside(inner, surface, run.triangles("zona"))))
+def _escaped(run: "Run", time: float, zona: np.ndarray) -> int:
+    """Points of the cytoplasm outside the zona, of which the triangles are given."""
+    surface, inner = (run.fields(body, time, ("position",))["position"] for body in ("zona", "cytoplasm"))
+    return int(np.count_nonzero(~inside(inner, surface, zona)))
 
 
 def _facing(run: "Run", time: float) -> float:
     """Share of the failed points whose first place is on the side of the pipette; nan where none failed."""
-    start = run.fields("zona", 0.0)["position"][:, 0]
-    failed = run.fields("zona", time)["failed"] > 0
+    start = run.fields("zona", 0.0, ("position",))["position"][:, 0]
+    failed = run.fields("zona", time, ("failed",))["failed"] > 0
     return float(np.mean(start[failed] > start.mean())) if failed.any() else float("nan")
 
 
@@ -111,7 +112,7 @@ def _place(axes: "Axes", run: "Run") -> None:
     start = run.fields("zona", 0.0)["position"]
     first = np.full(len(start), np.nan)
     for time in times[::-1]:
-        first[run.fields("zona", float(time))["failed"] > 0] = MICRO * time
+        first[run.fields("zona", float(time), ("failed",))["failed"] > 0] = MICRO * time
     middle = start.mean(axis=0)
     shown = start[:, 0] > middle[0]
     across = MICRO * (start - middle)[shown]

@@ -1,7 +1,7 @@
 """Pictures of the oocyte that a pipette pushes sideways: whole, cut open along the pipette's path, and as a film."""
 
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawabl
 from pellucid.results.pictures.rendering.points import ball_radii, bricks, lattice_sides
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import rim, section
-from pellucid.results.pictures.style import WIDTH, new_figure
+from pellucid.results.pictures.style import WIDTH, new_figure, settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,6 +55,8 @@ class Stage(NamedTuple):
     """What stays the same from instant to instant; `limits` of the pressure [Pa] belong to the cut."""
 
     camera: Camera
+    triangles: np.ndarray  # of the zona
+    plate: np.ndarray  # distances between the layers of its points [m], shape (3,)
     cut: Plane | None = None
     limits: tuple[float, float] = (-1.0, 1.0)
 
@@ -69,12 +71,19 @@ def films(run: "Run") -> dict[str, Animation]:
     times = evenly(run.times("zona"), FILM_PICTURES)
     whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
 
-    def draw(time: float) -> "Figure":
+    @cache
+    def empty() -> "Figure":
         figure = new_figure(WIDTH, 4.0)
-        left, right = figure.subplots(1, 2)
-        draw_oocyte(left, run, time, whole)
-        draw_oocyte(right, run, time, cut)
+        figure.subplots(1, 2)
         return figure
+
+    def draw(time: float) -> "Figure":
+        for axes, stage in zip(empty().axes, (whole, cut), strict=True):
+            for shown in (*axes.images, *axes.lines, *axes.texts):
+                shown.remove()
+            draw_oocyte(axes, run, time, stage)
+        settle(empty())
+        return empty()
 
     return {"oocyte": Animation(draw, times)}
 
@@ -109,7 +118,7 @@ def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
 
 def whole_stage(run: "Run", columns: int) -> Stage:
     """The view from the side of the pipette."""
-    return Stage(camera_for(WHOLE, _places(run), columns))
+    return _stage(run, camera_for(WHOLE, _places(run), columns))
 
 
 def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
@@ -117,20 +126,20 @@ def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
     middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
     plane = Plane((0.0, 0.0, 1.0), middle)
     places = _places(run)
-    sizes = [np.percentile(np.abs(run.fields("cytoplasm", time)["pressure"]), 95.0) for time in times]
+    sizes = [np.percentile(np.abs(run.fields("cytoplasm", time, ("pressure",))["pressure"]), 95.0) for time in times]
     largest = float(max(sizes, default=0.0)) or 1.0
-    return Stage(camera_for(CUT, places[plane.beyond(places) <= 0.0], columns), plane, (-largest, largest))
+    return _stage(run, camera_for(CUT, places[plane.beyond(places) <= 0.0], columns), plane, (-largest, largest))
 
 
 def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
     """Draw the frame nearest to a time [s]."""
-    zona = run.fields("zona", time)
-    failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["mass"]), bool)
-    skin = Mesh(zona["position"], run.triangles("zona"), np.tile(ZONA, (len(failed), 1)), failed, FAILED)
-    drawn: list[Drawable] = [skin, _pipette(run, time), _plate(run, time, stage.cut)]
+    zona = run.fields("zona", time, ("position", "failed"))
+    failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["position"]), bool)
+    skin = Mesh(zona["position"], stage.triangles, np.tile(ZONA, (len(failed), 1)), failed, FAILED)
+    drawn: list[Drawable] = [skin, _pipette(run, time), _plate(run, time, stage)]
     if stage.cut:
         thickness = next(body.thickness for body in run.case.body if isinstance(body, MembranePointsCase))
-        inner = run.fields("cytoplasm", time)
+        inner = run.fields("cytoplasm", time, ("position", "pressure"))
         pressure = section(skin, stage.camera, stage.cut, inner["position"], inner["pressure"])
         drawn.append(Section(stage.cut, coloured(pressure, stage.limits, PALETTE)))
         drawn += [rim(skin, stage.cut, thickness, RIM), _medium(run, time, stage.cut)]
@@ -156,30 +165,38 @@ def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
     return figure
 
 
+def _stage(run: "Run", camera: Camera, cut: Plane | None = None, limits: tuple[float, float] = (-1.0, 1.0)) -> Stage:
+    plate = run.fields("plate", 0.0)
+    return Stage(camera, run.triangles("zona"), lattice_sides(plate["position"], plate["mass"] / plate["density"]), cut, limits)
+
+
 def _places(run: "Run") -> np.ndarray:
     """What a picture must hold: zona and plate as they are at the start, the pipette wherever it goes."""
-    zona = run.fields("zona", 0.0)["position"]
+    zona = _position(run, "zona", 0.0)
     middle = zona.mean(axis=0)
-    pipette = [run.fields("pipette", float(time))["position"] for time in evenly(run.times("pipette"), FILM_PICTURES)]
-    return np.concatenate([middle + SPARE * (zona - middle), *pipette, run.fields("plate", 0.0)["position"]])
+    pipette = [_position(run, "pipette", float(time)) for time in evenly(run.times("pipette"), FILM_PICTURES)]
+    return np.concatenate([middle + SPARE * (zona - middle), *pipette, _position(run, "plate", 0.0)])
+
+
+def _position(run: "Run", body: str, time: float) -> np.ndarray:
+    return run.fields(body, time, ("position",))["position"]
 
 
 def _pipette(run: "Run", time: float) -> Balls:
-    body = run.fields("pipette", time)
+    body = run.fields("pipette", time, ("position", "mass", "density"))
     radii = SWELL * ball_radii(body["mass"], body["density"])
     return Balls(body["position"], radii, np.tile(PIPETTE, (len(radii), 1)), skin=True)
 
 
-def _plate(run: "Run", time: float, cut: Plane | None) -> Mesh:
-    start, position = run.fields("plate", 0.0), run.fields("plate", time)["position"]
-    sides = lattice_sides(start["position"], start["mass"] / start["density"])
-    kept = cut.beyond(position) <= 0.0 if cut else slice(None)
-    return bricks(position[kept], sides, PLATE)
+def _plate(run: "Run", time: float, stage: Stage) -> Mesh:
+    position = _position(run, "plate", time)
+    kept = stage.cut.beyond(position) <= 0.0 if stage.cut else slice(None)
+    return bricks(position[kept], stage.plate, PLATE)
 
 
 def _medium(run: "Run", time: float, cut: Plane) -> Balls:
     """The points in the layer of cells below the cut, as dots."""
-    position = run.fields("medium", time)["position"]
+    position = _position(run, "medium", time)
     beyond = cut.beyond(position)
     layer = position[(beyond <= 0.0) & (beyond > -run.case.grid.cell)]
     return Balls(layer, np.full(len(layer), DOT), np.tile(MEDIUM, (len(layer), 1)), lit=False)

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pellucid.energy import FIRST_JUDGED
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
 from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
-from pellucid.results.pictures.style import DPI, LINES, label, new_figure
-from pellucid.simulation.watch import FIRST_JUDGED
+from pellucid.results.pictures.style import DPI, LINES, label, new_figure, settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,7 +59,8 @@ def figures_of(run: "Run", beside: "Run | None", notices: list[str]) -> "dict[st
 
 def picture_of(figure: "Figure") -> Picture:
     """A figure as it is in the report."""
-    figure.draw_without_rendering()  # the layout settles in the second drawing
+    figure.set_dpi(DPI)
+    settle(figure)
     file = BytesIO()
     figure.savefig(file, format="png", dpi=DPI)
     return Picture(file.getvalue(), figure.get_suptitle())

@@ -65,8 +65,12 @@ def _palette(pictures: "list[Image]") -> "Image":
     stride = -(-len(pictures) // SAMPLES)
     pixels = np.concatenate([np.asarray(picture).reshape(-1, 3)[k % stride :: stride] for k, picture in enumerate(pictures)])
     red, green, blue = (pixels // ALIKE).astype(np.int64).T
-    _, which, count = np.unique((red * 256 + green) * 256 + blue, return_inverse=True, return_counts=True)
-    means = np.stack([np.bincount(which, channel) / count for channel in pixels.T], axis=1)
+    levels = 256 // ALIKE
+    which = (red * levels + green) * levels + blue
+    count = np.bincount(which, minlength=levels**3)
+    found = np.flatnonzero(count)
+    count = count[found]
+    means = np.stack([np.bincount(which, channel, levels**3)[found] / count for channel in pixels.T], axis=1)
     weighted = np.repeat(means.round().astype(np.uint8), np.rint(count**WEIGHT).astype(int), axis=0)
     palette = fromarray(weighted[None]).quantize(COLOURS, method=Quantize.MEDIANCUT, kmeans=ROUNDS)
     colours = np.reshape(palette.getpalette() or [], (-1, 3))

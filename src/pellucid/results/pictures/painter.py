@@ -1,6 +1,7 @@
 """The pictures of a run, drawn one by one, here and in helpers beside."""
 
 import warnings
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -63,17 +64,21 @@ class Painter:
         return drawn
 
 
-def write_pictures(run: Run, beside: Run | None, progress: Progress, notices: list[str]) -> dict[Path, str]:
+def write_pictures(
+    run: Run, beside: Run | None, progress: Progress, notices: list[str], helpers: Sequence[Helper] | None = None
+) -> dict[Path, str]:
     """Draw films and figures of a run into its folder; return their paths, in the order of the report, and titles.
 
-    To `notices` comes what cannot be drawn because files of the run are damaged.
+    To `notices` comes what cannot be drawn because files of the run are damaged. `helpers`: those of `drawing_helpers`, where
+    they have begun already.
     """
-    helpers = _helpers(run, beside)
+    if helpers is None:
+        helpers = drawing_helpers(run, beside)
     with helped(helpers):
         painter = Painter(run, beside)
         progress.begin("drawing")
         names = [FilmPicture(name, float(time)) for name, film in painter.films.items() for time in film.times]
-        jobs = [*names, *painter.figures]
+        jobs = [*painter.figures, *names]  # what takes longest first, so that all end together
         progress.begin("drawing", len(jobs))
         drawn = dict(zip(jobs, shared(jobs, painter.draw_or_notice, helpers, progress.count), strict=True))
     titles = {}
@@ -95,7 +100,7 @@ def write_pictures(run: Run, beside: Run | None, progress: Progress, notices: li
     return titles
 
 
-def _helpers(run: Run, beside: Run | None) -> list[Helper]:
+def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
     """Other processes that draw, where there is enough for them."""
     has_film = hasattr(catalogue.module(run.stored.id), "films")
     if run.so_far.get("points", 0) < MANY_POINTS[has_film]:

@@ -62,6 +62,15 @@ def new_figure(
     return figure
 
 
+def settle(figure: "Figure") -> None:
+    """Fix the layout of a figure, which settles in the second round. Each drawing would find it again otherwise."""
+    layout = figure.get_layout_engine()
+    if layout is not None and figure.axes:
+        for _ in range(2):
+            layout.execute(figure)
+        figure.set_layout_engine("none")
+
+
 def label(axes: "Axes", x: str, y: str, x_unit: str = "", y_unit: str = "") -> None:
     """Name both axes with their units."""
     axes.set_xlabel(with_unit(x, x_unit))

@@ -1,6 +1,7 @@
 """`report.html`: one file that tells what was run, whether it is right, and what it looks like."""
 
 import base64
+from collections.abc import Sequence
 from contextlib import nullcontext
 from html import escape
 from importlib.resources import files
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.grid.model import GridCase
+from pellucid.processes import Helper
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures, painter
@@ -65,13 +67,15 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
         return draw_report(run, beside, progress)
 
 
-def draw_report(run: Run, beside: Run | None = None, progress: Progress | None = None) -> Path:
-    """The same in a folder that is held."""
+def draw_report(
+    run: Run, beside: Run | None = None, progress: Progress | None = None, helpers: Sequence[Helper] | None = None
+) -> Path:
+    """The same in a folder that is held. `helpers`: other processes that draw, where they have begun already."""
     head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | ({} if place_of_stop(run) is None else {"where_it_stopped": WITH_RING}) | captions(run)
     progress = progress or WarningsOnly()
     notices: list[str] = []
-    titles = painter.write_pictures(run, beside, progress, notices)
+    titles = painter.write_pictures(run, beside, progress, notices, helpers)
     for text in notices:
         progress.message(f"left out of the report: {text}")
     pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]

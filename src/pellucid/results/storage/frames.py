@@ -11,7 +11,7 @@ orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that go
 
 import errno
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -84,15 +84,18 @@ def times(path: Path) -> np.ndarray:
         return np.asarray(file["VTKHDF/Steps/Values"][:])
 
 
-def read(path: Path, index: int) -> dict[str, np.ndarray]:
-    """The fields of frame `index`, each of shape (n,), (n, 3) or (n, 6). Raises IndexError where there is none."""
+def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+    """The fields of frame `index`, those of these names or all, each of shape (n,), (n, 3) or (n, 6). Raises IndexError where
+    there is no such frame."""
     with _whole(path), opened(_existing(path)) as file:
         root = file["VTKHDF"]
         n, count = int(root["NumberOfPoints"][0]), len(root["Steps/Values"])
         if not -count <= index < count:
             raise NoFrame(f"{path} has {count} frames; there is no frame {index}")
         frame = {}
-        for name, dataset in root["PointData"].items():
+        data = root["PointData"]
+        for name in data if names is None else [name for name in names if name in data]:
+            dataset = data[name]
             start = int(root[f"Steps/PointDataOffsets/{name}"][index % count])
             values = np.asarray(dataset[start : start + n])
             frame[name] = values[:, FROM_VTK] if _is_tensor(values) else values

@@ -3,6 +3,7 @@
 import shutil
 import warnings
 import weakref
+from collections.abc import Collection
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -105,14 +106,14 @@ class Run:
         """Instants of the frames of a body [s], shape (frames,). Raises `UsageError` for a body that the case does not have."""
         return frames.times(self._file(body))
 
-    def fields(self, body: str, time: float | None = None) -> dict[str, np.ndarray]:
-        """Fields of a body at the frame nearest to `time` [s], the last by default.
+    def fields(self, body: str, time: float | None = None, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+        """Fields of a body at the frame nearest to `time` [s], the last by default; of `names` those that it has, or all.
 
         Shapes (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. Points keep their
         order from frame to frame. Raises `UsageError` for a body that the case does not have, and for a time further than
         half an interval between frames before the first or after the last.
         """
-        return frames.read(self._file(body), -1 if time is None else self._nearest(body, time))
+        return frames.read(self._file(body), -1 if time is None else self._nearest(body, time), names)
 
     def cells(self, body: str) -> Cells:
         """Cells of a body, which number its points in the order of `fields`, the same at all times."""

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from pellucid.results.pictures.rendering import raster
 from pellucid.results.pictures.rendering.raster import DEPTHS, REACH, Canvas, ball_fragments, triangle_fragments
 
 SHAPE = (40, 60)
@@ -27,6 +28,37 @@ def test_triangles_cover_the_pixels_within_them_at_their_depth():
         plane = {(i, j): d for i, j, d in zip(x[mine], y[mine], depth[mine], strict=True)}
         for i, j, u, v in zip(columns.ravel()[hit], rows.ravel()[hit], s[hit], t[hit], strict=True):
             assert plane[i, j] == pytest.approx(a[2] + u * (b - a)[2] + v * (c - a)[2], abs=1e-9)
+
+
+def test_many_triangles_are_looked_at_in_parts(monkeypatch):
+    corners = np.random.default_rng(5).uniform(-10.0, 70.0, (50, 3, 3))
+    whole = together(triangle_fragments(corners, SHAPE))
+    monkeypatch.setattr(raster, "MOST", 3000)
+    parts = list(triangle_fragments(corners, SHAPE))
+    assert len(parts) > 5
+    for one, other in zip(whole, together(iter(parts)), strict=True):
+        assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [[5.0, 5.0, 0.0], [20.0, 20.0, 3.0], [30.0, 30.0, 9.0]],
+        [[5.0, 5.0, 0.0], [5.0, 5.0, 4.0], [9.0, 20.0, 0.0]],
+        [[-9.0, 5.0, 0.0], [-2.0, 20.0, 3.0], [-5.0, 30.0, 9.0]],
+        [[5.0, 60.0, 0.0], [9.0, 70.0, 4.0], [20.0, 80.0, 0.0]],
+        [[5.0, np.nan, 0.0], [20.0, 20.0, 3.0], [5.0, 30.0, 9.0]],
+        [[5.0, np.inf, 0.0], [20.0, 2.0, 3.0], [5.0, 3.0, 9.0]],
+    ],
+)
+def test_triangles_edge_on_outside_or_nowhere_have_no_pixels(corners):
+    beside = [[5.0, 5.0, 0.0], [20.0, 5.0, 0.0], [5.0, 20.0, 0.0]]
+    *_, which = together(triangle_fragments(np.array([corners, beside]), SHAPE))
+    assert set(which) == {1}
+
+
+def test_no_triangles_have_no_pixels():
+    assert not any(len(x) for x, *_ in triangle_fragments(np.zeros((0, 3, 3)), SHAPE))
 
 
 def test_triangles_of_a_sheet_leave_no_gap():

@@ -7,7 +7,7 @@ from pellucid.results.pictures.rendering.axes import coloured
 from pellucid.results.pictures.rendering.camera import Plane, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Mesh, Section
 from pellucid.results.pictures.rendering.points import box_corners, bricks, lattice_sides
-from pellucid.results.pictures.rendering.render import inside, render
+from pellucid.results.pictures.rendering.render import _between, inside, render
 from pellucid.results.pictures.rendering.sections import cut_face, rim, section
 
 TEAL, RED = (0.1, 0.6, 0.6), (1.0, 0.0, 0.0)
@@ -61,6 +61,31 @@ def test_one_marked_point_shows(camera):
     towards_eye = np.argmax(sphere().vertices @ camera.axes[2])
     assert red(render([sphere(marked=[towards_eye])], camera)).any()
     assert not red(render([sphere(marked=[towards_eye])], camera, Plane((0.0, 0.0, 1.0), 0.0))).any(), "it is cut away"
+
+
+def test_a_cut_takes_what_lies_beyond_it_away_and_nothing_else(camera):
+    """Triangles that lie beyond as a whole are left out beforehand: the others keep their numbers."""
+    colours = np.random.default_rng(2).random((len(sphere().vertices), 3))
+    ball = sphere()._replace(colours=colours, lit=False)
+    beyond = HALF.beyond(ball.vertices)[ball.triangles]
+    lower = ball._replace(triangles=ball.triangles[beyond.min(axis=1) <= 0.0])
+    assert 0.4 < len(lower.triangles) / len(ball.triangles) < 0.8
+    assert np.array_equal(render([ball], camera, HALF), render([lower], camera, HALF))
+    parts = [np.concatenate(parts) for parts in zip(*ball.fragments(camera, HALF), strict=True)]
+    x, y, depth, which = parts
+    assert camera.keeps(HALF, x, y, depth).all()
+    a, b, c = (camera.project(ball.vertices)[ball.triangles[which, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    place = np.stack([x, y, depth], axis=1) - a
+    assert np.allclose(np.einsum("ki,ki->k", normal, place), 0.0, atol=1e-6), "each lies in its triangle"
+
+
+def test_rows_between_are_linear():
+    given = np.array([[0.0, 10.0], [3.0, 40.0], [9.0, 10.0]])
+    found = _between(given, 3, 8)
+    assert np.allclose(found[:, 0], [0.0, 1.0, 2.0, 3.0, 5.0, 7.0, 9.0, 9.0])
+    assert np.allclose(found[::3], given)
+    assert np.allclose(_between(given[:1], 3, 2), given[0])
 
 
 def test_the_nearer_thing_hides_the_other(camera):

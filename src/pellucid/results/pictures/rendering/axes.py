@@ -18,9 +18,10 @@ def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> n
     from matplotlib import colormaps
 
     low, high = limits
-    share = np.clip((values - low) / (high - low), 0.0, 1.0)
-    rgb = colormaps[palette](np.nan_to_num(share))[..., :3]
-    return np.where(np.isfinite(values)[..., None], rgb, np.nan)
+    known = np.isfinite(values)
+    found = np.full((*values.shape, 3), np.nan)
+    found[known] = colormaps[palette](np.clip((values[known] - low) / (high - low), 0.0, 1.0))[:, :3]
+    return found
 
 
 def show(axes: "Axes", picture: np.ndarray, camera: Camera) -> None:

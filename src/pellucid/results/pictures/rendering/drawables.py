@@ -41,25 +41,31 @@ class Mesh(NamedTuple):
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
         """The pixels that the triangles cover, without what is cut away."""
-        for x, y, depth, which in triangle_fragments(camera.project(self.vertices)[self.triangles], camera.shape):
-            kept = camera.keeps(cut, x, y, depth) if cut and self.cuttable else np.full(len(x), True)
-            yield x[kept], y[kept], depth[kept], which[kept]
+        place = camera.project(self.vertices)
+        if cut is None or not self.cuttable:
+            yield from triangle_fragments(place[self.triangles], camera.shape)
+            return
+        left = np.flatnonzero((cut.beyond(self.vertices) <= 0.0)[self.triangles].any(axis=1))
+        for x, y, depth, which in triangle_fragments(place[self.triangles[left]], camera.shape):
+            kept = camera.keeps(cut, x, y, depth)
+            yield x[kept], y[kept], depth[kept], left[which[kept]]
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, triangle: np.ndarray) -> Look:
         """Normals and colours, interpolated."""
         place, corners = camera.project(self.vertices), self.triangles[triangle]
-        a, u, v = place[corners[:, 0]], place[corners[:, 1]] - place[corners[:, 0]], place[corners[:, 2]] - place[corners[:, 0]]
-        dx, dy = x - a[:, 0], y - a[:, 1]
-        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        s, t = (dx * v[:, 1] - dy * v[:, 0]) / area, (u[:, 0] * dy - u[:, 1] * dx) / area
-        weights = np.stack([1.0 - s - t, s, t], axis=1)
-
-        def interpolated(values: np.ndarray) -> np.ndarray:
-            return np.asarray(np.einsum("ki,ki...->k...", weights, values[corners]))
-
-        colours = interpolated(self.colours)
-        colours[interpolated(self.marked.astype(float)) > 0.5] = self.mark
-        return Look(interpolated(vertex_normals(place, self.triangles)), colours)
+        (ax, ay, _), (bx, by, _), (cx, cy, _) = (place[self.triangles[:, k]].T for k in range(3))
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        area[area == 0.0] = np.inf  # edge on: no pixel shows it
+        ux, uy, vx, vy = ((side / area)[triangle] for side in (bx - ax, by - ay, cx - ax, cy - ay))
+        dx, dy = x - ax[triangle], y - ay[triangle]
+        s, t = dx * vy - dy * vx, ux * dy - uy * dx
+        values = np.column_stack([vertex_normals(place, self.triangles), self.colours, self.marked]).astype(np.float32)
+        shown = np.zeros((len(triangle), values.shape[1]), np.float32)
+        for share, corner in zip((1.0 - s - t, s, t), corners.T, strict=True):
+            shown += share.astype(np.float32)[:, None] * values[corner]
+        normals, colours = shown[:, :3], shown[:, 3:6]
+        colours[shown[:, 6] > 0.5] = self.mark
+        return Look(normals, colours)
 
 
 class Balls(NamedTuple):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 MOST = 2_000_000
-"""Candidates that are looked at together."""
+"""Pixels that are looked at together."""
 
 DEPTHS = 1 << 24  # steps of depth that a canvas tells apart
 REACH = 1 << 15  # pixels of depth on either side of the origin: far beyond any picture
@@ -49,27 +49,42 @@ class Canvas:
 
 
 def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """The fragments of triangles whose corners are given in pixels, shape (m, 3, 3)."""
-    paper = corners[:, :, :2]
-    limit = np.array([shape[1] - 1, shape[0] - 1])
-    low = np.maximum(np.ceil(paper.min(axis=1)), 0).astype(np.int64)
-    high = np.minimum(np.floor(paper.max(axis=1)), limit).astype(np.int64)
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    size = (high - low + 1).max(axis=1)
-    size[((high < low).any(axis=1)) | (np.abs(area) < 1e-12)] = 0
-    for which, side in _by_size(size):
-        dx, dy = (low[which] - a[which, :2]).T
-        (ux, uy, uz), (vx, vy, vz) = u[which].T / area[which], v[which].T / area[which]
-        column, row = np.tile(np.arange(side), side), np.repeat(np.arange(side), side)
-        # the share of the second and of the third corner in each pixel of the square about the triangle
-        s = (dx * vy - dy * vx)[:, None] + vy[:, None] * column - vx[:, None] * row
-        t = (dy * ux - dx * uy)[:, None] + ux[:, None] * row - uy[:, None] * column
-        one, pixel = np.nonzero((s >= -INNER) & (t >= -INNER) & (s + t <= 1.0 + INNER))
-        depth = a[which[one], 2] + area[which[one]] * (uz[one] * s[one, pixel] + vz[one] * t[one, pixel])
-        x, y = low[which[one], 0] + column[pixel], low[which[one], 1] + row[pixel]
-        within = (x <= limit[0]) & (y <= limit[1])
-        yield x[within], y[within], depth[within], which[one][within]
+    """The fragments of triangles whose corners are given in pixels, shape (m, 3, 3), row by row of each."""
+    with np.errstate(invalid="ignore", over="ignore"):  # of points that are nowhere
+        a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    shown = np.isfinite(area) & (np.abs(area) >= 1e-12)
+    corners = np.where(shown[:, None, None], corners, 0.0)
+    low = np.maximum(np.ceil(corners[:, :, 1].min(axis=1)), 0).astype(np.int64)
+    high = np.minimum(np.floor(corners[:, :, 1].max(axis=1)), shape[0] - 1).astype(np.int64)
+    rows = np.where(shown, np.maximum(high - low + 1, 0), 0)
+    pixels = np.cumsum(rows * np.minimum(np.ptp(corners[:, :, 0], axis=1) + 1.0, shape[1]))
+    for some in np.split(np.arange(len(corners)), np.searchsorted(pixels, np.arange(MOST, pixels.max(initial=0), MOST))):
+        row, number = _expanded(rows[some])
+        which = some[row]
+        y = low[which] + number
+        dy, one = y - a[which, 1], 1.0 / area[which]
+        (ux, uy, uz), (vx, vy, vz) = u[which].T * one, v[which].T * one
+        # the shares of the second and of the third corner in a pixel are s + ds x and t + dt x, x from the first corner on
+        s, ds, t, dt = -dy * vx, vy, dy * ux, -uy
+        first, last = -a[which, 0], shape[1] - 1 - a[which, 0]
+        for share, slope in ((s, ds), (t, dt), (1.0 - s - t, -ds - dt)):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                end = -(share + INNER) / slope
+            first = np.where(slope > 0.0, np.maximum(first, end), first)
+            last = np.where(slope < 0.0, np.minimum(last, end), last)
+            last = np.where((slope == 0.0) & (share < -INNER), -np.inf, last)
+        start = np.ceil(first + a[which, 0])
+        line, number = _expanded(np.maximum(np.floor(last + a[which, 0]) - start + 1.0, 0.0).astype(np.int64))
+        x = start[line].astype(np.int64) + number
+        z, slope = a[which, 2] + area[which] * (uz * s + vz * t), area[which] * (uz * ds + vz * dt)
+        yield x, y[line], z[line] + slope[line] * (x - a[which, 0][line]), which[line]
+
+
+def _expanded(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each index as often as it counts, and from 0 on the number of the time."""
+    index = np.repeat(np.arange(len(counts)), counts)
+    return index, np.arange(len(index)) - (np.cumsum(counts) - counts)[index]
 
 
 def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) -> Fragments:
@@ -79,11 +94,12 @@ def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) 
     for which, side in _by_size(size):
         step = np.arange(side) - side // 2
         cx, cy, cz, radius = place[which].T[:, :, None]
-        x, y = np.rint(cx).astype(np.int64) + np.tile(step, side), np.rint(cy).astype(np.int64) + np.repeat(step, side)
-        rest = radius**2 - (x - cx) ** 2 - (y - cy) ** 2
-        hit = (rest >= 0.0) & (x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])
-        depth = cz + np.sqrt(np.maximum(rest, 0.0))
-        yield x[hit], y[hit], depth[hit], np.broadcast_to(which[:, None], hit.shape)[hit]
+        x, y = np.rint(cx).astype(np.int64) + step, np.rint(cy).astype(np.int64) + step
+        across = np.where((x >= 0) & (x < shape[1]), np.square(x - cx), np.inf)
+        upward = np.where((y >= 0) & (y < shape[0]), np.square(radius) - np.square(y - cy), -np.inf)
+        rest = upward[:, :, None] - across[:, None, :]
+        ball, row, column = np.nonzero(rest >= 0.0)
+        yield x[ball, column], y[ball, row], cz[ball, 0] + np.sqrt(rest[ball, row, column]), which[ball]
 
 
 def _by_size(size: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:

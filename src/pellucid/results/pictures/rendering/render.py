@@ -16,6 +16,7 @@ AMBIENT, DIFFUSE = 0.52, 0.52  # shares of the colour
 GLOSS, SHARPNESS = 0.10, 18.0
 CREASE = 0.5  # how much a place darkens that lies far behind its surroundings
 CREASE_WIDTH = 0.02  # of the picture's width
+COARSE = 4.0  # steps in a width, at least
 OUTLINE = 0.5  # what an outline leaves of the colour
 SKIN = 0.004  # of the picture's width: roughness below it is smoothed where balls are to look like one body
 JUMP = 0.012  # of the picture's width in depth between neighbours makes an outline
@@ -28,19 +29,17 @@ def render(drawables: Sequence[Drawable], camera: Camera, cut: Plane | None = No
     """
     canvas = _painted(drawables, camera, cut)
     rows, columns = camera.shape
-    colour, normal, lit = np.ones((rows * columns, 3)), np.zeros((rows * columns, 3)), np.zeros(rows * columns, bool)
+    depth, covered = canvas.depth(), canvas.covered()
+    light = (_creases(depth, covered) * np.where(_outlines(depth, covered), OUTLINE, 1.0)).ravel()
+    rgba = np.ones((rows * columns, 4), np.float32)
+    rgba[:, 3] = covered.ravel()
     for part, drawable in enumerate(drawables):
         index, primitive = canvas.seen(part)
-        normal[index], colour[index] = drawable.look(camera, index % columns, index // columns, primitive)
-        lit[index] = drawable.lit
+        normal, colour = drawable.look(camera, index % columns, index // columns, primitive)
         if isinstance(drawable, Balls) and drawable.skin:
-            normal[index] = _skin(canvas, index)
-    colour[lit] = _shaded(colour[lit], normal[lit])
-    depth, covered = canvas.depth(), canvas.covered()
-    light = _creases(depth, covered) * np.where(_outlines(depth, covered), OUTLINE, 1.0)
-    colour[lit] *= light.ravel()[lit, None]
-    rgba = np.concatenate([np.clip(colour, 0.0, 1.0), covered.reshape(-1, 1)], axis=1)
-    return rgba.reshape(rows, columns, 4).astype(np.float32)
+            normal = _skin(canvas, index)
+        rgba[index, :3] = np.clip(_shaded(colour, normal) * light[index, None], 0.0, 1.0) if drawable.lit else colour
+    return rgba.reshape(rows, columns, 4)
 
 
 def inside(mesh: Mesh, camera: Camera, cut: Plane) -> np.ndarray:
@@ -50,10 +49,10 @@ def inside(mesh: Mesh, camera: Camera, cut: Plane) -> np.ndarray:
     """
     canvas = _painted([mesh], camera, cut)
     index, triangle = canvas.seen(0)
-    a, b, c = (camera.project(mesh.vertices)[mesh.triangles[triangle, k], :2].T for k in range(3))
+    a, b, c = (camera.project(mesh.vertices)[mesh.triangles[:, k], :2].T for k in range(3))
     back = (b - a)[0] * (c - a)[1] < (b - a)[1] * (c - a)[0]
     found = np.zeros(canvas.shape, bool)
-    found.ravel()[index[back]] = True
+    found.ravel()[index[back[triangle]]] = True
     return found
 
 
@@ -97,9 +96,23 @@ def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
     Unsharp masking of the depth: Luft, Colditz & Deussen 2006, ACM Transactions on Graphics 25, 1206.
     """
     width = CREASE_WIDTH * depth.shape[1]
-    share = gaussian_filter(covered.astype(np.float32), width, truncate=2.5)
-    around = gaussian_filter(np.where(covered, depth, 0.0).astype(np.float32), width, truncate=2.5) / np.maximum(share, 1e-6)
+    step = max(1, int(width / COARSE))  # what a wide bell has smoothed is found on every so many pixels, linear between them
+    filled = np.where(covered, depth, 0.0)[::step, ::step].astype(np.float32)
+    share, around = (
+        gaussian_filter(coarse, width / step, truncate=2.5) for coarse in (covered[::step, ::step].astype(np.float32), filled)
+    )
+    around /= np.maximum(share, 1e-6)
+    if step > 1:
+        around = _between(_between(around.T, step, depth.shape[1]).T, step, depth.shape[0])
     return np.asarray(1.0 - CREASE * np.clip((around - depth) / (4.0 * width), 0.0, 1.0))
+
+
+def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
+    """So many rows, linear between given ones that lie `step` apart, and as the last beyond it."""
+    place = np.minimum(np.arange(size) / step, len(rows) - 1.0)
+    before = place.astype(int)
+    share = (place - before).astype(rows.dtype)[:, None]
+    return np.asarray(rows[before] + share * (rows[np.minimum(before + 1, len(rows) - 1)] - rows[before]))
 
 
 def _outlines(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:

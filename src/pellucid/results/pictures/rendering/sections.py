@@ -10,7 +10,7 @@ from pellucid.results.pictures.rendering.render import inside
 
 NEIGHBOURS = 14  # points that give a pixel of a section its value
 HAIR = 2e-3  # of the thickness of a membrane
-COARSE = 3  # pixels between those that are looked up
+COARSE = 4  # pixels between those that are looked up
 _CROSSED = {
     1: [[0, 1], [0, 2], [0, 3]],
     2: [[0, 2], [0, 3], [1, 3], [0, 2], [1, 3], [1, 2]],
@@ -33,11 +33,18 @@ def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, valu
         return found
     rows, columns = (np.arange(z.min(), z.max() + 2 * COARSE, COARSE, dtype=float) for z in (y, x))
     v, u = np.meshgrid(rows, columns, indexing="ij")
+    about = np.zeros(u.shape, bool)  # those next to a pixel of the section
+    row, column = (y - y.min()) // COARSE, (x - x.min()) // COARSE
+    for i in (0, 1):
+        for j in (0, 1):
+            about[row + i, column + j] = True
+    u, v = u[about], v[about]
     nearest = np.arange(1, min(NEIGHBOURS, len(position)) + 1)
     distance, which = cKDTree(position).query(camera.position(u, v, camera.depth_of(plane, u, v)), k=nearest)
-    apart = np.mean(np.asarray(distance)[..., min(3, len(nearest) - 1)])
+    apart = np.mean(np.asarray(distance)[..., min(6, len(nearest) - 1)])
     weight = np.exp(-np.square(distance / apart)) + np.finfo(float).tiny
-    coarse = (weight * values[which]).sum(axis=-1) / weight.sum(axis=-1)
+    coarse = np.zeros(about.shape)
+    coarse[about] = (weight * values[which]).sum(axis=-1) / weight.sum(axis=-1)
     found[y, x] = map_coordinates(coarse, [(y - rows[0]) / COARSE, (x - columns[0]) / COARSE], order=1)
     return found
 
