@@ -16,7 +16,7 @@ from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import DISSIPATED, Slabs
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
@@ -52,7 +52,8 @@ class MaterialPoints(PointsOnGrid):
 
     def _bind_slabs(self, slabs: Slabs) -> None:
         super()._bind_slabs(slabs)
-        self._strained = Bundle(straining.StrainedPoints(self.mapped.content, self.law, self._state))
+        mapped = self.mapped.content._replace(transfer=Flip())  # straining asks for none: one compiled kernel for all transfers
+        self._strained = Bundle(straining.StrainedPoints(mapped, self.law, self._state))
 
     @property
     def _strains(self) -> bool:
