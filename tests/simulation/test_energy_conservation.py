@@ -38,6 +38,25 @@ def test_gas_keeps_its_energy_to_rounding(functions, transfer, scheme):
     assert all((body.arrays["internal_energy"] > 0.0).all() for body in sim.bodies)
 
 
+@every_scheme
+@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
+def test_sound_does_not_grow(functions, scheme):
+    """A standing wave over 40 periods, at a large step. Were the pressure to go with the energy of the middle of the step, and
+    the density of its end, the wave would grow threefold every ten."""
+    wave = {"amplitude": (1e-4, 0.0, 0.0), "wave_vector": (np.pi, 0.0, 0.0)}
+    bar = box((0, 0, 0), (1, 1, 1), GAS, (2, 1, 1), velocity_wave=wave)
+    grid = {"counts": (16, 1, 1), "cell": 1.0 / 16.0, "functions": functions}
+    sim = simulation(bar, **grid, support=SLIP[:2], scheme=scheme, courant=0.8, end=1e3)
+    begun, largest, period = sim.kinetic_energy(), [0.0] * 4, 2.0 / np.sqrt(1.4)
+    while sim.time < 40.0 * period:
+        advance(sim, 1)
+        ten = min(int(sim.time / (10.0 * period)), 3)
+        largest[ten] = max(largest[ten], sim.kinetic_energy() / begun)
+    assert largest[0] < 1.01  # half a step off in time: (k c dt)² / 8 = 1 %
+    assert largest == sorted(largest, reverse=True)
+    assert largest[-1] > 0.75, "nor does it fade much: lumping of the mass takes a fifth with splines"
+
+
 def test_an_update_that_does_not_follow_the_forces_loses_it():
     """What the tests above would see: the same gas with the closed update."""
     closed = {"energy_update": "closed"}
