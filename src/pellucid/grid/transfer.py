@@ -35,18 +35,27 @@ from pellucid.jit.vector import row
 
 
 @pointwise
-def _stress_rows(stress, p, pressure):
-    """The columns of the stress of point p, less that of a pressure, as rows of four."""
+def _stress_rows(stress, p):
+    """The columns of the stress of point p as rows of four."""
     xx, yy, zz, yz, xz, xy = stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5]
-    xx, yy, zz = xx + pressure, yy + pressure, zz + pressure
     return row(xx, xy, xz, 0.0), row(xy, yy, yz, 0.0), row(xz, yz, zz, 0.0)
+
+
+@pointwise
+def _less_pressure(rows, pressure):
+    """The columns of a stress less that of a pressure."""
+    return (
+        rows[0] + row(pressure, 0.0, 0.0, 0.0),
+        rows[1] + row(0.0, pressure, 0.0, 0.0),
+        rows[2] + row(0.0, 0.0, pressure, 0.0),
+    )
 
 
 @kernel(inner=True)
 def _scatter_slab(s, mapped, inertia, force, counted):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index, cells = mapped.points, mapped.slabs, mapped.affine, mapped.index, mapped.cells
-    v = points.velocity
+    v, in_cells = points.velocity, len(cells.found) > 0
     found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
@@ -58,8 +67,10 @@ def _scatter_slab(s, mapped, inertia, force, counted):
                 rows = inertia_rows(transfer, points.mass[p], (v[p, 0], v[p, 1], v[p, 2]), affine, p, counted)
                 add_inertia(about, lattice, nodes.inertia, transfer, rows)
             if force:
-                pressure = cells.found[cell_of(lattice, points.position, p), PRESSURE] if len(cells.found) > 0 else 0.0
-                add_internal_force(about, lattice, nodes.forces, points.volume[p], _stress_rows(points.stress, p, pressure))
+                rows = _stress_rows(points.stress, p)
+                if in_cells:
+                    rows = _less_pressure(rows, cells.found[cell_of(lattice, points.position, p), PRESSURE])
+                add_internal_force(about, lattice, nodes.forces, points.volume[p], rows)
 
 
 @kernel()
