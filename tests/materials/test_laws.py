@@ -165,7 +165,10 @@ def test_the_pressure_that_results_show(material):
     found, mean = point_pressure(law, after, density), -sum(after.stress[:3]) / 3.0
     if isinstance(material, FluidMaterial):
         assert found == pressure(law.eos, density, after.internal_energy)
-        assert found == pytest.approx(mean, rel=1e-12) or material in (MATERIALS["viscous"], MATERIALS["shocked"])
+        # the stress knows the work of the second half of the step too, which the energy of this update lacks
+        ahead = after.internal_energy + (0.5e-3 * 50.0 * mean / density if material.keeps_work else 0.0)
+        of_stress = pressure(law.eos, density, ahead)
+        assert mean == pytest.approx(of_stress, rel=1e-12) or material in (MATERIALS["viscous"], MATERIALS["shocked"])
         assert found > material.pressure
     else:
         assert found == mean > 0.0

@@ -236,12 +236,14 @@ def test_what_a_simulation_tells():
     assert sim.bodies[0].n_points == 64
 
 
-def tube_error(cells):
+def tube_error(cells, functions, cell_pressure):
     """Relative L1 error of the density of Sod's tube, at the points."""
     gas = GAS | {"artificial_viscosity": {"quadratic": 2.0, "linear": 1.0}}
-    left = box((0, 0, 0), (0.5, 1, 1), gas, (4, 1, 1), name="left")
-    right = box((0.5, 0, 0), (1, 1, 1), gas | {"density": 0.125, "pressure": 0.1}, (4, 1, 1), name="right")
-    sim = simulation(left, right, counts=(cells, 1, 1), cell=1.0 / cells, support=SLIP[:2], end=0.2, energy={"warn": 0.05})
+    thin, more = gas | {"density": 0.125, "pressure": 0.1}, {"cell_pressure": cell_pressure}
+    left = box((0, 0, 0), (0.5, 1, 1), gas, (4, 1, 1), name="left", **more)
+    right = box((0.5, 0, 0), (1, 1, 1), thin, (4, 1, 1), name="right", **more)
+    grid = {"counts": (cells, 1, 1), "cell": 1.0 / cells, "functions": functions}
+    sim = simulation(left, right, **grid, support=SLIP[:2], end=0.2, energy={"warn": 0.05})
     while not sim.clock.finished(None):
         sim.step()
     exact = solve(GasState(1.0, 0.0, 1.0, 1.4), GasState(0.125, 0.0, 0.1, 1.4))
@@ -256,8 +258,12 @@ def tube_error(cells):
     return error / total
 
 
-def test_shock_tube_errors_fall_under_refinement():
-    errors = [tube_error(cells) for cells in (25, 50, 100)]
+@pytest.mark.parametrize(
+    ("functions", "cell_pressure"), [("trilinear", True), ("quadratic-bspline", False), ("quadratic-bspline", True)]
+)
+def test_shock_tube_errors_fall_under_refinement(functions, cell_pressure):
+    """Linear functions with the pressure summed over points are left out: what points do that cross cells stays from 100 on."""
+    errors = [tube_error(cells, functions, cell_pressure) for cells in (25, 50, 100)]
     assert errors[2] < 0.03
     # between the first order of a shock and the 2/3 of a contact under an artificial viscosity, on coarse grids
     rates = [one / other for one, other in pairwise(errors)]
