@@ -1,8 +1,9 @@
-"""From when on the energy balance is judged, and what is advised."""
+"""From when on the energy balance is judged, and what is advised; fluids of more volume than the grid."""
 
 from types import SimpleNamespace
 
 import pytest
+from small_cases import GAS, SLIP, box, simulation
 
 from pellucid.case.spec import EnergyCase
 from pellucid.energy import FIRST_JUDGED
@@ -44,3 +45,13 @@ def test_bodies_with_steps_of_their_own_are_judged_from_the_first_on():
     watch = Watch(EnergyCase(), True, False)
     with pytest.raises(RunStopped, match="use a lower `accuracy`, more nodes, or raise"):
         watch.energy(half_lost(5.0), clock(1), [])
+
+
+def test_more_fluid_than_the_grid_holds_is_warned_of():
+    gas = box((0, 0, 0), (2, 2, 0), GAS, (2, 2, 1), name="gas")
+    sim = simulation(gas, counts=(2, 2, 1), support=SLIP[:4], thickness=0.1)
+    sim.bodies[0].arrays["volume"] *= 1.009
+    sim._watch.volumes(sim._on_grid, sim.clock)
+    sim.bodies[0].arrays["volume"] *= 1.041
+    with pytest.warns(UserWarning, match=r"points of gas have 5 % more volume than the grid.*cell_pressure = true"):
+        sim._watch.volumes(sim._on_grid, sim.clock)

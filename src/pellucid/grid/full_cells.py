@@ -251,9 +251,10 @@ class CellPressure:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
         self.cells = FullCells(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.bool_))
         x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
-        volume = grid.lattice.cell ** (3 - sum(grid.thin)) * grid.slice_thickness ** sum(grid.thin)
         self._grid = Bundle(
-            CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, 3 - sum(grid.thin), volume)
+            CellGrid(
+                grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, 3 - sum(grid.thin), grid.cell_volume
+            )
         )
         self._chunks = -(-grid.lattice.counts[grid.lattice.slab_axis] // LAYERS)
         self._bodies = bodies

@@ -61,6 +61,9 @@ class Grid:
         self.thin = thin
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
+        self.cell_volume = case.cell ** (3 - sum(thin)) * self.slice_thickness ** sum(thin)
+        self.volume = self.cell_volume * float(np.prod(counts))
+        """Of the cells [m³], those of the slice where axes are thin."""
         inertia, forces = np.zeros((n, 4)), np.zeros((n, 4))
         velocity, velocity_increment, strain_velocity, mean_velocity = (np.zeros((n, 3)) for _ in range(4))
         self.nodes = Nodes(

@@ -41,6 +41,10 @@ class GridBody(Body):
         """Itself, where it is a fluid whose pressure acts in full cells as a whole; see `pellucid.grid.full_cells`."""
         return None
 
+    def fluid_volume(self) -> float:
+        """Volume of its points where it is a fluid [m³]."""
+        return 0.0
+
     def return_heat(self, share: float) -> None:
         """Of a body that keeps heat: give up this share of what it kept in this step."""
         raise ValueError(f"body {self.name} keeps no heat")

@@ -199,6 +199,7 @@ class Simulation:
         self.advance_bodies()
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
+        self._watch.volumes(self._on_grid, self.clock)
         if self.has_contact:
             self._watch.contact(self.contact_pairs, self.clock)
 

@@ -1,21 +1,24 @@
-"""What is watched in a run: the energy balance, and elements that others touch. Each is warned of once."""
+"""What is watched in a run: the energy balance, the volume of fluids, elements that others touch. Each is warned of once."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
+from pellucid.parts.families import GridBody
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.fastest import fastest_point
 
 if TYPE_CHECKING:
     from pellucid.case import EnergyCase
 
-CONTACT_INTERVAL = 100  # steps between checks of the elements that touch other bodies
+INTERVAL = 100  # steps between checks of volumes, and of the elements that touch other bodies
+OVERFULL = 1.01  # volume of a fluid over that of the grid; rounding of shapes and compression stay far below
 AGAINST_LOSS = (
     "values of the case may be too large to calculate with: look at loads, velocities and moduli, or use a smaller time.courant"
 )
@@ -58,12 +61,30 @@ class Watch:
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:
         """Look now and then at what touches."""
-        if clock.n_steps % CONTACT_INTERVAL or "contact" in self.warned:
+        if clock.n_steps % INTERVAL or "contact" in self.warned:
             return
         for body, nodes in pairs.touching():
             text = body.contact_warning(nodes)
             if text is not None:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def volumes(self, fields: Mapping[VelocityField, Sequence[GridBody]], clock: Clock) -> None:
+        """Look now and then at whether the fluids of a velocity field have more volume than the grid."""
+        if clock.n_steps % INTERVAL or "volume" in self.warned:
+            return
+        for field, bodies in fields.items():
+            share = sum(body.fluid_volume() for body in bodies) / field.grid.volume
+            if share > OVERFULL:
+                names = " and ".join(body.name for body in bodies if body.fluid_volume() > 0.0)
+                text = (
+                    f"the points of {names} have {100 * (share - 1):.2g} % more volume than the grid, and too little pressure"
+                )
+                advice = (
+                    'add cell_pressure = true to the body, or use time.transfer = "apic"; see `Rest does not last for ever`'
+                )
+                return self._warn(
+                    "volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}; {advice} in docs/physics/fluids.md"
+                )
 
     def _warn(self, what: str, text: str) -> None:
         if what not in self.warned:

@@ -65,6 +65,10 @@ class MaterialPoints(PointsOnGrid):
         """Itself where its pressure acts so, and nothing leads it."""
         return self if self._by_cells and self.constraint is None else None
 
+    def fluid_volume(self) -> float:
+        """That of its points where they flow."""
+        return float(self.arrays["volume"].sum()) if self.material.flows else 0.0
+
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""
         if force and not self._strains:
