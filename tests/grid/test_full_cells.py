@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from small_cases import GAS, SLIP, SOLID, box, case, place, simulation
+from small_cases import GAS, SLIP, SOLID, advance, box, case, place, simulation
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
@@ -79,6 +79,22 @@ def test_a_uniform_pressure_gives_no_force_within(functions, hole):
     assert np.abs(force[index[inner]]).max() < 1e-14 * 3.0
     right = index[where[:, 0] > 0.99]
     assert force[right, 0].sum() == pytest.approx(3.0 * 1.2, rel=1e-13), "pressure times area"
+
+
+@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
+def test_a_uniform_pressure_gives_no_force_within_a_room(functions):
+    body = box((0, 0, 0), (0.8, 1.0, 0.6), GAS, (2, 2, 2), "gas", cell_pressure=True)
+    sim = simulation(body, counts=(4, 5, 3), cell=0.2, functions=functions, support=SLIP)
+    fluid, generator = sim.bodies[0], np.random.default_rng(6)
+    place(fluid, fluid.arrays["position"] + generator.uniform(-0.04, 0.04, (fluid.n_points, 3)))
+    fluid.arrays["volume"] *= generator.uniform(0.8, 1.2, fluid.n_points)
+    fluid.arrays["stress"][:, :3] = -3.0
+    force = forces(sim)
+    index, where = sim.grid.where()
+    assert np.count_nonzero(sim._cell_pressures[0].cells.full) == 60
+    inner = ((where > 0.01) & (where < [0.79, 0.99, 0.59])).all(axis=1)
+    assert np.abs(force[index[inner]]).max() < 1e-14 * 3.0
+    assert force[index[where[:, 1] > 0.99], 1].sum() == pytest.approx(3.0 * 0.8 * 0.6, rel=1e-13)
 
 
 def test_without_it_the_sums_over_points_give_one():
@@ -174,6 +190,20 @@ def test_bits_do_not_depend_on_threads():
         found.append(fluid.frame())
     for name, field in found[0].items():
         assert np.array_equal(field, found[1][name]), name
+
+
+@every_scheme
+def test_a_restart_has_the_same_bits(scheme):
+    sims = [simulation(gas(), **PLANE, support=WALLS, scheme=scheme) for _ in range(2)]
+    fluid = sims[0].bodies[0]
+    fluid.arrays["velocity"][:, :2] = np.random.default_rng(7).normal(size=(fluid.n_points, 2))
+    advance(sims[0], 20)
+    arrays = {name: array.copy() for name, array in sims[0].state_arrays().items()}
+    sims[1].restore(arrays, sims[0].state_numbers())
+    for sim in sims:
+        advance(sim, 20)
+    for name, field in fluid.frame().items():
+        assert np.array_equal(field, sims[1].bodies[0].frame()[name]), name
 
 
 def test_a_solid_has_no_use_for_it():
