@@ -42,8 +42,13 @@ class CellGrid(NamedTuple):
     along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]
     forces: np.ndarray  # (4 n,) rows of internal forces
     mean_velocity: np.ndarray  # (n, 3)
-    axes: int  # that are not thin
     volume: float  # of a cell [m³], that of the slice where axes are thin
+
+
+@pointwise
+def _pressure(stress, p):
+    """Minus the mean stress of point p [Pa]."""
+    return -(stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
 
 
 @kernel(inner=True)
@@ -53,7 +58,7 @@ def _sum_slab(s, mapped):
         p = place_of(index, q)
         cell, V = cell_of(mapped.lattice, points.position, p), points.volume[p]
         sums[cell, VOLUMES] += V
-        sums[cell, PRESSURES] -= V * (points.stress[p, 0] + points.stress[p, 1] + points.stress[p, 2]) / 3.0
+        sums[cell, PRESSURES] += V * _pressure(points.stress, p)
 
 
 @kernel()
@@ -65,14 +70,11 @@ def sum_cells(n, mapped):
 @kernel(inner=True)
 def _take_shift_slab(s, mapped, energy, dt):
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
-    sigma, gained = points.stress, 0.0
+    gained = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        pressure, shift = (
-            -(sigma[p, 0] + sigma[p, 1] + sigma[p, 2]) / 3.0,
-            mapped.cells.found[cell_of(mapped.lattice, points.position, p), SHIFT],
-        )
-        more = -dt * points.volume[p] * pressure * shift
+        shift = mapped.cells.found[cell_of(mapped.lattice, points.position, p), SHIFT]
+        more = -dt * points.volume[p] * _pressure(points.stress, p) * shift
         energy[p] += more / points.mass[p]
         gained += more
     slabs.sums[s, GAINED] = gained
@@ -112,11 +114,12 @@ def _beside(grid, i, j, k, face):
 @pointwise
 def _is_hole(grid, i, j, k):
     """Whether an empty cell lies within the fluid: no more than one of the cells beyond its faces is empty, on a line none."""
-    empty = 0
+    n, empty = grid.lattice.counts, 0
     for face in range(6):
         a, b, c = _beside(grid, i, j, k, face)
         empty += 1 if _volume(grid, a, b, c) == 0.0 else 0
-    return empty == 0 or (empty == 1 and grid.axes > 1)
+    longest = max(n[0], n[1], n[2])
+    return empty == 0 or (empty == 1 and n[0] * n[1] * n[2] > longest)
 
 
 @pointwise
@@ -183,52 +186,51 @@ def _growth(grid, i, j, k):
     return total * grid.volume * grid.lattice.inverse_cell
 
 
+@pointwise
+def _push(grid, i, j, k, cell):
+    """Find the mean pressure of the full cell (i, j, k), and add its force, in the holes of the cell too, to the nodes."""
+    pressure = grid.cells.sums[cell, PRESSURES] / grid.cells.sums[cell, VOLUMES]
+    grid.cells.found[cell, PRESSURE] = pressure
+    _add_force(grid, i, j, k, pressure)
+    for face in range(6):
+        if _owns(grid, i, j, k, face):
+            a, b, c = _beside(grid, i, j, k, face)
+            _add_force(grid, a, b, c, pressure)
+
+
+@pointwise
+def _grow(grid, i, j, k, cell):
+    """Find the growth of the full cell (i, j, k) and its holes."""
+    growth = _growth(grid, i, j, k)
+    for face in range(6):
+        if _owns(grid, i, j, k, face):
+            a, b, c = _beside(grid, i, j, k, face)
+            growth += _growth(grid, a, b, c)
+    grid.cells.found[cell, GROWTH] = growth / grid.cells.sums[cell, VOLUMES]
+
+
 @kernel(inner=True)
-def _find_pressures_chunk(chunk, grid):
-    n, stride, sums, found = grid.lattice.counts, grid.lattice.strides, grid.cells.sums, grid.cells.found
+def _visit_chunk(chunk, grid, before):
+    """Full cells one by one: before the forces of points are mapped, and once the mean velocities are known."""
+    n, stride, cells = grid.lattice.counts, grid.lattice.strides, grid.cells
     axis, second, third = _axes(grid.lattice)
     for layer in range(LAYERS * chunk, min(LAYERS * (chunk + 1), n[axis])):
         for l in range(n[second]):
             for m in range(n[third]):
                 cell = layer * stride[axis] + l * stride[second] + m * stride[third]
-                grid.cells.full[cell] = False
-                if sums[cell, VOLUMES] > 0.0:
-                    i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
-                    if _is_full(grid, i, j, k):
-                        grid.cells.full[cell] = True
-                        found[cell, PRESSURE] = sums[cell, PRESSURES] / sums[cell, VOLUMES]
-                        _add_force(grid, i, j, k, found[cell, PRESSURE])
-                        for face in range(6):
-                            if _owns(grid, i, j, k, face):
-                                a, b, c = _beside(grid, i, j, k, face)
-                                _add_force(grid, a, b, c, found[cell, PRESSURE])
+                i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
+                if before:
+                    cells.full[cell] = cells.sums[cell, VOLUMES] > 0.0 and _is_full(grid, i, j, k)
+                if cells.full[cell]:
+                    if before:
+                        _push(grid, i, j, k, cell)
+                    else:
+                        _grow(grid, i, j, k, cell)
 
 
 @kernel()
-def _find_pressures(chunks, grid):
-    parallel_by_colour(_find_pressures_chunk, chunks, grid)
-
-
-@kernel(inner=True)
-def _find_growth_chunk(chunk, grid):
-    n, stride, sums, found = grid.lattice.counts, grid.lattice.strides, grid.cells.sums, grid.cells.found
-    axis, second, third = _axes(grid.lattice)
-    for layer in range(LAYERS * chunk, min(LAYERS * (chunk + 1), n[axis])):
-        for l in range(n[second]):
-            for m in range(n[third]):
-                cell = layer * stride[axis] + l * stride[second] + m * stride[third]
-                if grid.cells.full[cell]:
-                    i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
-                    growth = _growth(grid, i, j, k)
-                    for face in range(6):
-                        if _owns(grid, i, j, k, face):
-                            growth += _growth(grid, *_beside(grid, i, j, k, face))
-                    found[cell, GROWTH] = growth / sums[cell, VOLUMES]
-
-
-@kernel()
-def _find_growth(chunks, grid):
-    parallel_for(_find_growth_chunk, chunks, grid)
+def _visit(chunks, grid, before):
+    parallel_by_colour(_visit_chunk, chunks, grid, before)
 
 
 class Filling(Protocol):
@@ -251,11 +253,7 @@ class CellPressure:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
         self.cells = FullCells(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.bool_))
         x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
-        self._grid = Bundle(
-            CellGrid(
-                grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, 3 - sum(grid.thin), grid.cell_volume
-            )
-        )
+        self._grid = Bundle(CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, grid.cell_volume))
         self._chunks = -(-grid.lattice.counts[grid.lattice.slab_axis] // LAYERS)
         self._bodies = bodies
         for body in bodies:
@@ -270,11 +268,11 @@ class CellPressure:
         """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped)
-        _find_pressures(self._chunks, self._grid)
+        _visit(self._chunks, self._grid, 1)
 
     def find_growth(self) -> None:
         """When the mean velocities of the nodes are known: how fast the volumes of the cells grow along them."""
-        _find_growth(self._chunks, self._grid)
+        _visit(self._chunks, self._grid, 0)
 
     def find_shifts(self, dt: float) -> None:
         """When the points have summed up how fast their volumes grow: what these lack, and its work over the step dt [s]."""

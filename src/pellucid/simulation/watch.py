@@ -79,12 +79,9 @@ class Watch:
                 text = (
                     f"the points of {names} have {100 * (share - 1):.2g} % more volume than the grid, and too little pressure"
                 )
-                advice = (
-                    'add cell_pressure = true to the body, or use time.transfer = "apic"; see `Rest does not last for ever`'
-                )
-                return self._warn(
-                    "volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}; {advice} in docs/physics/fluids.md"
-                )
+                advice = 'add cell_pressure = true to the body, or use time.transfer = "apic"'
+                where = "see `Rest does not last for ever` in docs/physics/fluids.md"
+                return self._warn("volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}; {advice}; {where}")
 
     def _warn(self, what: str, text: str) -> None:
         if what not in self.warned:
