@@ -125,7 +125,7 @@ class ContactPair:
         """On the first velocity field over this step [N s], shape (3,)."""
         return self.impulses.sum(axis=0)
 
-    def mapping_work(self, fields: Collection[VelocityField]) -> float:
+    def lag_work(self, fields: Collection[VelocityField]) -> float:
         """See `ContactPairs.project`."""
         total = 0.0
         for field, mobility, sign in zip(self.fields, self._mobility, SIGNS, strict=True):
@@ -170,7 +170,7 @@ class ContactPairs:
         self._fields = list({id(field): field for pair in pairs for field in pair.fields}.values())
         self._sweeps = 1 if len(pairs) == 1 else SWEEPS
         self._columns = FIRST_LOAD + n_loads
-        self.mapping_work = 0.0  # see `project`
+        self.lag_work = 0.0  # see `project`
         self._row = row_length(self._columns, n_supports + 2)  # thin axes and other impulses have rows too
 
     def __len__(self) -> int:
@@ -239,11 +239,11 @@ class ContactPairs:
     def project(self, fields: Collection[VelocityField]) -> None:
         """Remove the approach from the velocities mapped again, those that strain the points.
 
-        Finds `mapping_work` before: how much more work the impulses did on the nodes of some velocity fields than on the points
+        Finds `lag_work` before: how much more work the impulses did on the nodes of some velocity fields than on the points
         of these [J], on which they work along the mean of the velocities that the points give to the nodes before and after
         the step.
         """
-        self.mapping_work = sum(pair.mapping_work(fields) for pair in self._pairs)
+        self.lag_work = sum(pair.lag_work(fields) for pair in self._pairs)
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.project()

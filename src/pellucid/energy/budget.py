@@ -75,6 +75,7 @@ class EnergyBudget:
         self.gravity = np.array(gravity)
         self.channels = channels
         self.kinetic, self.stored = self._energies(bodies)
+        self.stored_by_kind = self._stored_by_kind(bodies)
         self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
         self.initial_momentum = self._momentum(bodies)
         self.impulse, self.exchanged = np.zeros(3), np.zeros(3)
@@ -111,6 +112,7 @@ class EnergyBudget:
         self.time_integration += stored - self.stored + staggering + internal
         self.artificial_heat += dt * sum(body.totals.heating for body in bodies)
         self.kinetic, self.stored, self.half_power = kinetic, stored, half_power
+        self.stored_by_kind = self._stored_by_kind(bodies)
         self.staggering += staggering
         self._record_impulses(done, contact_impulses, dt, weight)
         exchanged = abs(stored - self.initial["stored"]) + sum(abs(amount) for amount in self.sums.values())
@@ -146,19 +148,14 @@ class EnergyBudget:
                 result[name] = result.get(name, np.zeros(3)) + np.array(impulse)
         return result
 
-    def energies(self, bodies: Sequence[Balanced]) -> dict[str, float]:
-        """The balance [J]: kinetic, internal and strain energy, with parts of the latter that have entries of their own (work
-        against hourglass modes, energy that damage took); the work of each channel; heat of the artificial viscosity,
-        which is part of the internal energy; what velocities are ahead of stresses; the two errors of the method."""
-        stored = {"internal": 0.0, "strain": 0.0}
-        for body in bodies:
-            stored[body.energy_kind] += body.totals.stored
-            for name, part in body.totals.parts.items():
-                stored[body.energy_kind] -= part
-                stored[name] = stored.get(name, 0.0) + part
+    def energies(self) -> dict[str, float]:
+        """The balance at the end of the last step recorded [J]: kinetic, internal and strain energy, with parts of the latter
+        that have entries of their own (work against hourglass modes, energy that damage took); the work of each channel;
+        heat of the artificial viscosity, which is part of the internal energy; what velocities are ahead of stresses; the
+        two errors of the method."""
         return {
             "kinetic": self.kinetic,
-            **stored,
+            **self.stored_by_kind,
             **self.sums,
             "artificial_heat": self.artificial_heat,
             "staggering": self.staggering,
@@ -212,6 +209,16 @@ class EnergyBudget:
     @staticmethod
     def _energies(bodies: Sequence[Balanced]) -> tuple[float, float]:
         return sum(body.totals.kinetic for body in bodies), sum(body.totals.stored for body in bodies)
+
+    @staticmethod
+    def _stored_by_kind(bodies: Sequence[Balanced]) -> dict[str, float]:
+        stored = {"internal": 0.0, "strain": 0.0}
+        for body in bodies:
+            stored[body.energy_kind] += body.totals.stored
+            for name, part in body.totals.parts.items():
+                stored[body.energy_kind] -= part
+                stored[name] = stored.get(name, 0.0) + part
+        return stored
 
     @staticmethod
     def _half_power(bodies: Sequence[Balanced]) -> float:

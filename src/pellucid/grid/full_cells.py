@@ -156,34 +156,49 @@ def _is_full(grid, i, j, k):
 
 
 @pointwise
+def _first_node(grid, i, j, k):
+    """The lowest node whose shape function reaches into the cell (i, j, k)."""
+    (x, y, z), stride = grid.along, grid.lattice.strides
+    return x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
+
+
+@pointwise
+def _gradient_integral(grid, i, j, k, a, b, c):
+    """∫∇N dV over the cell (i, j, k) [m²], of the function of the node a, b and c after its first along the axes."""
+    (x, y, z), area = grid.along, grid.volume * grid.lattice.inverse_cell
+    in_x = area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
+    in_y = area * x.value[i, a] * y.slope[j, b] * z.value[k, c]
+    in_z = area * x.value[i, a] * y.value[j, b] * z.slope[k, c]
+    return in_x, in_y, in_z
+
+
+@pointwise
 def _add_force(grid, i, j, k, pressure):
     """Add the force of the mean pressure of the cell (i, j, k) to its nodes."""
     (x, y, z), stride, forces = grid.along, grid.lattice.strides, grid.forces
-    area = pressure * grid.volume * grid.lattice.inverse_cell
-    first = x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
+    first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
         for b in range(y.value.shape[1]):
             for c in range(z.value.shape[1]):
                 I = 4 * (first + a * stride[0] + b * stride[1] + c * stride[2])
-                forces[I] += area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
-                forces[I + 1] += area * x.value[i, a] * y.slope[j, b] * z.value[k, c]
-                forces[I + 2] += area * x.value[i, a] * y.value[j, b] * z.slope[k, c]
+                in_x, in_y, in_z = _gradient_integral(grid, i, j, k, a, b, c)
+                forces[I] += pressure * in_x
+                forces[I + 1] += pressure * in_y
+                forces[I + 2] += pressure * in_z
 
 
 @pointwise
 def _growth(grid, i, j, k):
     """∫ ∇·v dV of the mean velocity over the cell (i, j, k) [m³/s]."""
     (x, y, z), stride, v = grid.along, grid.lattice.strides, grid.mean_velocity
-    first = x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
-    total = 0.0
+    first, total = _first_node(grid, i, j, k), 0.0
     for a in range(x.value.shape[1]):
         for b in range(y.value.shape[1]):
             for c in range(z.value.shape[1]):
                 I = first + a * stride[0] + b * stride[1] + c * stride[2]
-                total += x.slope[i, a] * y.value[j, b] * z.value[k, c] * v[I, 0]
-                total += x.value[i, a] * y.slope[j, b] * z.value[k, c] * v[I, 1]
-                total += x.value[i, a] * y.value[j, b] * z.slope[k, c] * v[I, 2]
-    return total * grid.volume * grid.lattice.inverse_cell
+                in_x, in_y, in_z = _gradient_integral(grid, i, j, k, a, b, c)
+                total += in_x * v[I, 0] + in_y * v[I, 1] + in_z * v[I, 2]
+    return total
 
 
 @pointwise

@@ -318,7 +318,7 @@ class NodalMomentum:
         done = step_work(ordered_sum(self._sums), self._columns)
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
-    def mapping_work(self, dt: float) -> float:
+    def strain_lag_work(self, dt: float) -> float:
         """Of what lumping took of the kinetic energy in a step dt [s], that which the stress of points without heat works less
         along `strain_velocity` than their forces did along the mean velocity [J]."""
         sums = np.zeros((self._chunks, 1))

@@ -104,9 +104,9 @@ class VelocityField:
             done.impulse[:] += impulse.sum(axis=0)
         return done._replace(works=works)
 
-    def mapping_work(self, dt: float) -> float:
-        """See `NodalMomentum.mapping_work`."""
-        return self._momentum.mapping_work(dt)
+    def strain_lag_work(self, dt: float) -> float:
+        """See `NodalMomentum.strain_lag_work`."""
+        return self._momentum.strain_lag_work(dt)
 
     def mapping_lag(self, node: np.ndarray) -> np.ndarray:
         """See `NodalMomentum.mapping_lag`."""

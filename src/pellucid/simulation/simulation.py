@@ -32,7 +32,7 @@ from pellucid.simulation.start import take_up
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.transfer_loss import contact_mapping_work, part_forces, return_heat, transfer_work
+from pellucid.simulation.transfer_loss import contact_lag_work, part_forces, return_heat, transfer_work
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -181,7 +181,7 @@ class Simulation:
         last = self.case.time.scheme != "usf"
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
         if self.has_contact:
-            lost.append(contact_mapping_work(self.contact_pairs))
+            lost.append(contact_lag_work(self.contact_pairs))
         made = -sum(float(work.works[TRANSFER]) for work in lost)
         works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
         done = total_work(works, self._columns)
@@ -324,7 +324,7 @@ class Simulation:
 
     def energies(self) -> dict[str, float]:
         """The energy balance [J]."""
-        return self.budget.energies(self.bodies)
+        return self.budget.energies()
 
     @property
     def is_balanced(self) -> bool:

@@ -40,9 +40,9 @@ def part_forces(bodies: Iterable[Sequence[GridBody]]) -> None:
 def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
     """What the transfers take in one velocity field over a step dt [s], and what comes off the work of internal forces.
 
-    strained_last: with MUSL and USL, `NodalMomentum.mapping_work` finds the part of L of the bodies that keep no heat. With USL
-    these are strained along v + Δv, and there is none: all of L is heat. With USF v' is not known before the next step, and all
-    of their L counts as that of internal forces; of other impulses it is then in `time_integration_error`.
+    strained_last: with MUSL and USL, `NodalMomentum.strain_lag_work` finds the part of L of the bodies that keep no heat. With
+    USL these are strained along v + Δv, and there is none: all of L is heat. With USF v' is not known before the next step, and
+    all of their L counts as that of internal forces; of other impulses it is then in `time_integration_error`.
 
     A drag changes the velocities of points before the step, and with them how far these are ahead of the stresses, ±½ Δt f·v
     (`EnergyBudget`). That is its work too, beside the kinetic energy that it takes from the points.
@@ -53,7 +53,7 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
     of_stress, ahead = sum(loss.lumping for loss in others), 0.0
     if strained_last and others:
         ahead = field.second_work(dt)
-        of_stress = field.mapping_work(dt) + ahead
+        of_stress = field.strain_lag_work(dt) + ahead
     done = no_work(TRANSFER + 1, 0)
     if others:
         done.works[DAMPING] = field.slowed_work(dt) if strained_last else -field.slowed_work(dt)
@@ -63,10 +63,10 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
     return done
 
 
-def contact_mapping_work(pairs: ContactPairs) -> StepWork:
+def contact_lag_work(pairs: ContactPairs) -> StepWork:
     """The part of L of contact, which comes off its work along v̄ and off the heat of the transfers."""
     done = no_work(TRANSFER + 1, 0)
-    done.works[[CONTACT, TRANSFER]] = -pairs.mapping_work
+    done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
     return done
 
 

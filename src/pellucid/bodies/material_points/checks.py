@@ -14,7 +14,7 @@ from pellucid.geometry.surface_checks import faults
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Parts
 
 SHORT = 1e-9  # of a cell, for rounding
@@ -108,6 +108,18 @@ def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) ->
         f"{ratio:.3g} times its `density`, at most {FAR:g} times and at least 1/{FAR:g} of it may be"
     )
     return Finding((*path, "hydrostatic", "level"), text, remedy)
+
+
+def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Pressures integrated over cells, of what bears shear or does not follow its pressure."""
+    if not body.cell_pressure:
+        return
+    here, remedy = (*path, "cell_pressure"), "leave cell_pressure out; it is for fluids that move freely"
+    if not body.material.flows:
+        text = f"a material of kind {body.material.kind!r} bears shear: its pressure is not all of its stress"
+        yield Finding(here, text, remedy)
+    elif body.is_rigid or is_driven(body.name, parts):
+        yield Finding(here, "the body is rigid or follows a prescribed motion: its pressure moves nothing", remedy)
 
 
 def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.bodies.material_points.checks import (
+    cell_pressure_problems,
     cut_problems,
     grid_problems,
     hydrostatic_problems,
@@ -70,8 +71,6 @@ class MaterialPointsCase(SeededBody):
             yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at)
             yield from cut_problems(self, path, grid, parts)
         yield from outside_problems(self, path, parts)
-        if self.cell_pressure and not self.material.flows:
-            text = f"a material of kind {self.material.kind!r} bears shear: its pressure is not all of its stress"
-            yield Finding((*path, "cell_pressure"), text, "leave cell_pressure out; it is for fluids")
+        yield from cell_pressure_problems(self, path, parts)
         if not (self.rigid or is_driven(self.name, parts)):
             yield from (Finding((*path, "material", key), text, remedy) for key, text, remedy in self.material.problems())

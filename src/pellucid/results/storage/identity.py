@@ -25,10 +25,10 @@ MAY_CHANGE = (
 MOST_SHOWN = 5
 
 
-def identity(case: "Case", bodies: Sequence[Any], start: Start) -> dict[str, Any]:
-    """What a checkpoint keeps of case, version and bodies, for JSON."""
+def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
+    """What a checkpoint keeps of case, version, bodies and the state it began from, given by `start_digest`, for JSON."""
     points = {body.name: body.n_points for body in bodies}
-    return {"version": package_version(), "case": _fixed(case), "points": points, "start": _digest(start)}
+    return {"version": package_version(), "case": _fixed(case), "points": points, "start": start}
 
 
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
@@ -54,7 +54,7 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
 
 def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:
     """Raise `UsageError` where the state that a run began from is another now: regions are chosen in it."""
-    if _digest(start) != kept["start"]:
+    if start_digest(start) != kept["start"]:
         _refuse(folder, ["the state of the earlier run from which it began (start.path) is another now"])
 
 
@@ -83,7 +83,7 @@ def _fixed(case: "Case") -> dict[str, Any]:
     return data
 
 
-def _digest(start: Start) -> str:
+def start_digest(start: Start) -> str:
     """SHA-256 of the state of an earlier run; empty for a case that begins anew."""
     if not start:
         return ""

@@ -11,7 +11,7 @@ from pellucid.errors import RunStopped
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import OutputError, explained, sync
-from pellucid.results.storage.identity import Start, identity
+from pellucid.results.storage.identity import Start, identity, start_digest
 from pellucid.results.storage.package import package_commit, package_version
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run_folder import RunFolder
@@ -32,7 +32,7 @@ class Recorder:
     def __init__(
         self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None, start: Start | None = None
     ) -> None:
-        self.folder, self.case, self._start = folder, case, start or {}
+        self.folder, self.case, self._start = folder, case, start_digest(start or {})
         self.resumes_record = numbers is not None and bool(numbers.get("begun", True))
         """Whether the run goes on from a record; not where it is to settle first."""
         self._begun = False  # not while bodies settle
