@@ -96,7 +96,7 @@ class SettlingClock(Clock):
         return RunStopped(
             f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
             f"settle.share = {self.settle.share:g}; raise settle.most_steps or, where bodies touch, lower time.courant, and "
-            f"resume; or hold what can fall, slide or flow for ever, give bodies of few cells more points per cell or trilinear "
+            f"resume; or hold what can fall, slide or flow for ever, give thin bodies more points per cell or trilinear "
             f"functions, or raise settle.share, and start a new run"
         )
 
