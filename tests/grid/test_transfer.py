@@ -152,7 +152,7 @@ def test_apic_carries_affine_fields_exactly():
         values[index] = position @ GRADIENT.T + (1.0, -2.0, 3.0)
     body.update_velocities(DT, remap=True)
     # gradients: velocities of order five over cells of half a metre, over a spread of the weights of at least 1e-4
-    assert np.abs(body.arrays["affine"] - tensor(GRADIENT)).max() < 1e-10
+    assert np.abs(body.arrays["affine"][:, :9] - tensor(GRADIENT)).max() < 1e-10
     expected = body.points.position @ GRADIENT.T + (1.0, -2.0, 3.0)
     assert np.abs(body.points.velocity - expected).max() < 1e-14 * 10
     mass = scatter(sim).mass[index]

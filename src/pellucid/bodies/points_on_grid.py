@@ -12,7 +12,7 @@ from pellucid.grid import affine, full_cells
 from pellucid.grid import transfer as kernels
 from pellucid.grid.points import (
     AFFINE,
-    AFFINE_BEFORE,
+    FIELD_ENERGY,
     GAINED,
     HEATING,
     KEPT,
@@ -20,6 +20,7 @@ from pellucid.grid.points import (
     LOSS,
     LUMPING,
     MOMENTUM_X,
+    NO_AFFINE,
     NO_CELLS,
     POWER,
     RATE,
@@ -75,7 +76,7 @@ class PointsOnGrid(GridBody):
         self.arrays = arrays
         arrays["velocity"][:, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
-            arrays["affine"] = np.zeros((len(arrays["mass"]), 9))
+            arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
         self._heat = np.zeros(len(arrays["mass"]))
         self.totals = Totals()
@@ -86,7 +87,7 @@ class PointsOnGrid(GridBody):
     def bind(self) -> None:
         """Use the arrays as they are now, after some were replaced."""
         self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
-        self._affine = self.arrays.get("affine", np.zeros((0, 9)))
+        self._affine = self.arrays.get("affine", NO_AFFINE)
 
     def _bind_slabs(self, slabs: Slabs) -> None:
         """Make the bundle of points and slabs that kernels take."""
@@ -161,7 +162,8 @@ class PointsOnGrid(GridBody):
             kernels.scatter_momentum(self.n_slabs, Bundle(self.mapped._replace(nodes=self._nodes._replace(inertia=rows))))
             self.velocity_field.slow((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
-            self._affine *= kept
+            self._affine[:, :FIELD_ENERGY] *= kept
+            self._affine[:, FIELD_ENERGY:] *= kept**2
             totals.kinetic, totals.affine = kept**2 * totals.kinetic, kept**2 * totals.affine
             totals.momentum = kept * totals.momentum
         return lost, impulse
@@ -185,8 +187,7 @@ class PointsOnGrid(GridBody):
         sums = ordered_sum(self.slabs.sums)
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
-        if len(self._affine):  # the points have moved since, and the nodes' distances from them are others
-            loss += self.totals.affine - float(sums[AFFINE_BEFORE])
+        if len(self._affine):
             self.totals.affine = float(sums[AFFINE])
         if self.keeps_heat:
             self.totals.stored += float(sums[GAINED])  # for USF, in which the points were strained before
@@ -295,12 +296,7 @@ class PointsOnGrid(GridBody):
         self.renew_totals()
         self._take(state)  # no strain leaves no viscous stress
         if len(self._affine):
-            kept = self._affine.copy()
-            affine.gather_affine(
-                self.n_slabs, self.mapped, self.grid.nodes.velocity
-            )  # sums the energy of the fields as they are
-            self._affine[:] = kept
-            self.totals.affine = float(ordered_sum(self.slabs.sums)[AFFINE_BEFORE])
+            self.totals.affine = float(self.arrays["mass"] @ self._affine[:, FIELD_ENERGY])
             self.totals.kinetic += self.totals.affine
 
     def _take(self, state: Mapping[str, np.ndarray]) -> None:

@@ -8,7 +8,18 @@ from numpy import intp
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
 from pellucid.grid import transfer
-from pellucid.grid.points import NO_CELLS, NO_STRESS, NO_VOLUME, OK, ByIndex, MappedPoints, PointArrays, Slabs, place_of
+from pellucid.grid.points import (
+    NO_AFFINE,
+    NO_CELLS,
+    NO_STRESS,
+    NO_VOLUME,
+    OK,
+    ByIndex,
+    MappedPoints,
+    PointArrays,
+    Slabs,
+    place_of,
+)
 from pellucid.grid.sorting import empty_slabs, sort_by_nodes
 from pellucid.grid.transfer import placed
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
@@ -18,7 +29,7 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
-NO_AFFINE, NO_HEAT = np.zeros((0, 9)), np.zeros(0)
+NO_HEAT = np.zeros(0)
 
 
 @kernel(inner=True)

@@ -1,11 +1,12 @@
 """The affine velocity fields of APIC points, with the kinetic energy that these have and that the transfers lose.
 
 A point has the velocity v + C r at r from it, and with that the kinetic energy m/2 (|v|² + Σ N |C r|²). Mapping it to the nodes
-loses m/2 Σ N |v + C r - v_I|², mapping the nodes' velocities back m/2 Σ N |v_I - v - C r|² with the new v and C.
+loses m/2 Σ N |v + C r - v_I|², mapping the nodes' velocities back m/2 Σ N |v_I - v - C r|² with the new v and C. Between two
+steps the point moves among the nodes, and Σ N |C r|² changes with N and r: what it loses by that is negative half of the time.
 """
 
 from pellucid.approximants.axis import affine_weights
-from pellucid.grid.points import AFFINE, AFFINE_BEFORE, place_of
+from pellucid.grid.points import AFFINE, FIELD_ENERGY, place_of
 from pellucid.grid.stencil import gather, node_at, stencil
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_for
@@ -57,7 +58,7 @@ def _gather_affine_slab(s, mapped, gradient):
     functions, lattice, affine, index = mapped.functions, mapped.lattice, mapped.affine, mapped.index
     points, slabs, nodes, h = mapped.points, mapped.slabs, mapped.nodes, mapped.lattice.inverse_cell
     velocity, heat = points.velocity, mapped.heat
-    field_before = field_after = 0.0
+    field_energy = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         about = stencil(functions, lattice, points.position, p)
@@ -65,7 +66,7 @@ def _gather_affine_slab(s, mapped, gradient):
         bx = affine_weights(functions[0], offset[0], wx, about.gx)
         by = affine_weights(functions[1], offset[1], wy, about.gy)
         bz = affine_weights(functions[2], offset[2], wz, about.gz)
-        before = _row(affine, p)
+        before, kept = _row(affine, p), affine[p, FIELD_ENERGY]
         affine[p, :] = 0.0
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -76,18 +77,17 @@ def _gather_affine_slab(s, mapped, gradient):
                         affine[p, 3 * d + 1] += h * wx[a] * by[b] * wz[c] * gradient[I, d]
                         affine[p, 3 * d + 2] += h * wx[a] * wy[b] * bz[c] * gradient[I, d]
         v, new = (velocity[p, 0], velocity[p, 1], velocity[p, 2]), gather(about, lattice, nodes.velocity)
-        one, two, heat[p] = _energies(about, lattice, nodes, v, new, before, _row(affine, p))
-        field_before += points.mass[p] * one
-        field_after += points.mass[p] * two
-    slabs.sums[s, AFFINE_BEFORE] = field_before
-    slabs.sums[s, AFFINE] = field_after
+        here, reached, lost = _energies(about, lattice, nodes, v, new, before, _row(affine, p))
+        heat[p], affine[p, FIELD_ENERGY] = lost + kept - here, reached
+        field_energy += points.mass[p] * reached
+    slabs.sums[s, AFFINE] = field_energy
 
 
 @kernel()
 def gather_affine(n, mapped, gradient):
     """The affine fields of the nodal velocity `gradient` [m/s], shape (nodes, 3), about the points of n slabs.
 
-    Before the points' velocities are new. Fills `heat` with what the transfers lose, and AFFINE_BEFORE and AFFINE of the sums
-    with the kinetic energies of the old and new fields [J].
+    Before the points' velocities are new. Fills `heat` with what the transfers and the way of the points since lose, and AFFINE
+    of the sums with the kinetic energy of the new fields [J].
     """
     parallel_for(_gather_affine_slab, n, mapped, gradient)

@@ -107,6 +107,11 @@ PRESSURE, GROWTH, SHIFT = range(3)
 """Mean pressure [Pa]; rate at which a unit of its points' volume grows with the cell, and what the points lack of it [1/s]."""
 NO_CELLS = FullCells(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, np.bool_))
 
+FIELD_ENERGY = 9
+"""Column of `affine` after those of the velocity field: its kinetic energy of unit mass, where the transfer left it [J/kg]."""
+NO_AFFINE = np.zeros((0, FIELD_ENERGY + 1))
+"""Of bodies that have no such fields."""
+
 
 class MappedPoints(NamedTuple):
     """A body's points and the nodes of its velocity field, as kernels take them."""
@@ -117,7 +122,7 @@ class MappedPoints(NamedTuple):
     nodes: Nodes
     points: PointArrays
     slabs: Slabs
-    affine: np.ndarray  # (n, 9) [1/s], (0, 9) where the transfer has no use for it
+    affine: np.ndarray  # (n, 10) affine velocity fields [1/s] and FIELD_ENERGY; no rows where the transfer has no use for them
     heat: np.ndarray  # (n,) kinetic energy that the transfer of this step lost about a point [J/kg]
     index: Any  # `InOrder` or `ByIndex`
     cells: FullCells
@@ -149,11 +154,10 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
     RATE,
     LUMPING,
     LOSS,
-    AFFINE_BEFORE,
     AFFINE,
     POWER,
     GAINED,
     KEPT,
     VECTORS,
     COLUMNS,
-) = range(18)
+) = range(17)

@@ -22,7 +22,7 @@ from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import NO_STRESS, PointArrays
+from pellucid.grid.points import NO_AFFINE, NO_STRESS, PointArrays
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -91,7 +91,7 @@ class FilmOnGrid(PointsOnGrid):
         """Take up arrays that were replaced."""
         a = self.arrays
         self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
-        self._affine = a.get("affine", np.zeros((0, 9)))
+        self._affine = a.get("affine", NO_AFFINE)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What its functions depend on, too."""

@@ -10,7 +10,7 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import NO_STRESS, PointArrays, Slabs
+from pellucid.grid.points import NO_AFFINE, NO_STRESS, PointArrays, Slabs
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -53,7 +53,7 @@ class ElementsOnGrid(PointsOnGrid):
         """Take up arrays that were replaced."""
         a = self.arrays
         self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
-        self._affine = a.get("affine", np.zeros((0, 9)))
+        self._affine = a.get("affine", NO_AFFINE)
 
     def _bind_slabs(self, slabs: Slabs) -> None:
         super()._bind_slabs(slabs)
