@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import pellucid
 from pellucid import catalogue
-from pellucid.case import dumps, load, loads
+from pellucid.case import load
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures, painter
 from pellucid.results.pictures.case_module import drawn_by_module
@@ -62,12 +62,6 @@ def test_says_what_it_is(name):
     assert case.times is not None
     assert case.times.quick <= 90.0
     assert case.quick_variant() != case
-
-
-@pytest.mark.parametrize("name", catalogue.ids())
-def test_survives_writing_and_reading(name):
-    case = load(name)
-    assert loads(dumps(case), name) == case
 
 
 @pytest.mark.parametrize("name", catalogue.ids())
