@@ -229,7 +229,8 @@ quantity = "reaction"
 condition = "pull"
 component = "z"
 """
-    run = pellucid.run(case("spheroid = { radius = 1, nodes = 21 }", 0.5, 10.0, "", "", pulled), out=tmp_path / "run", report=False)
+    of = case("spheroid = { radius = 1, nodes = 21 }", 0.5, 10.0, "", "", pulled)
+    run = pellucid.run(of, out=tmp_path / "run", report=False)
     fields = run.fields("film")
     assert fields["position"][-1, 2] == pytest.approx(1.05)
     assert fields["position"][0, 2] == pytest.approx(-1.0)
