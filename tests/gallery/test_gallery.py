@@ -10,9 +10,21 @@ from matplotlib.figure import Figure
 import pellucid
 from pellucid import catalogue
 from pellucid.case import load
+from pellucid.gallery.gan2011 import piezo_pictures
+from pellucid.gallery.lian2014 import shapes
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures import figures, painter
+from pellucid.results.pictures import bodies_in_space, figures, painter, surfaces_in_space
 from pellucid.results.pictures.case_module import drawn_by_module
+
+WIDTHS = [
+    (bodies_in_space, "COLUMNS"),
+    (surfaces_in_space, "COLUMNS"),
+    (shapes, "PANEL_COLUMNS"),
+    (shapes, "FILM_COLUMNS"),
+    (piezo_pictures, "COLUMNS"),
+    (piezo_pictures, "FILM_COLUMNS"),
+]
+"""How many pixels wide pictures in space are."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +50,8 @@ def quick(request, tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(painter, "drawn_by_module", drawn_briefly)
+        for module, name in WIDTHS:  # what they show does not depend on it; they would take two thirds of the time of pictures
+            patch.setattr(module, name, 150)
         patch.setattr(figures, "drawn_by_module", drawn_and_kept)
         run = pellucid.run(load(request.param).quick_variant(), out=out / "run")
     return Outcome(run, run.metrics, kept)
