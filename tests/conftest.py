@@ -19,8 +19,9 @@ def pytest_xdist_make_scheduler(config, log):
     class ByFileOrCase(LoadFileScheduling):
         def _split_scope(self, nodeid):
             file, _, test = nodeid.partition("::")
-            return test[test.index("[") :] if file.endswith("test_gallery.py") else file
+            return test.partition("[")[2] or file if file.endswith("test_gallery.py") else file
 
+    config.option.loadscopereorder = False  # long cases of the gallery have few tests and would come last, on one worker
     return ByFileOrCase(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
