@@ -11,14 +11,28 @@ settings.register_profile("without a clock", deadline=None)  # how long an examp
 settings.load_profile("without a clock")
 
 
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_make_scheduler(config, log):
+    """A file goes to one worker, whose tests share kernels; of the gallery a case does, or one worker would run all of them."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFileOrCase(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file, _, test = nodeid.partition("::")
+            return test.partition("[")[2] or file if file.endswith("test_gallery.py") else file
+
+    config.option.loadscopereorder = False  # long cases of the gallery have few tests and would come last, on one worker
+    return ByFileOrCase(config, log) if config.getvalue("dist") == "loadfile" else None
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _no_helpers():
-    """Runs compile and draw alone: the workers of the suite have the cores. Tests of helpers ask for cores themselves."""
+    """Runs compile, step and draw alone: the workers of the suite have the cores. Tests of helpers ask for cores themselves."""
     from pellucid.results.pictures import painter
-    from pellucid.simulation import ahead
+    from pellucid.simulation import ahead, simulation
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (ahead, painter):
+        for module in (ahead, painter, simulation):
             patch.setattr(module, "free_cores", lambda: 0)
         yield
 

@@ -83,7 +83,7 @@ def test_a_clamped_circular_membrane_bulges_as_hencky_found(poisson_ratio, k):
     radius, pressure, thickness, cell = 1.0, 40.0, 0.01, 0.1
     clamped = {"centre": (0, 0, 0), "axis": "z", "inner_radius": 0.999, "outer_radius": 1.001, "height": 0.1}
     case = membrane(
-        {"disc": {"centre": (0, 0, 0), "normal": (0, 0, 1), "radius": radius, "rings": 40}},
+        {"disc": {"centre": (0, 0, 0), "normal": (0, 0, 1), "radius": radius, "rings": 32}},
         lower=(-1.2, -1.2, -0.2),
         counts=(24, 24, 6),
         cell=cell,

@@ -40,9 +40,14 @@ def test_faces_apart_share_nodes_but_do_not_touch():
     assert not meeting.normal.any()
 
 
-@pytest.mark.parametrize("counts", [(9, 8, 8), (8, 9, 8), (8, 8, 9), (8, 1, 9), (1, 9, 8), (8, 8, 1), (1, 1, 9)])
-@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
-def test_points_are_looked_for_where_they_may_reach_the_shared_nodes(counts, functions):
+THICK, THIN = [(9, 8, 8), (8, 9, 8), (8, 8, 9)], [(8, 1, 9), (1, 9, 8), (8, 8, 1), (1, 1, 9)]
+
+
+@pytest.mark.parametrize(
+    ("functions", "counts"),
+    [*(("trilinear", counts) for counts in THICK + THIN), *(("quadratic-bspline", counts) for counts in [*THICK, (8, 8, 1)])],
+)
+def test_points_are_looked_for_where_they_may_reach_the_shared_nodes(functions, counts):
     """In any order of the axes in memory, and where some are thin."""
     flat = np.array(counts) == 1
     corners = [

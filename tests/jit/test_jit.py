@@ -126,13 +126,15 @@ from small_cases import GAS, RATE_SOLID, SLIP, SOLID, advance, box, simulation
 
 gas = GAS | {"viscosity": 0.1, "artificial_viscosity": {"quadratic": 2.0, "linear": 1.0}}
 frames = []
-for settings in ({"scheme": "musl"}, {"scheme": "usf", "functions": "quadratic-bspline", "transfer": "apic"}):
+plane = {"counts": (5, 3, 1), "functions": "quadratic-bspline"}
+space = {"counts": (5, 3, 2), "scheme": "usf", "transfer": "apic"}
+for settings in (plane, space):
     bodies = [
         box((0, 0, 0), (2, 2, 1), gas, (2, 2, 1), name="gas", velocity=(0.5, 0, 0)),
         box((2, 0, 0), (3, 2, 1), SOLID, (2, 2, 1), name="solid", angular_velocity=(0, 0, 0.2)),
         box((3, 0, 0), (4, 2, 1), RATE_SOLID, (2, 2, 1), name="rate", velocity=(0, 0.1, 0)),
     ]
-    sim = simulation(*bodies, counts=(5, 3, 1), support=SLIP, end=10.0, gravity=(0, -0.1, 0), **settings)
+    sim = simulation(*bodies, support=SLIP, end=10.0, gravity=(0, -0.1, 0), **settings)
     advance(sim, 6)
     for body in sim.bodies:
         frame = body.frame()

@@ -108,7 +108,7 @@ def test_a_run_is_finished_at_the_end_of_its_case_only(tmp_path, fake, monkeypat
     assert resume_case(out, report=False).finished
     monkeypatch.setattr(fake, "breaks_at", 3)
     with pytest.raises(RunStopped):
-        run_case(free_flight(), out)
+        run_case(free_flight(), out, report=False)
     run = Run(out)
     assert not run.finished
     assert run.metrics == {}
@@ -198,7 +198,7 @@ def test_resuming_where_there_is_no_run_is_told(tmp_path):
 def test_a_run_that_stops_itself_leaves_a_forensic_dump(tmp_path, fake, monkeypatch):
     monkeypatch.setattr(fake, "breaks_at", 9)
     with pytest.raises(RunStopped, match="point 7"):
-        run_case(free_flight(), tmp_path / "run")
+        run_case(free_flight(), tmp_path / "run", report=False)
     failure = json.loads((tmp_path / "run/forensics/failure.json").read_text())
     assert failure["message"] == "point 7 of gas is lost"
     assert (failure["step"], failure["body"], failure["point"]) == (9, "gas", 7)

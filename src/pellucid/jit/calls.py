@@ -25,9 +25,10 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         entry = self.entries.get(kinds)
         if entry is None:
             result = super().__call__(*arguments)
-            compiled = self.overloads.get(tuple(map(self.typeof_pyval, arguments)))
-            if compiled is not None and None not in kinds:  # none where calls are only put down
-                self.entries[kinds] = compiled.entry_point
+            if None not in kinds:
+                compiled = self.overloads.get(tuple(map(self.typeof_pyval, arguments)))
+                if compiled is not None:  # none where calls are only put down
+                    self.entries[kinds] = compiled.entry_point
             return result
         return entry(*arguments)
 

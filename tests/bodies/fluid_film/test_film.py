@@ -229,7 +229,8 @@ quantity = "reaction"
 condition = "pull"
 component = "z"
 """
-    run = pellucid.run(case("spheroid = { radius = 1, nodes = 21 }", 0.5, 10.0, "", "", pulled), out=tmp_path / "run")
+    of = case("spheroid = { radius = 1, nodes = 21 }", 0.5, 10.0, "", "", pulled)
+    run = pellucid.run(of, out=tmp_path / "run", report=False)
     fields = run.fields("film")
     assert fields["position"][-1, 2] == pytest.approx(1.05)
     assert fields["position"][0, 2] == pytest.approx(-1.0)
@@ -241,9 +242,9 @@ component = "z"
 def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
     shape = "spheroid = { radius = 1, radius_z = 1.5, nodes = 21 }"
     of = case(shape, 1.0, 10.0, ", bending_rigidity = 0.1", 'volume = {}\narea = "kept"')
-    whole = pellucid.run(of, out=tmp_path / "whole")
-    pellucid.run(of, out=tmp_path / "part", until=0.4)
-    resumed = resume_case(tmp_path / "part")
+    whole = pellucid.run(of, out=tmp_path / "whole", report=False)
+    pellucid.run(of, out=tmp_path / "part", until=0.4, report=False)
+    resumed = resume_case(tmp_path / "part", report=False)
     for name in ("position", "areal_density"):
         assert np.array_equal(whole.fields("film")[name], resumed.fields("film")[name])
 

@@ -92,7 +92,7 @@ component = "x"
 """
     signal = 'kind = "steady", velocity = -0.3'
     of = case(shape, 0.1, 1.0, "", DRAG, led(signal, CAP, "push") + probe, 0.01)
-    run = pellucid.run(of, out=tmp_path / "run")
+    run = pellucid.run(of, out=tmp_path / "run", report=False)
     _, film = ran(of)
     start = Simulation(of).bodies[0].arrays["position"][:, 2]
     top, low = film.arrays["position"][:, 2].max(), film.arrays["position"][:, 2].min()
@@ -110,9 +110,9 @@ component = "x"
 
 def test_a_led_film_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
     of = case(LOOP.replace("= 2", "= 1"), 0.2, 1.0, "", DRAG, led(part=CAP))
-    whole = pellucid.run(of, out=tmp_path / "whole")
-    pellucid.run(of, out=tmp_path / "part", until=0.1)
-    resumed = resume_case(tmp_path / "part")
+    whole = pellucid.run(of, out=tmp_path / "whole", report=False)
+    pellucid.run(of, out=tmp_path / "part", until=0.1, report=False)
+    resumed = resume_case(tmp_path / "part", report=False)
     assert np.array_equal(whole.fields("film")["position"], resumed.fields("film")["position"])
 
 

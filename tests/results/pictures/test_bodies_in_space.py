@@ -52,7 +52,7 @@ def test_lines_are_left_out_beside_surfaces(tmp_path, monkeypatch):
     films = [{"name": name, "shape": shape, **film} for name, shape in shapes.items()]
     case = Case.model_validate({"schema": 1, "title": "Two films", "time": {"end": 0.1}, "body": films})
     with house_style():
-        figure = panels_in_space(run(case, out=tmp_path / "run"), "speed")
+        figure = panels_in_space(run(case, out=tmp_path / "run", report=False), "speed")
     assert any(axes.images for axes in figure.axes)
 
 
@@ -74,7 +74,7 @@ def thrown(**more):
 @pytest.fixture(scope="module")
 def solid(tmp_path_factory):
     """A run of such a block."""
-    return run(thrown(), out=tmp_path_factory.mktemp("solid") / "run")
+    return run(thrown(), out=tmp_path_factory.mktemp("solid") / "run", report=False)
 
 
 def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
@@ -95,7 +95,8 @@ def test_solids_are_drawn_whole_and_cut_open(solid, monkeypatch):
 def test_a_solid_at_a_plane_of_symmetry_in_front_is_not_cut_open(tmp_path, monkeypatch):
     monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 100)
     grid = {"lower": (-1e-2, 0.0, -1e-2), "upper": (5e-2, 4e-2, 3e-2), "cell": 1e-2}
-    at_the_face = run(thrown(grid=grid, support=[{"where": "y-lower", "fix": "normal"}]), out=tmp_path / "run")
+    case = thrown(grid=grid, support=[{"where": "y-lower", "fix": "normal"}])
+    at_the_face = run(case, out=tmp_path / "run", report=False)
     with house_style():
         assert list(bodies(at_the_face)) == ["bodies_speed", "bodies_load"]
 
@@ -113,7 +114,8 @@ def hanging(tmp_path_factory):
     table = {"schema": 1, "title": "A block", "time": {"end": 1.0}, "gravity": (0, 0, -9.81), "body": [body]}
     steady = {"steady": {"load_steps": 2, "tolerance": 1e-4}, "support": [{"name": "top", "where": {"normal": (0, 0, 1)}}]}
     probe = {"name": "pull", "quantity": "reaction", "condition": "top", "component": "z"}
-    return run(Case.model_validate(table | steady | {"probe": [probe]}), out=tmp_path_factory.mktemp("steady") / "run")
+    case = Case.model_validate(table | steady | {"probe": [probe]})
+    return run(case, out=tmp_path_factory.mktemp("steady") / "run", report=False)
 
 
 def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the_loads(hanging, monkeypatch):

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix, hstack, vstack
+from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
 from pellucid.bodies.fluid_film.nodal_sums import ElementRows, SharedRows
@@ -22,31 +22,33 @@ class CurveSolver:
     def __init__(self, nodes: np.ndarray, held: np.ndarray) -> None:
         n, d = held.shape
         self._size, self._shape, self._held = n * d, (n, d), held
-        places = (d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), -1)
-        self._rows = np.repeat(places, places.shape[1], axis=1).ravel()
-        self._columns = np.tile(places, (1, places.shape[1])).ravel()
+        self._places = (d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), -1)
+        self._rows = np.repeat(self._places, self._places.shape[1], axis=1).ravel()
+        self._columns = np.tile(self._places, (1, self._places.shape[1])).ravel()
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
         """See `pellucid.bodies.fluid_film.solver`."""
-        known, stiffness = system.known, self._whole(system.stiffness)
+        known, stiffness = system.known, self._squares(system.stiffness)
         free = np.flatnonzero(~(known | self._held).ravel())
-        resistance = self._whole(system.resistance)
+        resistance = self._squares(system.resistance)
         whole = resistance + stiffness
         v = np.where(known & ~self._held, system.velocity, 0.0).ravel()
-        forces = system.force.ravel() + stiffness @ system.guess.ravel() - whole @ v
+        forces = system.force.ravel() + self._applied(stiffness, system.guess.ravel()) - self._applied(whole, v)
         right = forces[free]
         rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), self._size)
         goals = np.array([border.rate for border in borders]) - rows @ v
-        matrix, sides = whole[free][:, free], rows[:, free]
+        sides = rows[:, free]
         if system.turning is None:
-            found = _factors(_bordered(matrix, sides)).solve(np.concatenate([right, goals]))
+            found = _factors(self._matrix(whole, free, sides)).solve(np.concatenate([right, goals]))
             moved = found[: len(free)]
         else:
-            dense = [of[free][:, free].toarray() for of in (resistance, self._whole(system.turning))]
-            resisted, unresisted = _parted(dense[0])
+            squares = resistance, self._squares(system.turning), whole
+            resisting, turning, matrix = (self._matrix(of, free).toarray() for of in squares)
+            resisted, unresisted = _parted(resisting)
             self._check(system, unresisted, free, sides)
-            basis = _least_turning(dense[1], resisted, unresisted)
-            reduced = _bordered(csc_matrix(basis.T @ matrix @ basis), sides @ basis).toarray()
+            basis = _least_turning(turning, resisted, unresisted)
+            border = sides @ basis
+            reduced = np.block([[basis.T @ matrix @ basis, border.T], [border, np.zeros((len(sides), len(sides)))]])
             found = np.linalg.solve(reduced, np.concatenate([basis.T @ right, goals]))
             moved = basis @ found[: basis.shape[1]]
         v[free] += moved
@@ -68,28 +70,40 @@ class CurveSolver:
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """It keeps nothing."""
 
-    def _whole(self, squares: Sequence[ElementRows | SharedRows]) -> csc_matrix:
-        found = [square.of_components(self._shape[1]) for square in squares]
-        parts = [np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found]
-        elements = np.sum(parts, axis=0)
-        return coo_matrix((elements.ravel(), (self._rows, self._columns)), (self._size, self._size)).tocsc()
+    def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
+        """The matrices of the elements, shape (e, m d, m d)."""
+        found = [row.of_components(self._shape[1]) for row in rows]
+        return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
+
+    def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Their sum times a vector."""
+        parts = np.matmul(squares, v[self._places][..., None])
+        return np.bincount(self._places.ravel(), parts.ravel(), self._size)
+
+    def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
+        """Their sum for the free components, with a border of further rows and columns."""
+        number = np.full(self._size, -1)
+        number[free] = np.arange(len(free))
+        rows, columns = number[self._rows], number[self._columns]
+        kept = (rows >= 0) & (columns >= 0)
+        rows, columns, values, size = rows[kept], columns[kept], squares.ravel()[kept], len(free)
+        if sides is not None and len(sides):
+            side, place = (index.ravel() for index in np.indices(sides.shape))
+            rows = np.concatenate([rows, size + side, place])
+            columns = np.concatenate([columns, place, size + side])
+            values = np.concatenate([values, sides.ravel(), sides.ravel()])
+            size += len(sides)
+        return coo_matrix((values, (rows, columns)), (size, size)).tocsc()
 
 
 def _factors(matrix: csc_matrix) -> SuperLU:
     """Raises LinAlgError, as dense systems do, where the matrix is singular."""
     try:
-        return splu(csc_matrix(matrix))
+        return splu(matrix)
     except RuntimeError as error:
         if "singular" not in str(error):
             raise
         raise np.linalg.LinAlgError(str(error)) from error
-
-
-def _bordered(matrix: csc_matrix, sides: np.ndarray) -> csc_matrix:
-    if not len(sides):
-        return matrix
-    rows = csc_matrix(sides)
-    return csc_matrix(vstack([hstack([matrix, rows.T]), hstack([rows, csc_matrix((len(sides), len(sides)))])]))
 
 
 def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
