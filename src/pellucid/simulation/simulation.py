@@ -191,7 +191,8 @@ class Simulation:
 
     def begin_balance(self) -> None:
         """Count mass, momentum and energy from the state as it is."""
-        at_stake = energy_at_stake(self.bodies, self.case.gravity)
+        speeds = [0.0 if model.is_rigid else model.material.wave_speeds()[0] for model in self.case.body]
+        at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds)
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
         self._balanced = self.n_steps
 
