@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -248,6 +249,22 @@ def test_what_cannot_settle_is_refused(change, message):
         data |= change
     with pytest.raises((CaseError, ValueError), match=message):
         type(heavy_column()).model_validate(data)
+
+
+def test_motion_that_settling_takes_is_told_and_does_not_count():
+    """Bodies that go on from an earlier run bring it; what is left of one that was settled there is none."""
+    sim, still = (Simulation(heavy_column({}, step=4e-3), threads=1) for _ in range(2))
+    still.settle()
+    sim.bodies[0].arrays["velocity"][:, 1] = 1e-3
+    sim.bodies[0].renew_totals()
+    kinetic = 0.5 * sim.bodies[0].mass * 1e-6
+    with pytest.warns(UserWarning, match=rf"\[settle\] takes all velocity .* kinetic energy of {kinetic:.3g} J"):
+        sim.settle()
+    assert (sim.bodies[0].arrays["position"] == still.bodies[0].arrays["position"]).all()
+    advance(sim, 10)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.settle()
 
 
 def test_without_the_table_nothing_settles():
