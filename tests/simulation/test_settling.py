@@ -150,7 +150,7 @@ def test_a_settling_that_ends_in_no_numbers_leaves_its_record(tmp_path, monkeypa
     with pytest.raises(RunStopped, match="lost"):
         pellucid.run(found, out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
-    assert (failure["message"], failure["settling_step"]) == ("lost", 12)
+    assert (failure["message"], failure["settling_step"]) == ("[settle]: lost", 12)
     assert (tmp_path / "run" / "report.html").is_file()
     assert Run(tmp_path / "run").history["step"].tolist() == [0]
 
@@ -249,6 +249,16 @@ def test_what_cannot_settle_is_refused(change, message):
         data |= change
     with pytest.raises((CaseError, ValueError), match=message):
         type(heavy_column()).model_validate(data)
+
+
+def test_a_point_lost_on_the_way_is_told_to_be_of_the_settling(tmp_path):
+    """A column that nothing holds falls out of the grid."""
+    loose = heavy_column({}, gravity=(0.0, -100.0, 0.0)).to_data()
+    loose["support"] = loose["support"][:2]
+    with pytest.raises(RunStopped, match=r"^\[settle\]: step \d+, .* left the grid; .*, and hold what can fall") as stopped:
+        pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run", report=False)
+    assert stopped.value.place["settling_step"] == stopped.value.place["step"]
+    assert stopped.value.place["body"] == "column"
 
 
 def test_motion_that_settling_takes_is_told_and_does_not_count():
