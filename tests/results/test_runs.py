@@ -338,6 +338,13 @@ def test_a_run_is_not_resumed_until_after_its_end(tmp_path):
     assert 1.1 <= longer.summary["end_time"] < 1.2
 
 
+def test_what_a_killed_process_left_before_the_case_is_told_at_a_resume(tmp_path):
+    (tmp_path / "run.lock").touch()
+    words = r"ended before it wrote anything\n    run it again: `pellucid run CASE --out "
+    with pytest.raises(UsageError, match=words):
+        resume_case(tmp_path)
+
+
 def test_a_folder_that_is_not_there_says_so(tmp_path):
     with pytest.raises(UsageError, match="there is no folder"):
         _ = pellucid.Run(tmp_path / "nosuch").summary
