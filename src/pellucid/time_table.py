@@ -1,6 +1,7 @@
 """Tables of a quantity over time in CSV files, as cases name them."""
 
 import csv
+from collections.abc import Iterator
 from math import isfinite
 
 import numpy as np
@@ -19,7 +20,7 @@ def read_rows(path: str, quantity: str) -> np.ndarray:
         reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
         raise ValueError(f"cannot read the table {path}: {reason}") from None
     rows: list[tuple[float, float]] = []
-    for number, cells in enumerate(csv.reader(text.splitlines()), start=1):
+    for number, cells in enumerate(_cells(text, path), start=1):
         if not cells or cells[0].lstrip().startswith("#") or (not rows and number == 1 and not _numbers(cells)):
             continue
         place = f"line {number} of {path}"
@@ -35,6 +36,14 @@ def read_rows(path: str, quantity: str) -> np.ndarray:
     if len(rows) < 2:
         raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")
     return np.array(rows)
+
+
+def _cells(text: str, path: str) -> Iterator[list[str]]:
+    reader = csv.reader(text.splitlines())
+    try:
+        yield from reader
+    except csv.Error as error:  # such as a cell of more than 131 072 characters
+        raise ValueError(f"line {reader.line_num} of {path} cannot be read as CSV: {error}") from None
 
 
 def _numbers(cells: list[str]) -> bool:

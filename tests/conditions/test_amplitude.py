@@ -42,6 +42,12 @@ def test_what_is_no_function_is_refused(wrong, message):
         Amplitude.model_validate(wrong)
 
 
+def test_a_file_that_is_no_csv_is_refused_with_its_line(tmp_path):
+    (tmp_path / "long.csv").write_text(f"0,1\n1,{'1' * 140_000}\n2,1\n")
+    with pytest.raises(ValueError, match=r"line 2 of .*long\.csv cannot be read as CSV: field larger than"):
+        Amplitude.model_validate({"path": str(tmp_path / "long.csv")})
+
+
 def mean_velocity(sim):
     body = sim.bodies[0].arrays
     return body["mass"] @ body["velocity"] / body["mass"].sum()

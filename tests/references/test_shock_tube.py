@@ -97,5 +97,15 @@ def test_solids_have_no_riemann_problem():
         Tube.of(load("basics/colliding-discs"))
 
 
+def test_the_start_is_the_two_gases():
+    """As of a run that stopped while its bodies settled: there is no shock yet to be shown close up."""
+    run = ExactRun(load("basics/sod"))
+    exact = run.tube.exact(np.array([0.1, 0.4, 0.5, 0.6]), 0.0)  # the diaphragm is one of the places
+    assert exact["density"].tolist() == [1.0, 1.0, 0.125, 0.125]
+    assert exact["pressure"].tolist() == pytest.approx([1.0, 1.0, 0.1, 0.1])
+    run.time = 0.0
+    assert set(figures(run)) == {"profiles"}
+
+
 def test_figures_are_drawn():
     assert set(figures(ExactRun(load("gan2011/shock-tube")))) == {"profiles", "shock"}

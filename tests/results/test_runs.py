@@ -318,6 +318,7 @@ def test_what_a_killed_process_left_before_the_case_was_written_is_no_obstacle(t
     ("more", "words"),
     [
         ({"until": -1.0}, "until = -1.0 must be a positive time"),
+        ({"until": 99.0}, r"until = 99.0 s is after the end of the case, time.end = 0.2 s; .* set time.end to a later one"),
         ({"threads": 0}, "threads = 0 must be a whole number from 1 to"),
         ({"threads": "two"}, "threads = 'two' must be a whole number"),
         ({"threads": 100_000}, "threads = 100000 must be a whole number"),
@@ -327,6 +328,21 @@ def test_arguments_that_make_no_sense_are_refused_before_anything_is_written(tmp
     with pytest.raises(UsageError, match=words):
         pellucid.run(pellucid.load("basics/sod"), tmp_path / "run", **more)
     assert not (tmp_path / "run").exists()
+
+
+def test_a_run_is_not_resumed_until_after_its_end(tmp_path):
+    run_case(free_flight(), tmp_path, until=0.3, report=False)
+    with pytest.raises(UsageError, match=r"until = 2\.0 s is after the end of the case, time\.end = 1\.0 s"):
+        resume_case(tmp_path, until=2.0, report=False)
+    longer = resume_case(tmp_path, until=1.1, settings={"time.end": 1.2}, report=False)
+    assert 1.1 <= longer.summary["end_time"] < 1.2
+
+
+def test_what_a_killed_process_left_before_the_case_is_told_at_a_resume(tmp_path):
+    (tmp_path / "run.lock").touch()
+    words = r"ended before it wrote anything\n    run it again: `pellucid run CASE --out "
+    with pytest.raises(UsageError, match=words):
+        resume_case(tmp_path)
 
 
 def test_a_folder_that_is_not_there_says_so(tmp_path):

@@ -184,6 +184,58 @@ def test_what_the_shape_says_of_the_place_is_told_to_be_of_no_effect(tmp_path, e
     np.testing.assert_allclose(second.fields("block", 0.0)["position"], earlier.fields("block")["position"], rtol=1e-12)
 
 
+FLEET = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
+
+
+def follower(name, left, velocity, **more):
+    """A block 1 m wide, of one of the fields."""
+    return {
+        "name": name,
+        "kind": "material-points",
+        "shape": {"box": {"lower": [left, 0.5, 0], "upper": [left + 1.0, 1.5, 0]}},
+        "points_per_cell": [2, 2, 1],
+        "material": FLEET,
+        "velocity": [velocity, 0, 0],
+    } | more
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """Two blocks of two velocity fields, one behind the other: the first is where the second was."""
+    bodies = [follower("a", 0.25, 5, field="a"), follower("b", 1.5, 5, field="b")]
+    case = tank().with_settings({"body": bodies, "time.end": 0.3})
+    return run_case(case, tmp_path_factory.mktemp("flown") / "first", report=False)
+
+
+def test_bodies_that_go_on_may_be_where_others_of_them_were(tmp_path, flown):
+    second = run_case(going_on(flown.case, flown.out), tmp_path / "second", until=1e-9, report=False)
+    assert second.fields("a", 0.0)["position"][:, 0].mean() > 1.5
+    together = flown.case.with_settings({"body.b.field": "a"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run_case(going_on(together, flown.out), tmp_path / "together", until=1e-9, report=False)
+
+
+@pytest.mark.parametrize("field", ["a", "c"])
+def test_a_new_body_may_be_where_one_that_goes_on_was_but_not_where_it_is(tmp_path, flown, field):
+    at = flown.fields("a")["position"][:, 0].mean() - 0.5
+    first = follower("a", 0.25, 5, field="a")
+
+    def start(left, **more):
+        case = tank().with_settings({"body": [first, follower("c", left, 0.0, field=field, **more)]})
+        return run_case(going_on(case, flown.out), tmp_path / "second", until=1e-9, report=False)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        start(0.25)
+    if field == "a":
+        with pytest.warns(UserWarning, match="bodies a and c overlap in one velocity field"):
+            start(at)
+    else:
+        with pytest.raises(CaseError, match="points of it start inside body c"):
+            start(at)
+
+
 def test_a_body_described_with_less_than_in_the_earlier_run_goes_on(tmp_path, earlier):
     case = going_on(tank(**{"body.gas.velocity": [0, 0, 0]}), earlier.out)
     second = run_case(case, tmp_path / "second", until=1e-9, report=False)

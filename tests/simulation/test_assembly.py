@@ -221,3 +221,20 @@ def test_membranes_that_cross_and_balls_that_a_membrane_cuts_are_refused():
             refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none)
         for text in (*words, "contact cannot tell"):
             assert text in str(error.value)
+
+
+def test_a_ball_that_goes_on_is_cut_by_a_membrane_where_its_points_are():
+    """Not where the case describes it."""
+    flat = sheet(kind="membrane-elements", field="a")
+    grid = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
+    away = 1.0
+    for height, is_cut in ((0.03, False), (0.03 + away, True)):
+        shape = {"shape": {"sphere": {"centre": (0.06, 0.07, height), "radius": 0.11}}, "points_per_cell": 1000}
+        whole = case(flat, box((0, 0, 0), (1, 1, 1), name="ball") | shape, **grid)
+        bodies = bodies_of(whole)
+        bodies[1].arrays["position"][:, 2] -= away
+        if is_cut:
+            with pytest.raises(CaseError, match="inside body ball"):
+                refuse_overlaps(whole.body, bodies, whole.grid_or_none, {"ball"})
+        else:
+            refuse_overlaps(whole.body, bodies, whole.grid_or_none, {"ball"})

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -149,7 +150,7 @@ def test_a_settling_that_ends_in_no_numbers_leaves_its_record(tmp_path, monkeypa
     with pytest.raises(RunStopped, match="lost"):
         pellucid.run(found, out=tmp_path / "run")
     failure = json.loads((tmp_path / "run" / "forensics" / "failure.json").read_text())
-    assert (failure["message"], failure["settling_step"]) == ("lost", 12)
+    assert (failure["message"], failure["settling_step"]) == ("[settle]: lost", 12)
     assert (tmp_path / "run" / "report.html").is_file()
     assert Run(tmp_path / "run").history["step"].tolist() == [0]
 
@@ -248,6 +249,32 @@ def test_what_cannot_settle_is_refused(change, message):
         data |= change
     with pytest.raises((CaseError, ValueError), match=message):
         type(heavy_column()).model_validate(data)
+
+
+def test_a_point_lost_on_the_way_is_told_to_be_of_the_settling(tmp_path):
+    """A column that nothing holds falls out of the grid."""
+    loose = heavy_column({}, gravity=(0.0, -100.0, 0.0)).to_data()
+    loose["support"] = loose["support"][:2]
+    with pytest.raises(RunStopped, match=r"^\[settle\]: step \d+, .* left the grid; .*, and hold what can fall") as stopped:
+        pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run", report=False)
+    assert stopped.value.place["settling_step"] == stopped.value.place["step"]
+    assert stopped.value.place["body"] == "column"
+
+
+def test_motion_that_settling_takes_is_told_and_does_not_count():
+    """Bodies that go on from an earlier run bring it; what is left of one that was settled there is none."""
+    sim, still = (Simulation(heavy_column({}, step=4e-3), threads=1) for _ in range(2))
+    still.settle()
+    sim.bodies[0].arrays["velocity"][:, 1] = 1e-3
+    sim.bodies[0].renew_totals()
+    kinetic = 0.5 * sim.bodies[0].mass * 1e-6
+    with pytest.warns(UserWarning, match=rf"\[settle\] takes all velocity .* kinetic energy of {kinetic:.3g} J"):
+        sim.settle()
+    assert (sim.bodies[0].arrays["position"] == still.bodies[0].arrays["position"]).all()
+    advance(sim, 10)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.settle()
 
 
 def test_without_the_table_nothing_settles():

@@ -176,7 +176,8 @@ class EnergyBudget:
 
     def energy_error(self) -> float:
         """Energy that no channel explains, and what is `made` by those that can only take it, relative to what is at stake: the
-        largest energy that moved so far, and at least what was stored as strain and by gravity at the start."""
+        largest energy that moved so far, and at least what was stored as strain and by gravity at the start, with a share of
+        the internal energy and of what small strains would store that covers their rounding (`pellucid.energy.at_stake`)."""
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
         return float((error + self.made) / self.energy_scale) if self.energy_scale > 0.0 else 0.0

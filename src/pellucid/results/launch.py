@@ -42,7 +42,7 @@ def run_case(
     from pellucid.case.spec import required
 
     progress, case = progress or WarningsOnly(), required(case)
-    _check_until(until)
+    _check_until(until, case)
     if out is not None:
         RunFolder(out).check_replaceable()  # before the set-up, which may take long
         if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
@@ -73,7 +73,6 @@ def resume_case(
     it goes on with these. Raises `UsageError` where there is no run or a setting may not change, otherwise as `run_case`.
     """
     progress = progress or WarningsOnly()
-    _check_until(until)
     folder = RunFolder(out)
     with explained(folder.path), folder.held():
         return _go_on(folder, until, threads, progress, report, settings or {})
@@ -93,6 +92,7 @@ def _go_on(
         raise UsageError(_why_not_resumed(folder, error)) from error
     if settings:
         case = with_changes(case, settings)
+    _check_until(until, case)
     found = checkpoint.read_latest(folder.checkpoint, progress.message)
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
@@ -124,9 +124,12 @@ def _go_on(
         return _finish(simulation, recorder, until, progress, report)
 
 
-def _check_until(until: float | None) -> None:
+def _check_until(until: float | None, case: "Case") -> None:
     if until is not None and not until > 0.0:
         raise UsageError(f"until = {until!r} must be a positive time [s]; leave it out to run to the end of the case")
+    if until is not None and until > case.time.end * (1.0 + 1e-12):
+        text = f"until = {until!r} s is after the end of the case, time.end = {case.time.end!r} s"
+        raise UsageError(f"{text}; leave it out to run to that end, or set time.end to a later one")
 
 
 @contextmanager

@@ -1,10 +1,12 @@
 """Bodies that start inside each other or cross.
 
 Between velocity fields that is an error: contact could not find the normal. Within one there is the mass of both where two
-volumes overlap: that is a warning.
+volumes overlap: that is a warning. A body that goes on from an earlier run is where its points are, not where the case
+describes it; two such have met in that run already, and are not looked at again.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from itertools import combinations, permutations
 
 import numpy as np
@@ -19,23 +21,33 @@ from pellucid.parts.body_model import BodyModel
 DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
 
+Contains = Callable[[np.ndarray], np.ndarray]
+"""Which places [m], shape (n, 3), lie inside a body, shape (n,)."""
 
-def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None) -> None:
-    """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross."""
+
+def refuse_overlaps(
+    models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None, going_on: AbstractSet[str] = frozenset()
+) -> None:
+    """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross.
+
+    going_on: names of the bodies that begin in the state of an earlier run.
+    """
     if grid is None:  # without a grid they do not touch
         return
     known = {model.name: model.with_others(models) for model in models}
     for one, two in combinations(bodies, 2):
+        if {one.name, two.name} <= going_on:
+            continue
         if one.is_surface and two.is_surface and known[one.name].field != known[two.name].field:
             _refuse_crossing(one, two)
     for body, other in permutations(bodies, 2):
-        if other.is_surface or known[body.name].field == known[other.name].field:
+        if other.is_surface or known[body.name].field == known[other.name].field or {body.name, other.name} <= going_on:
             continue
         position = body.arrays["position"]
         if body.is_surface:  # its vertices may stand on both sides of a body that it cuts
             position = body.places()
             position = np.concatenate([position, position[body.cells().surface()].mean(axis=1)])
-        inside = _well_inside(position, known[other.name], grid)
+        inside = _well_inside(position, _contents(known[other.name], other, grid, going_on), grid)
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             text = (
@@ -47,7 +59,9 @@ def refuse_overlaps(models: Sequence[BodyModel], bodies: Sequence[Body], grid: G
             raise CaseError(Problem(text, f"body.{body.name}.{known[body.name].place}", remedy=remedy))
 
 
-def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None) -> Iterator[str]:
+def overlaps_within_fields(
+    models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None, going_on: AbstractSet[str] = frozenset()
+) -> Iterator[str]:
     """Warnings about volumes of one velocity field that overlap, one for each two of them."""
     if grid is None:
         return
@@ -55,9 +69,11 @@ def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], 
     for body, other in combinations(bodies, 2):
         if body.is_surface or other.is_surface or known[body.name].field != known[other.name].field:
             continue
+        if {body.name, other.name} <= going_on:
+            continue
         position = body.arrays["position"]
         position = position[:: max(1, len(position) // SAMPLES)]
-        inside = _well_inside(position, known[other.name], grid)
+        inside = _well_inside(position, _contents(known[other.name], other, grid, going_on), grid)
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             yield (
@@ -66,13 +82,30 @@ def overlaps_within_fields(models: Sequence[BodyModel], bodies: Sequence[Body], 
             )
 
 
-def _well_inside(position: np.ndarray, model: BodyModel, grid: GridCase) -> np.ndarray:
+def _contents(model: BodyModel, body: Body, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
+    """What lies inside a body: inside its shape, or where it goes on, in a cube of the volume of one of its points."""
+    x, y, z = active = np.array([not thin for thin in grid.thin()])
+    if body.name not in going_on:
+        return lambda places: model.contains(places, (x, y, z))
+    from scipy.spatial import cKDTree
+
+    size = body.volumes() / grid.slice_thickness() ** np.count_nonzero(~active)
+    half = 0.5 * size ** (1.0 / np.count_nonzero(active))
+    tree = cKDTree(body.arrays["position"][:, active])
+
+    def contains(places: np.ndarray) -> np.ndarray:
+        distance, nearest = tree.query(places[:, active], p=np.inf)
+        return np.asarray(distance <= half[nearest])
+
+    return contains
+
+
+def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np.ndarray:
     """Which positions lie inside a body, and no nearer to its border than DEPTH of a cell along any axis."""
-    x, y, z = (not thin for thin in grid.thin())
-    away = np.eye(3)[[x, y, z]]
+    away = np.eye(3)[[not thin for thin in grid.thin()]]
     inside = np.ones(len(position), bool)
     for step in np.vstack([np.zeros(3), away, -away]) * DEPTH * grid.cell:
-        inside[inside] = model.contains(position[inside] + step, (x, y, z))
+        inside[inside] = contains(position[inside] + step)
     return inside
 
 

@@ -5,6 +5,7 @@ Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R
 """
 
 import signal
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from pellucid.energy import EnergyBudget
 from pellucid.errors import Interrupted, RunStopped
+from pellucid.grid.points import FAULTS, LOST
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.progress import Progress
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
 AT_REST = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
 SWINGS = ("_passed", "_since", "_longest_swing", "_quiet", "_kinetic", "peak")  # what the clock keeps of them
+NAMED = "[settle]"  # how messages begin about what happens on the way
 SETTLING = "settling"  # where they are among the numbers of the clock
 
 
@@ -94,7 +97,7 @@ class SettlingClock(Clock):
         if share <= self.settle.share:
             state = f"the kinetic energy has been small for {self._quiet:.3g} s, and is to be so for {self._wanted:.3g} s"
         return RunStopped(
-            f"[settle]: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
+            f"{NAMED}: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
             f"settle.share = {self.settle.share:g}; raise settle.most_steps or, where bodies touch, lower time.courant, and "
             f"resume; or hold what can fall, slide or flow for ever, give thin bodies more points per cell or trilinear "
             f"functions, or raise settle.share, and start a new run"
@@ -134,6 +137,8 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
     if simulation.case.settle is None:
         return {}
     clock = simulation.clock
+    if not isinstance(clock, SettlingClock):
+        _stop_what_moves(simulation, simulation.case.settle.share)
     simulation.clock = settling = (
         clock if isinstance(clock, SettlingClock) else simulation.settling_clock(simulation.case.settle)
     )
@@ -142,12 +147,29 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
     try:
         _come_to_rest(simulation, settling, caught, progress, keeper)
     except RunStopped as error:
-        error.place["settling_step"] = settling.n_steps
-        raise
+        place = error.place | {"settling_step": settling.n_steps}
+        raise RunStopped(_while_settling(str(error)), **place) from error
     finally:
         simulation.clock = settling.run
     simulation.begin_balance()
     return {"settled": {"steps": settling.n_steps, "kinetic_energy": settling.peak}}
+
+
+def _while_settling(text: str) -> str:
+    """Why a run stopped, with what to do where a body moves away that is to come to rest."""
+    text = text if text.startswith(NAMED) else f"{NAMED}: {text}"
+    return f"{text}, and hold what can fall, slide or flow for ever" if FAULTS[LOST].meaning in text else text
+
+
+def _stop_what_moves(simulation: Settles, share: float) -> None:
+    """Velocities in the case are errors, but bodies may bring some from an earlier run. They are to settle where they are, and
+    what that motion was says nothing of how small the kinetic energy is to become."""
+    kinetic = simulation.kinetic_energy()
+    if kinetic > share * simulation.budget.at_stake:
+        text = f"{NAMED} takes all velocity from the bodies, which begin with a kinetic energy of {kinetic:.3g} J"
+        warnings.warn(f"{text}: leave [settle] out to keep it", stacklevel=2)
+        simulation.stop_bodies()
+        simulation.begin_balance()
 
 
 def _come_to_rest(

@@ -69,7 +69,8 @@ class Simulation:
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
             raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
-        take_up(built, start or {})
+        start = start or {}
+        take_up(built, start)
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self._on_grid: dict[VelocityField, list[GridBody]] = {}
@@ -79,7 +80,7 @@ class Simulation:
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         numbers = numbers_up_to(min(1 + free_cores(), set_threads(None))) if threads is None else [set_threads(threads)]
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
-        refuse_overlaps(case.body, self.bodies, case.grid_or_none)
+        refuse_overlaps(case.body, self.bodies, case.grid_or_none, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         part_forces(self._on_grid.values())
         self._cell_pressures = cell_pressures(self._on_grid)
@@ -107,7 +108,7 @@ class Simulation:
         self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
         self.timers: dict[str, float] = {}
         self._shown = 0.0
-        for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
+        for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none, start.keys()):
             warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
@@ -190,7 +191,8 @@ class Simulation:
 
     def begin_balance(self) -> None:
         """Count mass, momentum and energy from the state as it is."""
-        at_stake = energy_at_stake(self.bodies, self.case.gravity)
+        speeds = [0.0 if model.is_rigid else model.material.wave_speeds()[0] for model in self.case.body]
+        at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds)
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
         self._balanced = self.n_steps
 

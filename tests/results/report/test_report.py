@@ -103,6 +103,7 @@ def test_shows_energies_facts_and_case(page):
     for text in (
         "kinetic energy",
         "relative error",
+        "over the largest sum of m|v|, or the sizes of these added up if larger",
         "point-steps per second",
         "8 × 4 × 1 cells of 0.5 m, 1 m thick",
         "[[body]]",

@@ -105,8 +105,11 @@ def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
 
 
 def figures(run: "Run") -> dict[str, "Figure"]:
-    """The four profiles against the exact ones, and the points about the contact and the shock."""
-    return {"profiles": _profiles(run), "shock": _close_up(run)}
+    """The four profiles against the exact ones, and behind the start the points about the contact and the shock."""
+    found = {"profiles": _profiles(run)}
+    if run.times(run.case.body[0].name)[-1] > 0.0:
+        found["shock"] = _close_up(run)
+    return found
 
 
 def _profiles(run: "Run") -> "Figure":

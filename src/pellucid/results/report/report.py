@@ -151,7 +151,7 @@ def _conservation(run: Run) -> str:
     has_films = any(map(is_film, run.stored.bodies))
     remarks = {
         "mass": "what flows between the nodes of films adds up" if has_films else "the points keep theirs",
-        "momentum": "beyond what supports and gravity gave, over the largest sum of m|v|",
+        "momentum": "beyond the impulses from outside, over the largest sum of m|v|, or the sizes of these added up if larger",
         "energy": "of the energy balance at the end",
     }
     left_out = {"momentum"} if are_films_alone(run.stored) else set()  # they have no inertia

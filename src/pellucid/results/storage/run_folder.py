@@ -66,7 +66,12 @@ class RunFolder:
             return False
         if self.case.is_file():  # a run that was killed, or had no room, before it could sign its lock
             return self.case.read_bytes().startswith(SIGNATURE.encode())
-        return not self.mark.stat().st_size and set(self.path.iterdir()) <= {self.mark, draft_of(self.case)}
+        return not self.mark.stat().st_size and self._has_nothing_yet
+
+    @property
+    def _has_nothing_yet(self) -> bool:
+        """Whether there is nothing in it but the mark of a run."""
+        return set(self.path.iterdir()) <= {self.mark, draft_of(self.case)}
 
     @property
     def was_held_here(self) -> bool:
@@ -145,6 +150,9 @@ class RunFolder:
         return load(self.case)
 
     def _without_case(self) -> str:
+        if self.is_of_a_run and self._has_nothing_yet:
+            text = "the one that began there ended before it wrote anything"
+            return f"{text}\n    run it again: `pellucid run CASE --out {self.path}`"
         if self.path.is_dir():
             return "it has no case.toml"
         return "it is no folder" if self.path.exists() else "there is no such folder"
