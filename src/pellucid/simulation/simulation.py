@@ -104,7 +104,7 @@ class Simulation:
         self._begun, self._settled = False, dict[str, Any]()
         self._scheme = SCHEMES[case.time.scheme]
         own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
-        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
+        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None, case.time.transfer)
         self.timers: dict[str, float] = {}
         self._shown = 0.0
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none):
