@@ -40,7 +40,7 @@ def stretched(material, gradient, steps=1):
 
 def integrating(material):
     """The material, of which a fluid integrates its energy by itself and does not wait for the work of the grid."""
-    return material.model_copy(update={"energy_update": "closed"}) if material.keeps_work else material
+    return material.model_copy(update={"energy_update": "closed"}) if material.keeps_heat else material
 
 
 def gradient(seed, size):
@@ -166,7 +166,7 @@ def test_the_pressure_that_results_show(material):
     if isinstance(material, FluidMaterial):
         assert found == pressure(law.eos, density, after.internal_energy)
         # the stress knows the work of the second half of the step too, which the energy of this update lacks
-        ahead = after.internal_energy + (0.5e-3 * 50.0 * mean / density if material.keeps_work else 0.0)
+        ahead = after.internal_energy + (0.5e-3 * 50.0 * mean / density if material.keeps_heat else 0.0)
         of_stress = pressure(law.eos, density, ahead)
         assert mean == pytest.approx(of_stress, rel=1e-12) or material in (MATERIALS["viscous"], MATERIALS["shocked"])
         assert found > material.pressure

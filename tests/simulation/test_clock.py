@@ -63,6 +63,21 @@ def test_fixed_steps_are_counted_not_summed(end, step, count):
     assert times[:-1] == [n * step for n in range(1, count)]
 
 
+AROUND = [(0.3 - 1e-11, False, False), (0.3, True, False), (0.3 + 1e-11, True, True)]
+
+
+@pytest.mark.parametrize(("time", "reached", "passed"), AROUND)
+def test_an_end_is_reached_but_for_rounding(time, reached, passed):
+    """By the clock as by the results and by a run that goes on: 1e-14 more or less is the same."""
+    case = TimeCase(end=0.3)
+    for rounded in (time * (1.0 - 5e-14), time, time * (1.0 + 5e-14)):
+        clock = Clock(case)
+        clock.time = rounded
+        assert clock.finished(None) == clock.finished(0.4) == case.reached(rounded) == reached
+        assert case.passed(rounded) == passed
+        assert clock.finished(0.2)
+
+
 def test_a_fixed_step_is_checked_before_the_run():
     with pytest.raises(CaseError, match=r"largest stable step of body `slow` is 0.1 s") as caught:
         Clock(TimeCase(end=1.0, step=0.1 * (1.0 + STEP_MARGIN) + 1e-6)).next_step([body(1.0), body(0.1, "slow")])

@@ -29,29 +29,31 @@ def half_lost(moved, made=0.0):
     ],
 )
 def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(has_grid, advice):
-    watch = Watch(EnergyCase(), False, has_grid)
+    watch = Watch(EnergyCase(), False, has_grid, "flip")
     watch.energy(half_lost(5.0), clock(FIRST_JUDGED - 1), [])
     with pytest.raises(RunStopped, match=advice):
         watch.energy(half_lost(5.0), clock(FIRST_JUDGED), [])
 
 
 def test_what_contact_and_transfers_made_is_named():
-    watch = Watch(EnergyCase(), False, True)
+    watch = Watch(EnergyCase(), False, True, "flip")
     with pytest.raises(RunStopped, match=r"time integration -2.5 J, made by contact and transfers 0.25 J\)"):
         watch.energy(half_lost(5.0, made=0.25), clock(FIRST_JUDGED), [])
 
 
 def test_bodies_with_steps_of_their_own_are_judged_from_the_first_on():
-    watch = Watch(EnergyCase(), True, False)
+    watch = Watch(EnergyCase(), True, False, "flip")
     with pytest.raises(RunStopped, match="use a lower `accuracy`, more nodes, or raise"):
         watch.energy(half_lost(5.0), clock(1), [])
 
 
-def test_more_fluid_than_the_grid_holds_is_warned_of():
+@pytest.mark.parametrize(("transfer", "advice"), [("flip", ', or use time.transfer = "apic"; see'), ("apic", "; see")])
+def test_more_fluid_than_the_grid_holds_is_warned_of(transfer, advice):
     gas = box((0, 0, 0), (2, 2, 0), GAS, (2, 2, 1), name="gas")
-    sim = simulation(gas, counts=(2, 2, 1), support=SLIP[:4], thickness=0.1)
+    sim = simulation(gas, counts=(2, 2, 1), support=SLIP[:4], thickness=0.1, transfer=transfer)
     sim.bodies[0].arrays["volume"] *= 1.009
     sim._watch.volumes(sim._on_grid, sim.clock)
     sim.bodies[0].arrays["volume"] *= 1.041
-    with pytest.warns(UserWarning, match=r"points of gas have 5 % more volume than the grid.*cell_pressure = true"):
+    text = f"points of gas have 5 % more volume than the grid.*add cell_pressure = true to the body{advice}"
+    with pytest.warns(UserWarning, match=text):
         sim._watch.volumes(sim._on_grid, sim.clock)

@@ -39,6 +39,8 @@ STEP_MARGIN = 0.05
 MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
 MOST_STEPS = 1e12
 """More than any run can take."""
+ROUNDING = 1e-12
+"""Of the end, by which a time may miss it."""
 
 
 class TimeCase(Part):
@@ -50,6 +52,14 @@ class TimeCase(Part):
     courant: float = parameter("", "fraction of the largest stable step", 0.4, gt=0, le=1)
     transfer: Literal["flip", "pic", "blend", "apic"] = parameter("", "how velocities return to the points", "flip")
     flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
+
+    def reached(self, time: float) -> bool:
+        """Whether a run that is at `time` [s] is at its end, or beyond it."""
+        return time >= self.end * (1.0 - ROUNDING)
+
+    def passed(self, time: float) -> bool:
+        """Whether it is beyond its end."""
+        return time * (1.0 - ROUNDING) > self.end
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A fixed step that cannot be stable even at the start, or a choice of the step beside steady states with their own."""

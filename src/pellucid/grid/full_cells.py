@@ -88,10 +88,21 @@ def take_shift(n, mapped, energy, dt):
 
 
 @pointwise
-def _axes(lattice):
-    """The axis of the slabs and the others."""
-    axis = lattice.slab_axis
-    return axis, (1 if axis == 0 else 0), (1 if axis == 2 else 2)
+def _cells_of(chunk, lattice):
+    """How many cells a chunk has."""
+    n, axis = lattice.counts, lattice.slab_axis
+    return (min(LAYERS * (chunk + 1), n[axis]) - LAYERS * chunk) * (n[0] * n[1] * n[2] // n[axis])
+
+
+@pointwise
+def _cell_at(chunk, number, lattice):
+    """The cell of a number in a chunk, layer by layer: its indices along the axes, and its own."""
+    n, stride, axis = lattice.counts, lattice.strides, lattice.slab_axis
+    second, third = (1 if axis == 0 else 0), (1 if axis == 2 else 2)
+    layer, rest = LAYERS * chunk + number // (n[second] * n[third]), number % (n[second] * n[third])
+    l, m = rest // n[third], rest % n[third]
+    i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
+    return i, j, k, i * stride[0] + j * stride[1] + k * stride[2]
 
 
 @pointwise
@@ -225,27 +236,33 @@ def _grow(grid, i, j, k, cell):
 
 
 @kernel(inner=True)
-def _visit_chunk(chunk, grid, before):
-    """Full cells one by one: before the forces of points are mapped, and once the mean velocities are known."""
-    n, stride, cells = grid.lattice.counts, grid.lattice.strides, grid.cells
-    axis, second, third = _axes(grid.lattice)
-    for layer in range(LAYERS * chunk, min(LAYERS * (chunk + 1), n[axis])):
-        for l in range(n[second]):
-            for m in range(n[third]):
-                cell = layer * stride[axis] + l * stride[second] + m * stride[third]
-                i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
-                if before:
-                    cells.full[cell] = cells.sums[cell, VOLUMES] > 0.0 and _is_full(grid, i, j, k)
-                if cells.full[cell]:
-                    if before:
-                        _push(grid, i, j, k, cell)
-                    else:
-                        _grow(grid, i, j, k, cell)
+def _push_chunk(chunk, grid):
+    cells = grid.cells
+    for number in range(_cells_of(chunk, grid.lattice)):
+        i, j, k, cell = _cell_at(chunk, number, grid.lattice)
+        cells.full[cell] = cells.sums[cell, VOLUMES] > 0.0 and _is_full(grid, i, j, k)
+        if cells.full[cell]:
+            _push(grid, i, j, k, cell)
 
 
 @kernel()
-def _visit(chunks, grid, before):
-    parallel_by_colour(_visit_chunk, chunks, grid, before)
+def _push_cells(chunks, grid):
+    """Find the full cells, and push their nodes, before the forces of points are mapped."""
+    parallel_by_colour(_push_chunk, chunks, grid)
+
+
+@kernel(inner=True)
+def _grow_chunk(chunk, grid):
+    for number in range(_cells_of(chunk, grid.lattice)):
+        i, j, k, cell = _cell_at(chunk, number, grid.lattice)
+        if grid.cells.full[cell]:
+            _grow(grid, i, j, k, cell)
+
+
+@kernel()
+def _grow_cells(chunks, grid):
+    """Find the growth of the full cells, once the mean velocities are known."""
+    parallel_for(_grow_chunk, chunks, grid)
 
 
 class Filling(Protocol):
@@ -283,11 +300,11 @@ class CellPressure:
         """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped)
-        _visit(self._chunks, self._grid, 1)
+        _push_cells(self._chunks, self._grid)
 
     def find_growth(self) -> None:
         """When the mean velocities of the nodes are known: how fast the volumes of the cells grow along them."""
-        _visit(self._chunks, self._grid, 0)
+        _grow_cells(self._chunks, self._grid)
 
     def find_shifts(self, dt: float) -> None:
         """When the points have summed up how fast their volumes grow: what these lack, and its work over the step dt [s]."""

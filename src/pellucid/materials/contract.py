@@ -40,7 +40,7 @@ class PointMaterial(BodyMaterial):
     """Whether it is at rest under gravity by its pressure alone: then it has `at_rest`."""
 
     @property
-    def keeps_work(self) -> bool:
+    def keeps_heat(self) -> bool:
         """Whether its points take up, as their `internal_energy`, exactly what internal forces and transfers take from the
         kinetic energy; otherwise the law integrates its energy by itself."""
         return False

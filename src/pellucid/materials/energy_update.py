@@ -1,7 +1,10 @@
 """The energy equation of a fluid point over a step. Source: Gan et al. 2011, eqs. 25–31, with the limit put right.
 
-The converged energy is that of backward Euler, e = e_k + dt/ρ σ(e):D. `closed` solves it exactly (P is linear in e),
-`iterated` by Newton's method for any equation of state, `explicit` takes the old stress (York's order, the paper's figure 10).
+With `conservative`, the default, the energy has grown by the work of the forces that moved the nodes when the stress is found
+(`pellucid.grid.velocities`): its sum with the kinetic energy is kept to rounding. The others integrate the work of the stress
+by themselves. The paper's iteration converges to backward Euler, e = e_k + dt/ρ σ(e):D: `closed` solves that exactly (P is
+linear in e), `iterated` by Newton's method for any equation of state. `explicit` takes the old stress (York's order,
+figure 10).
 Backward Euler heats a fluid that a wave passes by dt²/2 K (tr D)²/ρ a step, forward Euler cools it so; `midpoint`, the mean of
 both, does neither: it is for waves in liquids over many steps.
 """
@@ -16,19 +19,19 @@ from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 class ConservativeEnergy(NamedTuple):
     """The energy has grown already, by the work of the forces that moved the nodes: see `pellucid.grid.velocities`."""
 
-    order: int = 3  # a NamedTuple without fields has no compiled type
+    unused: int = 0  # a NamedTuple without fields has no compiled type
 
 
 class ClosedEnergy(NamedTuple):
     """Backward Euler, solved exactly."""
 
-    order: int = 1
+    unused: int = 0
 
 
 class ExplicitEnergy(NamedTuple):
     """Forward Euler with the old stress."""
 
-    order: int = 0
+    unused: int = 0
 
 
 class IteratedEnergy(NamedTuple):
@@ -41,7 +44,7 @@ class IteratedEnergy(NamedTuple):
 class MidpointEnergy(NamedTuple):
     """The mean of old and new stress, solved exactly."""
 
-    order: int = 2
+    unused: int = 0
 
 
 ENERGY_UPDATES = {

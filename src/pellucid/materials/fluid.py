@@ -84,7 +84,7 @@ class FluidMaterial(PointMaterial):
 
     @model_validator(mode="after")
     def _artificial_work_is_kept(self) -> "FluidMaterial":
-        if self.keeps_work and not self.artificial_viscosity.work:
+        if self.keeps_heat and not self.artificial_viscosity.work:
             raise ValueError(
                 "artificial_viscosity.work = false leaves work out that the conservative energy update keeps; "
                 'add energy_update = "closed"'
@@ -102,7 +102,7 @@ class FluidMaterial(PointMaterial):
         return self
 
     @property
-    def keeps_work(self) -> bool:
+    def keeps_heat(self) -> bool:
         """With the conservative update."""
         return self.energy_update == "conservative"
 

@@ -113,7 +113,7 @@ def _go_on(
     with _simulation(case, threads, progress, start) as simulation:
         check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
-        if case.time.end < simulation.time * (1.0 - 1e-12):
+        if case.time.passed(simulation.time):
             text = f"time.end = {case.time.end:g} s is before {simulation.time:g} s, where the run in {folder.path} is"
             raise UsageError(f"{text}; give a later end, or start a new run")
         if settings:

@@ -95,7 +95,7 @@ class Clock:
 
     def finished(self, until: float | None) -> bool:
         """Whether the end, or an earlier stop, is reached."""
-        return self.time >= (self.case.end if until is None else min(until, self.case.end))
+        return self.case.reached(self.time) or (until is not None and self.time >= until)
 
     def _check_fixed(self, step: float, stable: float, body: str) -> None:
         if step <= stable * (1.0 + STEP_MARGIN):

@@ -105,7 +105,7 @@ class Simulation:
         self._begun, self._settled = False, dict[str, Any]()
         self._scheme = SCHEMES[case.time.scheme]
         own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
-        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None)
+        self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None, case.time.transfer)
         self.timers: dict[str, float] = {}
         self._shown = 0.0
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none, start.keys()):
@@ -183,18 +183,18 @@ class Simulation:
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
         if self.has_contact:
             lost.append(contact_lag_work(self.contact_pairs))
-        made = -sum(float(work.works[TRANSFER]) for work in lost)
-        works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, made), *own]
+        won = -sum(float(work.works[TRANSFER]) for work in lost)
+        works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, won), *own]
         done = total_work(works, self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
-        self._balanced = self.n_steps
+        self._balanced_step = self.n_steps
 
     def begin_balance(self) -> None:
         """Count mass, momentum and energy from the state as it is."""
         speeds = [0.0 if model.is_rigid else model.material.wave_speeds()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds)
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
-        self._balanced = self.n_steps
+        self._balanced_step = self.n_steps
 
     def step(self) -> None:
         """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
@@ -331,7 +331,7 @@ class Simulation:
     @property
     def is_balanced(self) -> bool:
         """Whether the balance has all works of the steps done; not of a step in which a body stopped the run."""
-        return self._balanced == self.n_steps
+        return self._balanced_step == self.n_steps
 
     def momentum(self) -> np.ndarray:
         """Total momentum [kg m/s], shape (3,)."""
@@ -386,4 +386,4 @@ class Simulation:
         self.budget.restore(numbers["balance"])
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
-        self._balanced = self.n_steps
+        self._balanced_step = self.n_steps

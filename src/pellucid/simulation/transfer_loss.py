@@ -70,8 +70,8 @@ def contact_lag_work(pairs: ContactPairs) -> StepWork:
     return done
 
 
-def return_heat(bodies: Iterable[GridBody], made: float) -> StepWork:
-    """Where the entries above make energy [J] in a step, let fluids give it back from the heat that they kept in this step.
+def return_heat(bodies: Iterable[GridBody], won: float) -> StepWork:
+    """Where the transfers above have won energy [J] in a step, let fluids give it back from the heat that they kept in it.
 
     That is where a fluid shares its velocity field with others: it keeps h_p of its points, which is a part of L of the forces
     of all, and the others are given the part of their forces in L of all points. The sum may be more than L.
@@ -79,8 +79,8 @@ def return_heat(bodies: Iterable[GridBody], made: float) -> StepWork:
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)
     done = no_work(TRANSFER + 1, 0)
-    if made > 0.0 and kept > 0.0:
-        share = min(made / kept, 1.0)
+    if won > 0.0 and kept > 0.0:
+        share = min(won / kept, 1.0)
         for body in keeping:
             body.return_heat(share)
         done.works[[INTERNAL, TRANSFER]] = share * kept

@@ -27,9 +27,9 @@ AGAINST_LOSS = (
 class Watch:
     """Warns of what may be wrong, and stops a run whose energy balance is broken."""
 
-    def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool) -> None:
-        """own_steps: whether all bodies take steps of their own."""
-        self._limits, self._own_steps = limits, own_steps
+    def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool, transfer: str) -> None:
+        """own_steps: whether all bodies take steps of their own; transfer: of the case's `time`."""
+        self._limits, self._own_steps, self._transfer = limits, own_steps, transfer
         finer = (
             "a lower `accuracy`, more nodes" if own_steps else "a smaller step, a finer grid" if has_grid else "a smaller step"
         )
@@ -79,7 +79,9 @@ class Watch:
                 text = (
                     f"the points of {names} have {100 * (share - 1):.2g} % more volume than the grid, and too little pressure"
                 )
-                advice = 'add cell_pressure = true to the body, or use time.transfer = "apic"'
+                advice = "add cell_pressure = true to the body"
+                if self._transfer != "apic":
+                    advice += ', or use time.transfer = "apic"'
                 where = "see `Rest does not last for ever` in docs/physics/fluids.md"
                 return self._warn("volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}; {advice}; {where}")
 

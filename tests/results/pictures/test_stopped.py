@@ -62,3 +62,39 @@ def test_the_title_names_the_step_of_the_run_or_of_settling(stopped, monkeypatch
     assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: step 19, ")
     monkeypatch.setattr(Run, "stopped", stopped.stopped | {"settling_step": 42})
     assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: step 42 of settling, ")
+
+
+def test_the_edge_of_the_grid_is_drawn_about_a_point_that_left_it(stopped, monkeypatch):
+    close_up = where_it_stopped(stopped).axes[1]
+    assert not close_up.patches  # far within it
+    for beyond in (1e-3, 1.5):
+        monkeypatch.setattr(Run, "stopped", stopped.stopped | {"position": [4.0 + beyond, 1.0, 0.25]})
+        figure = where_it_stopped(stopped)
+        (edge,) = figure.axes[1].patches
+        assert edge.get_bbox().get_points().tolist() == [[0.0, 0.0], [4.0, 2.0]]
+        assert figure.axes[1].get_xlim()[0] < 4.0
+        assert "edge of the grid" in {text.get_text() for text in figure.legends[0].get_texts()}
+
+
+def test_of_energies_stored_before_the_start_the_change_is_shown(stopped):
+    strain = stopped.history["strain_energy"]
+    stopped.history = stopped.history | {"strain_energy": 5.0 + strain}
+    curves = {line.get_label(): line.get_ydata() for line in figures.energies(stopped).axes[0].lines}
+    assert "strain" not in curves
+    np.testing.assert_allclose(curves["change of strain"], strain - strain[0], atol=1e-14)
+
+
+def test_entries_too_small_to_be_seen_are_told_and_curves_beneath_others_seen(stopped):
+    kinetic = stopped.history["kinetic_energy"]
+    stopped.history = stopped.history | {"load_work": 2e-4 * kinetic, "motion_work": kinetic}
+    stopped.units = stopped.units | {"load_work": "J", "motion_work": "J"}
+    figure = figures.energies(stopped)
+    widths = {line.get_label(): line.get_linewidth() for line in figure.axes[0].lines}
+    assert "load work" not in widths
+    assert "load\u00a0work" in figure.legends[0].get_title().get_text()
+    assert widths["motion work"] < 0.6 * widths["kinetic"]
+    often = np.where(np.arange(len(kinetic)) % 2, 1.0, -1.0) * kinetic.max()
+    repeated = {name: np.tile(values, 20) for name, values in stopped.history.items()}
+    stopped.history = repeated | {"motion_work": np.tile(often, 20)}
+    crowded = {line.get_label(): line.get_linewidth() for line in figures.energies(stopped).axes[0].lines}
+    assert crowded["kinetic"] < 0.6 * widths["kinetic"]

@@ -94,7 +94,7 @@ class MaterialPoints(PointsOnGrid):
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]
         """Where its material does and the grid strains it."""
-        return self.material.keeps_work and self._strains
+        return self.material.keeps_heat and self._strains
 
     def kept_energy(self) -> np.ndarray:
         """The specific energy of its points where it keeps heat."""
@@ -107,7 +107,7 @@ class MaterialPoints(PointsOnGrid):
 
     def _collect_strain_sums(self, last: bool) -> None:
         super()._collect_strain_sums(last)
-        if self.material.keeps_work:
+        if self.material.keeps_heat:
             self.totals.half_power = 0.0  # its energy follows that of the points step by step
         if "dissipated_energy" in self.arrays:
             lost = float(ordered_sum(self.slabs.sums)[DISSIPATED])

@@ -21,9 +21,10 @@ COLUMN_SHARE = 0.005  # the same beside the compressible column, which leaves no
 LEDGER = 1e-6  # rounding of the energies stored, over the little that moves
 
 CAPTIONS = {
-    "tank": "Speed of the fastest point against time, and the pressure of every point at the end over its height. Right: the "
-    "largest difference between the pressure of a point and that of its depth, over the pressure on the ground. Dotted: what "
-    "is allowed."
+    "tank": "Speed of the fastest point against time, and the pressure of every point at the end over its height, beside that "
+    "of a column of the same liquid, which its own weight compresses, and ρ₀ g depth, which leaves the compression out. Right: "
+    "the largest difference between the pressure of a point and each of these two after the start, over the pressure on the "
+    "ground. Dotted: the largest that is allowed."
 }
 
 METRICS = ("fastest", "pressure", "column", "energy")
@@ -85,8 +86,9 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     figure = new_figure(10.0, 3.6)
     speed, profile, errors = figure.subplots(1, 3)
     speed.plot(run.history["time"][1:], run.history["fastest"][1:])
-    speed.axhline(SLOW, color="grey", linestyle=":")
+    speed.axhline(SLOW, color="grey", linestyle=":", label="allowed")
     speed.set_yscale("log")
+    speed.legend()
     label(speed, "time", "speed of the fastest point", "s", "m/s")
     points = run.fields(name)
     position = np.asarray(points["position"])
@@ -94,13 +96,16 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     line = np.linspace(run.case.grid.lower[1], height.max() + depths(run, position).min(), 200)
     depth = depths(run, np.stack([line] * 3, axis=1))
     profile.plot(np.asarray(points["pressure"]), height, ".", color=COLOURS[1], markersize=3, label="every point")
-    profile.plot(simple(run, depth), line, color="black", linewidth=1, label="ρ₀ g depth")
+    profile.plot(column(run, depth), line, color="black", linewidth=1, label="compressible column")
+    profile.plot(simple(run, depth), line, color="grey", linewidth=1, linestyle="--", label="ρ₀ g depth")
     profile.legend()
+    profile.set_title(f"t = {run.times(name)[-1]:.4g} s")
     label(profile, "pressure", "height", "Pa", "m")
     times = np.asarray(run.times(name), dtype=float)
-    for values, text in zip(pressure_errors(run), ("beside ρ₀ g depth", "beside a compressible column"), strict=True):
-        errors.plot(times, 100.0 * values, label=text)
-    errors.axhline(100.0 * PRESSURE_SHARE, color="grey", linestyle=":")
+    references = (("ρ₀ g depth", PRESSURE_SHARE), ("compressible column", COLUMN_SHARE))
+    for values, (text, allowed), colour in zip(pressure_errors(run), references, COLOURS, strict=False):
+        errors.plot(times[1:], 100.0 * values[1:], color=colour, label=f"beside {text}")
+        errors.axhline(100.0 * allowed, color=colour, linestyle=":", label="allowed")
     errors.set_yscale("log")
     errors.legend()
     label(errors, "time", "largest error of the pressure", "s", "%")

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from io import BytesIO
+from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,6 +29,10 @@ RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of n
 
 
 MARKERS = "os^D"  # beside LINES: colours come again after seven curves
+
+WIDE, EQUAL = (3.2, 1.0), 1.6  # of the first curve of the energies and of the last; of all in a steady state [pt]
+SWINGS = 60  # along the time, beyond which lines are drawn thinner
+LEAST_SHOWN = 1e-3  # of the largest energy: less is thinner than a line
 
 
 class Picture(NamedTuple):
@@ -94,22 +99,21 @@ def energy_columns(run: "Run") -> list[str]:
 
 def energies(run: "Run") -> "Figure":
     """The energy balance: every energy against time, and its relative error beside the limits of the case. Of steady states the
-    time is that of the loads; works, which are often the strain energy over again, are hollow."""
+    time is that of the loads; works, which are often the strain energy over again, are hollow. Elsewhere a curve is thinner
+    than those before it, so that one which it covers is seen at its sides."""
     figure = new_figure(height=4.0)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     times = run.history["time"]
-    for name in energy_columns(run):
-        values, words = run.history[name], name.removesuffix("_energy").replace("_", " ")
-        if name == "internal_energy":  # that of a stiff liquid is a million times what moves
-            values, words = values - values[0], "change of internal"
-        if np.any(values != 0.0) and not (run.stored.steady and name in RESIDUE):
-            hollow = run.stored.steady is not None and name.endswith("_work")
-            marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
-            left.plot(times, values, _line(run, len(left.lines) // 7 % 4), label=words, **marker)
+    shown, small = _shown_energies(run)
+    widths = _widths(list(shown.values()), run.stored.steady is not None)
+    for (words, values), width in zip(shown.items(), widths, strict=False):
+        hollow = run.stored.steady is not None and words.endswith(" work")
+        marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
+        left.plot(times, values, _line(run, len(left.lines) // 7 % 4), label=words, linewidth=width, **marker)
     _mark_stop(run, left, "stop")
     _mark_stop(run, right)
     label(left, _time(run), "energy", "s", "J")
-    right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black")
+    right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black", linewidth=1.0)
     right.axhline(0.0, color="#889", linewidth=0.8)
     label(right, _time(run), "error of the balance", "s", "%")
     largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
@@ -120,8 +124,37 @@ def energies(run: "Run") -> "Figure":
             line = {"color": "#D55E00", "linestyle": "--", "linewidth": 1.0, "label": "limit of the warning"}
             right.hlines([-warn, warn], judged[0], times[-1], **line)
     if left.lines or right.collections:
-        figure.legend(loc="outside lower center", ncols=5)
+        legend = figure.legend(loc="outside lower center", ncols=5)
+        if small:
+            entries = ", ".join(f"{words} {largest:.1g} J".replace(" ", "\u00a0") for words, largest in small.items())
+            legend.set_title(fill(f"too small to show, at most: {entries}", 120))
     return figure
+
+
+def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
+    """Of the lines of energies [pt], less for each; and less for all where a curve swings so often that it would be a block."""
+    swings = max((int(np.sum(np.diff(np.sign(np.diff(values))) != 0)) for values in curves), default=0)
+    share = min(1.0, max(SWINGS / max(swings, 1), 0.4))
+    return [EQUAL] * len(curves) if equal else [share * float(width) for width in np.linspace(*WIDE, max(len(curves), 2))]
+
+
+def _shown_energies(run: "Run") -> tuple[dict[str, np.ndarray], dict[str, float]]:
+    """The curves of the balance by their names, and the largest amounts of entries too small to be told from zero beside them.
+
+    Of stored energies the change is shown: that of a stiff liquid, or of what was strained before the start, can be a million
+    times what moves.
+    """
+    curves = {}
+    for name in energy_columns(run):
+        values, words = run.history[name], name.removesuffix("_energy").replace("_", " ")
+        if name == "internal_energy" or (name == "strain_energy" and values[0] != 0.0):
+            values, words = values - values[0], f"change of {words}"
+        if np.any(values != 0.0) and not (run.stored.steady and name in RESIDUE):
+            curves[words] = values
+    sizes = {words: float(np.nanmax(np.abs(values), initial=0.0)) for words, values in curves.items()}
+    least = LEAST_SHOWN * max(sizes.values(), default=0.0)
+    small = {words: size for words, size in sizes.items() if size < least}
+    return {words: values for words, values in curves.items() if words not in small}, small
 
 
 def has_momentum(run: "Run") -> bool:

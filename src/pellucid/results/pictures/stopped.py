@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from pellucid.grid.model import GridCase
     from pellucid.results.storage.run import Run
 
 MOST_POINTS = 30_000  # of a body
@@ -20,7 +21,8 @@ MARK = "#b3261e"
 
 
 def where_it_stopped(run: "Run") -> "Figure | None":
-    """All bodies as points, in space in three views, and at larger scale about the point; None where no state was left."""
+    """All bodies as points, in space in three views, and at larger scale about the point, there with the edge of the grid if it
+    is near; None where no state was left."""
     arrays = run.folder.read_state()
     if not arrays:
         return None
@@ -35,6 +37,8 @@ def where_it_stopped(run: "Run") -> "Figure | None":
     figure = new_figure(height=4.2 if flat else 3.4 * scales)
     panels = figure.subplots(1, scales, squeeze=False).T if flat else figure.subplots(scales, len(views), squeeze=False)
     reach = CLOSE_UP * float(np.ptp(drawn, axis=0).max())
+    if place is not None and run.stored.grid is not None:
+        reach = max(reach, 1.2 * _beyond(run.stored.grid, place))  # so that the face which it crossed is seen
     for row in panels:
         for axes, view in zip(row, views, strict=True):
             _dots(axes, positions, view)
@@ -47,7 +51,10 @@ def where_it_stopped(run: "Run") -> "Figure | None":
             axes.set_aspect("equal", adjustable="box")
             for limits, centre in zip((axes.set_xlim, axes.set_ylim), place[list(view)], strict=True):
                 limits(centre - reach, centre + reach)
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, markerscale=3, fontsize=8)
+            if run.stored.grid is not None:
+                _edge_of(axes, run.stored.grid, view, place, reach)
+    known = {name: handle for axes in panels[:, 0] for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=5, markerscale=3, fontsize=8)
     figure.suptitle(f"Where the run stopped: {_instant(run.stopped)}, {_named(run.stopped)}")
     return figure
 
@@ -58,6 +65,22 @@ def _dots(axes: "Axes", positions: dict[str, np.ndarray], view: tuple[int, int])
         axes.plot(*position[:: max(stride, 1), list(view)].T, ".", markersize=2.0, color=colour, label=name)
     axes.set_aspect("equal", adjustable="datalim")
     label(axes, "xyz"[view[0]], "xyz"[view[1]], "m", "m")
+
+
+def _beyond(grid: "GridCase", place: np.ndarray) -> float:
+    """How far a place is outside the grid [m]."""
+    return float(np.max((grid.lower - place, place - grid.extent_upper()), initial=0.0))
+
+
+def _edge_of(axes: "Axes", grid: "GridCase", view: tuple[int, int], place: np.ndarray, reach: float) -> None:
+    """The edge of the grid, where it is within reach of a place [m]."""
+    from matplotlib.patches import Rectangle
+
+    low, high = (np.array(corner)[list(view)] for corner in (grid.lower, grid.extent_upper()))
+    if np.any(np.abs(np.stack((low, high)) - place[list(view)]) < reach):
+        (x, y), (width, height) = low, high - low
+        edge = Rectangle((x, y), width, height, fill=False, edgecolor="black", linewidth=1.2, label="edge of the grid")
+        axes.add_patch(edge)
 
 
 def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:

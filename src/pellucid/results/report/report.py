@@ -39,7 +39,8 @@ PAGE = """<!doctype html>
 WITH_RING = "The state in which the run stopped itself; a ring marks the point, and at larger scale."
 CAPTIONS = {
     "where_it_stopped": "The state in which the run stopped itself.",
-    "energies": "The energy balance and its error, relative to what is at stake.",
+    "energies": "The energy balance and its error, relative to what is at stake. What contact and transfers, which can only "
+    "take energy, have given counts as an error too, so that swings of their sums about zero show on one side only.",
     "momentum": "Total momentum.",
     "probes": "The probes of the case.",
     "bodies_displacement": "The bodies, coloured by how far they are from where they began.",

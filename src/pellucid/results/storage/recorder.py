@@ -82,7 +82,7 @@ class Recorder:
 
     def end(self, sim: Any) -> None:
         """After the last step: a last row and frame, a checkpoint, the facts for the summary."""
-        finished = sim.time >= self.case.time.end * (1.0 - 1e-12)
+        finished = self.case.time.reached(sim.time)
         if not finished:  # an early stop: what is written below is not part of the run and is cut when it goes on
             self.checkpoint(sim)
         if self._rows.last_step != sim.n_steps:

@@ -68,7 +68,7 @@ class Run:
         """Whether the run reached the end of its case."""
         if not self.folder.ended or self.stopped:
             return False
-        return bool(self.summary["end_time"] >= self.stored.time.end * (1.0 - 1e-12))
+        return self.stored.time.reached(self.summary["end_time"])
 
     @property
     def stopped(self) -> dict[str, Any]:
