@@ -9,6 +9,7 @@ from pellucid.geometry.box_mesh import BoxMesh, box_mesh
 from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import apart, solid_faults
+from pellucid.geometry.solid_meshes import SolidMesh
 
 LOWER, UPPER = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
 
@@ -132,3 +133,16 @@ def test_nodes_near_each_other_are_no_fault_and_pieces_are_told():
     many = SimplexMesh(np.random.default_rng(0).uniform(size=(28, 3)), np.vstack([one + 4 * k for k in range(7)]))
     assert "is 7 pieces that share no node, of 1, 1, 1, 1, 1, ... tetrahedra" in apart(many)
     assert apart(box_mesh(LOWER, UPPER, (3, 2, 1))) is None
+
+
+@pytest.mark.parametrize("cells", [(1, 1, 1), (1, 3, 2), (4, 3, 5)])
+def test_a_pattern_needs_none_of_the_checks_that_it_is_spared(cells):
+    pattern = BoxMesh(lower=(0, 0, 0), upper=(1, 2, 3), cells=cells, grading=(3.0, 1.0, 0.1))
+    assert pattern.is_pattern
+    assert not list(solid_faults(pattern.make()))
+    assert apart(pattern.make()) is None
+
+
+def test_a_pattern_that_rounding_makes_flat_is_told():
+    flat = SolidMesh(box={"lower": (1e9, 0, 0), "upper": (1e9 + 1e-6, 1, 1), "cells": (40, 1, 1)})
+    assert any("no volume" in text for text, _ in flat.faults())

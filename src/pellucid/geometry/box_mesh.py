@@ -39,6 +39,11 @@ class BoxMesh(Tetrahedral):
         """See `Tetrahedral`."""
         return 2.0 * prod(map(float, self.cells))
 
+    @property
+    def is_pattern(self) -> bool:
+        """See `Tetrahedral`."""
+        return True
+
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""
         lower, upper = np.array(self.lower), np.array(self.upper)

@@ -11,18 +11,22 @@ from pellucid.geometry.triangulation import pieces
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
 NEAREST = 1e-6  # distance of two nodes over the cube root of the mean volume: below, they are one place that is there twice
+TOGETHER = 1 << 13  # tetrahedra that are looked at together, so that they stay in the cache
 MOST_NAMED = 5  # pieces whose sizes a warning tells
 
 Fault = tuple[str, str]
 
 
-def solid_faults(mesh: SimplexMesh) -> Iterator[Fault]:
-    """Everything wrong with a mesh of tetrahedra, as text and remedy."""
+def solid_faults(mesh: SimplexMesh, is_pattern: bool = False) -> Iterator[Fault]:
+    """Everything wrong with a mesh of tetrahedra, as text and remedy; of a pattern that fills a solid, wrong coordinates."""
     nowhere = np.flatnonzero(~np.isfinite(mesh.nodes).all(axis=1))
     if len(nowhere):
         number = int(nowhere[0])
         text = f"node {number} (counted from 0) is at {tuple(mesh.nodes[number].tolist())}, which is no place"
         yield text, "give it finite coordinates"
+        return
+    if is_pattern:
+        yield from _misshapen(mesh)
         return
     yield from _empty_sets(mesh)
     yield from _lone(mesh)
@@ -100,10 +104,12 @@ def _repeated(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
-    corners = [mesh.nodes[corner] for corner in mesh.cells.T]
-    longest = np.zeros(len(mesh.cells))
-    for one, other in combinations(corners, 2):
-        np.maximum(longest, np.square(one - other).sum(axis=1), out=longest)
+    longest = np.zeros(len(mesh.cells))  # squares of their longest edges
+    for start in range(0, len(mesh.cells), TOGETHER):
+        some = slice(start, start + TOGETHER)
+        corners = np.moveaxis(mesh.nodes[mesh.cells[some]], 1, 0)
+        for one, other in combinations(corners, 2):
+            np.maximum(longest[some], np.square(one - other).sum(axis=1), out=longest[some])
     flat = np.abs(mesh.volumes) <= FLATTEST * longest**1.5
     for found, single, many, remedy in (
         (flat, "tetrahedron has no volume", "tetrahedra have no volume", "remove them, or move their nodes apart"),

@@ -37,10 +37,10 @@ class SolidMesh(Choice):
         """Everything wrong with them, as text, which names the file that they are from, and remedy."""
         chosen: Tetrahedral = self.chosen()
         before = f"{chosen.origin}: " if chosen.origin else ""
-        return ((before + text, remedy) for text, remedy in _faults(chosen.mesh()))
+        return ((before + text, remedy) for text, remedy in _faults(chosen.mesh(), chosen.is_pattern))
 
 
 @lru_cache(maxsize=8)
-def _faults(mesh: SimplexMesh) -> tuple[Fault, ...]:
+def _faults(mesh: SimplexMesh, is_pattern: bool) -> tuple[Fault, ...]:
     """Found once for each mesh: reading a case asks for them several times."""
-    return tuple(solid_faults(mesh))
+    return tuple(solid_faults(mesh, is_pattern))

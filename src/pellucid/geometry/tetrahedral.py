@@ -31,6 +31,11 @@ class Tetrahedral(Model):
         """Its nodes and tetrahedra. Raises ValueError where there can be none."""
 
     @property
+    def is_pattern(self) -> bool:
+        """Whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong."""
+        return False
+
+    @property
     def origin(self) -> str:
         """The file whose tetrahedra they are, for messages; empty where they are made here."""
         return ""
@@ -44,6 +49,6 @@ class Tetrahedral(Model):
 @lru_cache(maxsize=8)
 def _made(source: Tetrahedral, _states: tuple[FileState, ...]) -> SimplexMesh:
     mesh = source.make()
-    if (text := apart(mesh)) is not None:
+    if not source.is_pattern and (text := apart(mesh)) is not None:
         warnings.warn(f"{source.origin}: {text}" if source.origin else text, stacklevel=2)
     return mesh
