@@ -6,12 +6,11 @@ from itertools import combinations
 
 import numpy as np
 
-from pellucid.geometry.simplex_mesh import SimplexMesh, faces_of_cells
+from pellucid.geometry.simplex_mesh import SimplexMesh, faces_of_cells, in_parts
 from pellucid.geometry.triangulation import pieces
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
 NEAREST = 1e-6  # distance of two nodes over the cube root of the mean volume: below, they are one place that is there twice
-TOGETHER = 1 << 13  # tetrahedra that are looked at together, so that they stay in the cache
 MOST_NAMED = 5  # pieces whose sizes a warning tells
 
 Fault = tuple[str, str]
@@ -105,8 +104,7 @@ def _repeated(mesh: SimplexMesh) -> Iterator[Fault]:
 
 def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
     longest = np.zeros(len(mesh.cells))  # squares of their longest edges
-    for start in range(0, len(mesh.cells), TOGETHER):
-        some = slice(start, start + TOGETHER)
+    for some in in_parts(len(mesh.cells)):
         corners = np.moveaxis(mesh.nodes[mesh.cells[some]], 1, 0)
         for one, other in combinations(corners, 2):
             np.maximum(longest[some], np.square(one - other).sum(axis=1), out=longest[some])
