@@ -142,8 +142,8 @@ def update_velocities(n, mapped, energy, dt, remap):
     Fills `heat` (not that of APIC), and LUMPING and LOSS of the sums, with what the transfer loses of the kinetic energy.
     energy, shape (points,), or (0,) of a body that keeps no heat: specific energy [J/kg], to which dt V σ:∇v̄ is added, with
     volume, stress and functions of the forces on the nodes and the mean velocity v̄ along which these did their work over the
-    step dt [s], and the heat of the transfer where it is a loss; of APIC
-    always, since it swings with the way of the points. GAINED and KEPT of the sums: what was added, and the heat in it [J].
-    VECTORS: how many vectors of points with the same nodes there were.
+    step dt [s], and the heat of the transfer where it is a loss; of APIC always, since it swings with the way of the points.
+    GAINED and KEPT of the sums: what was added, and the heat in it [J]. VECTORS: how many vectors of points with the same nodes
+    there were.
     """
     parallel_by_colour(_update_velocities_slab, n, mapped, energy, dt, remap)

@@ -127,7 +127,7 @@ def _go_on(
 def _check_until(until: float | None, case: "Case") -> None:
     if until is not None and not until > 0.0:
         raise UsageError(f"until = {until!r} must be a positive time [s]; leave it out to run to the end of the case")
-    if until is not None and until > case.time.end * (1.0 + 1e-12):
+    if until is not None and case.time.passed(until):
         text = f"until = {until!r} s is after the end of the case, time.end = {case.time.end!r} s"
         raise UsageError(f"{text}; leave it out to run to that end, or set time.end to a later one")
 

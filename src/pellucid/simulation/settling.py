@@ -136,12 +136,11 @@ def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None
     """
     if simulation.case.settle is None:
         return {}
-    clock = simulation.clock
-    if not isinstance(clock, SettlingClock):
+    if isinstance(simulation.clock, SettlingClock):
+        settling = simulation.clock
+    else:
         _stop_what_moves(simulation, simulation.case.settle.share)
-    simulation.clock = settling = (
-        clock if isinstance(clock, SettlingClock) else simulation.settling_clock(simulation.case.settle)
-    )
+        simulation.clock = settling = simulation.settling_clock(simulation.case.settle)
     if progress:
         progress.begin("settling")
     try:
