@@ -82,7 +82,6 @@ class PointsOnGrid(GridBody):
         self.totals = Totals()
         self.bind()
         self.sort()
-        self.renew_totals()
 
     def bind(self) -> None:
         """Use the arrays as they are now, after some were replaced."""
@@ -253,6 +252,10 @@ class PointsOnGrid(GridBody):
         """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell)
+
+    def complete(self) -> None:
+        """The totals, which depend on what leads the points."""
+        self.renew_totals()
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""

@@ -16,6 +16,7 @@ from pellucid.grid.stencil import add_shares, node_at
 from pellucid.grid.transfer import placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, size
+from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.jit.vector import LANES, load, splat, store, total
 
@@ -73,8 +74,8 @@ def _constrain_nodes_slab(s, mapped, drive, nodes):
     points, slabs = mapped.points, mapped.slabs
     driven, velocity, axes = drive.driven, drive.velocity, drive.axes
     mass, momentum = nodes.mass, nodes.momentum
-    found, first_node = np.zeros(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
-    motion, m, shares = np.empty(BLOCK, np.int64), np.empty(WIDTH), np.zeros(SHARES)
+    found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, points.position, start, n, found, first_node)
@@ -126,8 +127,8 @@ def _prescribe_velocities_slab(s, mapped, drive, nodes):
     points, slabs = mapped.points, mapped.slabs
     driven, velocity, axes, taken = drive.driven, drive.velocity, drive.axes, drive.taken
     v, nodal_impulse = points.velocity, nodes.impulse
-    found, first_node = np.zeros(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
-    motion, m, shares = np.empty(BLOCK, np.int64), np.empty(WIDTH), np.zeros(SHARES)
+    found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for column in range(taken.shape[1]):
         taken[s, column] = 0.0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):

@@ -22,7 +22,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 from pellucid.reductions import ordered_sum
 
-CHUNK = 4096
+CHUNK = 1024  # nodes that a thread takes at a time
 FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
 NO_FORCES = np.zeros((0, 4))
 NOTHING = 1e-290  # kg; no point reaches a node below this

@@ -25,6 +25,7 @@ from pellucid.grid.points import (
 from pellucid.grid.stencil import gather, gather_gradient
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
+from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, total
 from pellucid.materials.law import (
@@ -154,8 +155,8 @@ def _update_stress_slab(s, strained, dt, move):
     lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     first_fault = at_fault = 0
     state_like = load_state(arrays, uintp(0))
-    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
-    c, sums = np.empty(WIDTH * (STATE + size(state_like))), np.zeros((SUMS + 1) * LANES)
+    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    c, sums = numbers(WIDTH * (STATE + size(state_like))), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, x, start, n, found, first_node)

@@ -30,6 +30,7 @@ from pellucid.grid.velocity_transfer import inertia_rows
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
+from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.jit.vector import row
 
@@ -56,7 +57,7 @@ def _scatter_slab(s, mapped, inertia, force, counted):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index, cells = mapped.points, mapped.slabs, mapped.affine, mapped.index, mapped.cells
     v, in_cells = points.velocity, len(cells.found) > 0
-    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
+    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, points.position, start, n, found, first_node)

@@ -29,6 +29,7 @@ from pellucid.grid.transfer_heat import further_heat, lumping_heat
 from pellucid.grid.velocity_transfer import inertia_rows, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
+from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
@@ -99,8 +100,8 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
     v, heat, worked, in_cells = points.velocity, mapped.heat, len(energy) > 0, len(mapped.cells.found) > 0
-    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
-    c, sums = np.zeros(WIDTH * COUNT), np.zeros(len(SUMS) * LANES)
+    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    c, sums = zeros(WIDTH * COUNT), zeros(len(SUMS) * LANES)
     vectors = 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)

@@ -10,6 +10,11 @@ _generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that disp
 kernels: dict[tuple[str, str], Any] = {}
 """What is compiled, by module and name; of functions made anew under one name the last."""
 _active = False
+IN_ITS_CALLER = {"forceinline": True, "no_cfunc_wrapper": True, "_nrt": False}
+"""How numba compiles what becomes part of the kernels that call it.
+
+Python and C never call it, and arrays live as long as the kernel: it counts no references to them.
+"""
 
 
 class MissingFunction(TypeError):
@@ -121,7 +126,7 @@ def activate() -> None:
 def _compile_helper(function: Callable[..., Any]) -> None:
     from numba.extending import register_jitable
 
-    register_jitable(forceinline=True)(function)
+    register_jitable(**IN_ITS_CALLER)(function)
 
 
 def _compile_generic(dispatch: Callable[..., Any]) -> None:
@@ -137,4 +142,4 @@ def _compile_generic(dispatch: Callable[..., Any]) -> None:
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
-    overload(dispatch, jit_options={"forceinline": True})(choose)
+    overload(dispatch, jit_options=IN_ITS_CALLER)(choose)

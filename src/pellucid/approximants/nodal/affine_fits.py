@@ -51,7 +51,7 @@ def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.n
     return fits
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _fits_chunk(chunk, fits):
     first, position, nq = fits.cells.first, fits.position, fits.n_points
     for cell in range(CELLS * chunk, min(CELLS * (chunk + 1), len(first) - 1)):
@@ -111,7 +111,7 @@ def quadrature_sums(fits: Bundle) -> tuple[np.ndarray, np.ndarray]:
     return sums, sizes
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _count_chunk(chunk, fits, count):
     seen = np.full(len(count), -1, np.int32)
     for a in range(NODES * chunk, min(NODES * (chunk + 1), len(count))):
@@ -166,7 +166,7 @@ def _add_cell(a, entry, fits, longest, s, row):
     row[a] += own
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _fill_chunk(chunk, fits, longest, first, columns, entries):
     n = len(first) - 1
     seen, row, s = np.full(n, -1, np.int32), np.zeros(n), np.empty(3 * longest + 4 * fits.n_points)
@@ -208,7 +208,7 @@ def system(fits: Bundle) -> sparse.csr_array:
     return sparse.csr_array((entries, columns, first), shape=(n, n))
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _correct_chunk(chunk, fits, eta):
     first, nodes, nq = fits.cells.first, fits.cells.items, fits.n_points
     moment, slope = np.empty((3, 3)), np.empty((3, 3))

@@ -53,7 +53,7 @@ class PointRows(NamedTuple):
         return self.nodes[here], self.values[here], gradients.reshape(3, -1)
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _evaluate_chunk(chunk, points):
     n = points.longest
     faces = np.zeros(FACE_COLUMNS * FACE_BLOCK)

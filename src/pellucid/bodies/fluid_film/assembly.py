@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 
 from pellucid.bodies.fluid_film.nodal_sums import CHUNK, ElementRows, NodalSums, SharedRows
 from pellucid.jit import kernel
+from pellucid.jit.local import zeros
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, splat, spread, store
 
@@ -85,7 +86,7 @@ def _node_rows(at, a, R, M, rows, factor, first, shares, part):
 @kernel(inner=True)
 def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, shared, values):
     m = uses.nodes.shape[1]
-    shares, part = np.zeros(3 * R), np.zeros(3 * M)
+    shares, part = zeros(3 * R), zeros(3 * M)
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(pattern.first) - 1)):
         width = 3 * (pattern.first[i + 1] - pattern.first[i])
         start = 9 * pattern.first[i]

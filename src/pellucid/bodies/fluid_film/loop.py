@@ -117,7 +117,7 @@ def _evaluate_one(corner, ring, count, share, factors, powers, out):
     patch.evaluate(corner, ring, count, share, factors, powers, out)
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _evaluate_chunk(chunk, x, mesh, triangle, share, factors, powers, result):
     ring, corner = np.zeros((3, max(mesh.ring.shape[1], patch.REGULAR), 3)), np.zeros((3, 3))
     count, out = np.zeros(3, np.int64), np.zeros((patch.COUNT, 3))

@@ -112,7 +112,7 @@ def _child_in_middle(corner, ring, count, moved, middle):
     count[0], count[1], count[2] = REGULAR, REGULAR, REGULAR
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _spline(corner, ring, share, along, factors, powers, out):
     """The box spline and its derivatives along two directions."""
     k = corner.shape[1]
@@ -151,7 +151,7 @@ def _spline(corner, ring, share, along, factors, powers, out):
             out[j, i] = total
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def evaluate(corner, ring, count, share, factors, powers, out):
     """Value and derivatives (COUNT, k) at shares (3,) of the corners; corner (3, k), ring (3, v, k), v >= 6, count (3,).
 

@@ -78,12 +78,18 @@ class MaterialPoints(PointsOnGrid):
         if inertia or force:
             super().particle_to_grid(inertia, force)
 
+    def renew_totals(self) -> None:
+        """Find the totals of the state as it is."""
+        super().renew_totals()
+        if not self._strains:  # else straining finds it
+            self.totals.stored = float(np.sum(self.field("stored_energy")))
+
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
         if not self._strains:
             if move:
                 self.update_positions(dt)
-            squares = self.points.velocity**2 @ np.ones(3)
+            squares = np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
             self._bound_rate(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell)
             return
         straining.update_stress(self.n_slabs, self._strained, dt, int(move))

@@ -38,6 +38,7 @@ from pellucid.grid.straining import gather_motion
 from pellucid.grid.transfer import placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
+from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
@@ -52,8 +53,8 @@ def _gather_slab(s, mapped, gradient, dt, move):
     x, slabs = mapped.points.position, mapped.slabs
     lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     left_slab = first_fault = at_fault = 0
-    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
-    c = np.empty(WIDTH * size(STRAINED))
+    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    c = numbers(WIDTH * size(STRAINED))
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, x, start, n, found, first_node)
@@ -127,7 +128,7 @@ def _keep_sums(slabs, s, sums):
 @kernel(inner=True)
 def _strain_slab(s, surface, dt):
     slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
-    c, sums = np.empty(WIDTH * COLUMNS), np.zeros((SUMS + 1) * LANES)
+    c, sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch_shapes(surface, start, n, c)
@@ -150,7 +151,7 @@ def strain(n, surface, dt):
 @kernel(inner=True)
 def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
     slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
-    c = np.empty(WIDTH * COLUMNS)
+    c = numbers(WIDTH * COLUMNS)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch_shapes(surface, start, n, c)
@@ -188,7 +189,7 @@ def stretch(n, surface, number, torn, local, kinematics, dt):
 @kernel(inner=True)
 def _respond_slab(s, surface, number, mean, kinematics, dt):
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
-    c, sums = np.empty(WIDTH * COLUMNS), np.zeros((SUMS + 1) * LANES)
+    c, sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch_shapes(surface, start, n, c)

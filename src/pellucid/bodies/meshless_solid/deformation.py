@@ -61,7 +61,7 @@ def pull(pack, solid, P, at, f):
         store(f, node, load(f, node) - totals(a * x + b * y + c * z, d * x + e * y + g * z, h * x + i * y + j * z))
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def displacements(start, m, solid):
     """Of the m nodes of a block, a vector for each."""
     u = np.zeros(LANES * m)

@@ -120,7 +120,7 @@ def _fill_batch(first, n, solid, averaged, mean, u, s):
             store(s, i * COLUMN + k * LANES, load(solid.deformation, here + i * LANES))
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _mean_stresses(start, m, solid):
     """Of the m nodes of a block, where the volume ratio is averaged."""
     mean = np.zeros(m)
@@ -130,7 +130,7 @@ def _mean_stresses(start, m, solid):
     return mean
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _force_block(block, solid, dt, keep):
     """Forces of a block on its nodes; where the volume ratio is not averaged, the deformation gradients too."""
     blocks, corners, averaged = solid.blocks, solid.corners, len(solid.block_volume) > 0

@@ -89,7 +89,7 @@ def _round_together(n, step, numbers):
         before = here
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _turn(n, lane, nodes, position, g, K):
     """Put K - I into K, with K = (Σ x_a ⊗ g_a)⁻¹, by which Kᵀ g_a reproduce linear functions."""
     D = np.zeros((3, 3))
@@ -105,7 +105,7 @@ def _turn(n, lane, nodes, position, g, K):
             K[(3 * i + j) * LANES + lane] = over * C[3 * j + i] - (i == j)
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _gradients_chunk(chunk, source, position, longest, rounded, gradients, turns):
     first, nodes, nq = source.packs.first, source.packs.items, source.n_points
     g = np.empty(3 * LANES * longest)
