@@ -15,7 +15,7 @@ EACH_SORTING = 2000.0
 """What sorting costs beside its share for each point, in vectors of points with the same nodes: 0.12 ms, at 65 ns a vector."""
 
 
-@kernel()
+@kernel(allocates=True)
 def _order_by_nodes(position, functions, lattice, layer_count):
     """Stable counting sort: the order of the points by the first of the nodes that reach them, and the number of points up to
     each layer of such nodes. There are as many along an axis as cells: of more, the last would have no cell of their own."""

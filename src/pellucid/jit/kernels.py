@@ -22,7 +22,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
 
     inner: a kernel that only other kernels call, which spares the compiler what Python needs to call it.
     inline: an inner kernel that becomes part of each loop that calls it.
-    allocates: an inner kernel that makes arrays otherwise than by `pellucid.jit.local`, and so counts references to all arrays.
+    allocates: a kernel that makes arrays otherwise than by `pellucid.jit.local`, and so counts references to all arrays.
     """
 
     def decorate(function: Any) -> Any:
@@ -38,7 +38,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
             forceinline=inner,  # else its code depends on whether it was compiled here or came with its caller from the cache
             no_cpython_wrapper=inner or inline,
             no_cfunc_wrapper=True,
-            _nrt=allocates or not inner,
+            _nrt=allocates,
         )
         kernels[function.__module__, function.__qualname__] = compiled
         if not numba.config.DISABLE_JIT:
