@@ -3,7 +3,6 @@
 from math import inf, sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
 from numpy import intp, uintp
 
 from pellucid.grid.blocks import about_lanes, add_columns, find_functions, functions_like, largest_of_column, run_end

@@ -8,7 +8,6 @@ The kernels take a body as the bundle of its `MappedPoints`. Flags are integers 
 
 from math import inf, sqrt
 
-import numpy as np
 from numpy import intp
 
 from pellucid.grid.blocks import about_point, find_functions, functions_like

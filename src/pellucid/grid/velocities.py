@@ -5,7 +5,6 @@ Forces at the nodes work along the nodes' mean velocity; a body that keeps heat 
 
 from math import sqrt
 
-import numpy as np
 from numpy import uintp
 
 from pellucid.grid.blocks import about_lanes, about_point, add_columns, find_functions, functions_like, run_end

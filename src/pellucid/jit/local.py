@@ -1,7 +1,7 @@
 """Arrays of a kernel's own, in its stack frame: scratch of a fixed size, for which nothing is asked of the system.
 
-`numbers` and `indices` make an array of doubles or of int64 whose content is not set, `zeros` one of doubles that are zero. They
-last as long as the call of the kernel that made them, so that no kernel may return one.
+`numbers` and `indices` make an array of doubles or of int64 whose content is not set, `zeros` one of doubles that are zero.
+They last as long as the call of the kernel that made them, so that no kernel may return one.
 """
 
 from typing import Any

@@ -9,7 +9,6 @@ the two halves of `strain`. A failed point keeps its strain, frame and volume: t
 
 from math import sqrt
 
-import numpy as np
 from numpy import intp, uintp
 
 from pellucid.bodies.membrane_points.blocks import (
