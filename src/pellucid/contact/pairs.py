@@ -44,6 +44,7 @@ class ContactPair:
         self.impulses, self.second = np.zeros((2, 0, 3))
         """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
         velocities mapped again."""
+        self._touches = False  # anywhere, in this step
 
     @property
     def _chunks(self) -> int:
@@ -57,8 +58,11 @@ class ContactPair:
         """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
-        self._mobility, self.impulses, self.second = np.empty((2, n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
+        self._touches = bool(self.detection.normal.any())
+        self._mobility, self.impulses, self.second = np.zeros((2, n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self._closing = self._gap_closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
+        if not self._touches:
+            return
         for mobility, field in zip(self._mobility, self.fields, strict=True):
             nodes, driven_mass = field.grid.nodes, field.external.driven_mass
             constraints = nodes.constrained, driven_mass
@@ -75,7 +79,7 @@ class ContactPair:
         the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
         bodies that answer to impulses themselves: the velocities of their nodes are not those with which their material parts.
         """
-        if not self._takes_second:
+        if not (self._touches and self._takes_second):
             return
         node, velocities = self.detection.node, []
         for field, mobility in zip(self.fields, self._mobility, strict=True):
@@ -91,6 +95,8 @@ class ContactPair:
 
     def resolve(self, anew: bool) -> None:
         """Impulses on the nodes after their momentum was advanced, or `anew` after the bodies answered to these."""
+        if not self._touches:
+            return
         how = self._kind, self._friction, anew, self.detection.node, (self.detection.normal, self._closing)
         impulses.resolve(self._chunks, *how, *self._moved(), *self._mobility, self.impulses)
 
@@ -100,17 +106,19 @@ class ContactPair:
 
     def in_contact(self) -> list[ContactBody]:
         """The bodies of both velocity fields, where these touch anywhere."""
-        return [body for side in self.bodies for body in side] if self.detection.normal.any() else []
+        return [body for side in self.bodies for body in side] if self._touches else []
 
     def project(self) -> None:
         """The same for the velocities mapped again, those that strain the points."""
+        if not self._touches:
+            return
         how = self._kind, self._friction, self.detection.node, (self.detection.normal, self._gap_closing)
         sides = [field.grid.nodes.strain_velocity for field in self.fields]
         impulses.stop_approach(self._chunks, *how, *sides, *self._mobility, self.second)
 
     def gives_second(self) -> bool:
         """Whether there are such impulses, which all bodies take; else none does, since they are equal and opposite."""
-        return self._takes_second and bool(self.second.any())
+        return self._touches and self._takes_second and bool(self.second.any())
 
     def add_second(self) -> None:
         """Add what these change to the second increments of both fields."""
@@ -129,7 +137,7 @@ class ContactPair:
         """See `ContactPairs.project`."""
         total = 0.0
         for field, mobility, sign in zip(self.fields, self._mobility, SIGNS, strict=True):
-            if field in fields:
+            if self._touches and field in fields:
                 free = np.where(mobility > 0.0, sign * self.impulses, 0.0)
                 total += float(np.sum(free * field.mapping_lag(self.detection.node)))
         return total
@@ -139,6 +147,8 @@ class ContactPair:
         return self._works(self._sides, self.impulses, row)
 
     def _works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
+        if not self._touches:
+            return np.zeros(row)
         works = np.zeros((self._chunks, row))
         for side, mobility, sign in zip(sides, self._mobility, SIGNS, strict=True):
             impulses.sum_works(self._chunks, side, self.detection.node, mobility, given, sign, works)

@@ -2,7 +2,7 @@
 
 At each call numba finds the compiled types of the arguments. That takes it four microseconds for a bundle, as long as a small
 kernel runs. Where Python itself sees that a kernel was called with arguments of these types before, it calls the compiled code
-at once.
+at once. Of arrays and numbers alone numba finds the types sooner.
 """
 
 from typing import Any
@@ -24,6 +24,9 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         kinds = tuple(map(_kind, arguments))
         entry = self.entries.get(kinds)
         if entry is None:
+            if Bundle not in map(type, arguments):
+                self.__class__ = CPUDispatcher
+                return self(*arguments)
             result = super().__call__(*arguments)
             if None not in kinds:
                 compiled = self.overloads.get(tuple(map(self.typeof_pyval, arguments)))
@@ -45,5 +48,5 @@ def _kind(value: Any) -> Any:
     if kind is Bundle:
         return value.type_name
     if kind is np.ndarray:
-        return value.dtype.str, value.ndim, value.flags.num
+        return value.dtype, value.ndim, value.flags.num
     return kind if kind in PLAIN else None

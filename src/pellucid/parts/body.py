@@ -105,6 +105,7 @@ class Body(ABC):
     element_arrays: Mapping[str, np.ndarray] = {}
     """State of its elements, in the order of the mesh; most bodies have none."""
     constraint: PointConstraint | None = None
+    _leads_again: RepeatedConstraint | None = None
     answers: AnswersContact | None = None
     relaxes = False
     """Whether it is being brought to rest in equilibrium."""
@@ -192,6 +193,7 @@ class Body(ABC):
         if self.constraint is not None:
             raise ValueError(f"the points of body {self.name} are led by a condition already")
         self.constraint, self.answers = constraint, answers
+        self._leads_again = constraint if isinstance(constraint, RepeatedConstraint) else None
 
     @abstractmethod
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
@@ -291,12 +293,12 @@ class Body(ABC):
     @property
     def led_again(self) -> bool:
         """Whether what leads its points, if anything, can do so once more in a step."""
-        return self.constraint is None or isinstance(self.constraint, RepeatedConstraint)
+        return self.constraint is None or self._leads_again is not None
 
     def lead_again(self) -> None:
         """Let it do so."""
-        if isinstance(self.constraint, RepeatedConstraint):
-            self.constraint.prescribe_velocities_again()
+        if self._leads_again is not None:
+            self._leads_again.prescribe_velocities_again()
 
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
