@@ -18,13 +18,14 @@ from pellucid.grid.blocks import (
 from pellucid.grid.stencil import gather, stencil
 from pellucid.jit import kernel
 from pellucid.jit.columns import BLOCK, WIDTH, put, size
+from pellucid.jit.local import indices, numbers
 from pellucid.jit.vector import LANES, load, total
 
 
 @kernel()
 def by_vectors(mapped, field, n, out):
     functions, lattice = mapped.functions, mapped.lattice
-    found, first_node = np.empty(WIDTH * size(functions_like(functions))), np.empty(BLOCK, np.int64)
+    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     find_functions(functions, lattice, mapped.index, mapped.points.position, 0, n, found, first_node)
     a = 0
     while a < n:

@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.jit import kernel
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
+from pellucid.jit.local import numbers
 from pellucid.jit.vector import LANES, larger, load, nothing, row, store, total
 
 
@@ -17,7 +18,7 @@ class State(NamedTuple):
 @kernel()
 def round_trip(a, out):
     """Points one by one into columns, and out of them by vectors, with the energy doubled."""
-    c = np.zeros(WIDTH * size(((0.0, 0.0), 0.0)))
+    c = numbers(WIDTH * size(((0.0, 0.0), 0.0)))
     for q in range(BLOCK):
         put(c, q, State((a[q, 0], a[q, 1]), a[q, 2]))
     like = State((0.0, 0.0), 0.0)

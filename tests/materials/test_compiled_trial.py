@@ -4,6 +4,7 @@ import linecache
 from typing import Literal, NamedTuple
 
 import numba
+import numpy as np
 import pytest
 from small_cases import SOLID, box, case
 
@@ -47,6 +48,26 @@ def test_the_function_and_its_line_are_named():
     why = why_not_compiled(material)
     assert why.startswith("`signal_speed` of the law Noted cannot be compiled: ")
     assert why.endswith(f"at {__file__}:{line} (`{linecache.getline(__file__, line).strip()}`)")
+
+
+@pytest.fixture
+def making_an_array():
+    mine = implementations(signal_speed)[Noted]
+
+    @point_function(signal_speed, Noted)
+    def _speed(law, state, density, L, length):
+        speeds = np.zeros(2)
+        speeds[0] = law.mu
+        return speeds[0]
+
+    yield _speed.__code__.co_firstlineno + 2
+    point_function(signal_speed, Noted)(mine)
+
+
+def test_arrays_that_a_law_makes_are_told_with_their_line(making_an_array):
+    why = why_not_compiled(NotedMaterial(density=1.0, young_modulus=1.0, poisson_ratio=0.3))
+    assert "\x1b" not in why
+    assert why.endswith(f"zeros>) found for signature, at {__file__}:{making_an_array} (`speeds = np.zeros(2)`)")
 
 
 def test_laws_that_compile_are_not_blamed():

@@ -5,11 +5,13 @@ import re
 from typing import Any
 
 from pellucid.jit import implementations
+from pellucid.jit.registry import IN_ITS_CALLER
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.trial import Call, calls_of, calls_of_membrane
 from pellucid.users_code import is_users, line_at
 
+COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Use of unsupported", "The above")
 
 
@@ -20,7 +22,7 @@ def why_not_compiled(material: Any) -> str:
     for operation, call in _calls(material).items():
         function = implementations(operation)[type(call.arguments[0])]
         try:
-            njit(function)(*call.arguments)
+            njit(function, **IN_ITS_CALLER)(*call.arguments)
         except Exception as error:  # numba's have no base in common
             place = _place(str(error)) or f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
             law = type(call.arguments[0]).__name__
@@ -43,6 +45,6 @@ def _place(message: str) -> str:
 
 def _reason(message: str) -> str:
     """What a message of numba says first."""
-    lines = [line.strip() for line in message.splitlines()]
+    lines = [COLOURS.sub("", line).strip() for line in message.splitlines()]
     telling = [line for line in lines if line and not line.startswith(NOISE)]
     return telling[0].partition(". Raised from")[0].rstrip(".:") if telling else "numba does not say why"

@@ -37,7 +37,7 @@ def _triple(a, b, c):
     return x * c[0] + y * c[1] + z * c[2]
 
 
-@kernel(inner=True)
+@kernel(inner=True, allocates=True)
 def _locate_chunk(chunk, mesh, places, normal, aim, triangle, share):
     """The triangle about each node that lies along its aim, seen along the normal, and the shares of its corners there."""
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
