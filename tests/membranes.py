@@ -25,7 +25,9 @@ def body_of(table):
     whole = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
     grid = Grid(whole.grid)
     field = VelocityField("common", grid, moves_points=True)
-    return grid, whole.body[0].build(Placement(whole.grid, field, Flip(), (0.0, 0.0, 0.0), 0))
+    body = whole.body[0].build(Placement(whole.grid, field, Flip(), (0.0, 0.0, 0.0), 0))
+    body.complete()
+    return grid, body
 
 
 def drive(grid, body, gradient, dt, steps):
