@@ -15,14 +15,15 @@ EACH_SORTING = 2000.0
 """What sorting costs beside its share for each point, in vectors of points with the same nodes: 0.12 ms, at 65 ns a vector."""
 
 
-@kernel(allocates=True)
-def _order_by_nodes(position, functions, lattice, layer_count):
+@kernel()
+def _order_by_nodes(position, functions, lattice, nodes, count, layer_count, order):
     """Stable counting sort: the order of the points by the first of the nodes that reach them, and the number of points up to
-    each layer of such nodes. There are as many along an axis as cells: of more, the last would have no cell of their own."""
+    each layer of such nodes. There are as many along an axis as cells: of more, the last would have no cell of their own.
+
+    nodes, shape (points,), and count, zeros for one more than the cells: scratch.
+    """
     n, low, h, axis = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis
     x, y, z = (n[1] * n[2], n[2], 1) if axis == 0 else ((n[2], n[0] * n[2], 1) if axis == 1 else (n[1], 1, n[0] * n[1]))
-    nodes = np.empty(len(position), np.int64)
-    count = np.zeros(n[0] * n[1] * n[2] + 1, np.int64)
     for p in range(len(position)):
         i, _ = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, n[0])
         j, _ = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, n[1])
@@ -35,11 +36,9 @@ def _order_by_nodes(position, functions, lattice, layer_count):
         count[c] += count[c - 1]
     for c in range(1, len(layer_count)):
         layer_count[c] += layer_count[c - 1]
-    order = np.empty(len(position), np.int64)
     for p in range(len(position)):
         order[count[nodes[p]]] = p
         count[nodes[p]] += 1
-    return order
 
 
 @kernel()
@@ -60,16 +59,17 @@ def sort_by_nodes(
     """Sort every array of a body (first axis: points) by the first node of each point, in place, and cut the sorted points into
     slabs. With trilinear functions that is by cell; those of other functions change in the middle of a cell.
 
-    scratch: kept by the body between calls, one array for each row width and type.
+    scratch: kept by the body between calls, one array for each row width.
     """
     layers = np.zeros(lattice.counts[lattice.slab_axis] + 1, np.int64)
-    order = _order_by_nodes(arrays["position"], functions, lattice, layers)
-    if not np.array_equal(order, np.arange(len(order))):
+    points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
+    nodes, order, count = np.empty(points, np.int64), np.empty(points, np.int64), np.zeros(cells + 1, np.int64)
+    _order_by_nodes(arrays["position"], functions, lattice, nodes, count, layers, order)
+    if not np.array_equal(order, np.arange(points)):
         for array in arrays.values():
-            rows = array.reshape(len(array), -1)
-            key = rows.shape[1] if rows.dtype == np.float64 else -rows.shape[1]
-            spare = scratch.setdefault(key, np.empty_like(rows))
-            _reorder_rows((len(rows) + CHUNK - 1) // CHUNK, rows, spare, order)
+            rows = array.reshape(points, -1).view(np.int64)  # one kernel for all types, of eight bytes each
+            spare = scratch.setdefault(rows.shape[1], np.empty_like(rows))
+            _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare, order)
             rows[...] = spare
     function = functions[lattice.slab_axis]
     edges = _slab_edges(layers, 3 if function.stencil == 2 else 5)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pellucid.errors import UsageError
-from pellucid.jit.registry import activate, kernels
+from pellucid.jit.registry import IN_KERNELS, activate, kernels
 
 MOST_PER_CORE = 16
 
@@ -29,23 +29,19 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
         activate()
         import numba
 
-        compiled = numba.njit(
-            function,
-            inline="always" if inline else "never",
-            error_model="numpy",
-            fastmath={"contract"},
-            nogil=True,
-            forceinline=inner,  # else its code depends on whether it was compiled here or came with its caller from the cache
-            no_cpython_wrapper=inner or inline,
-            no_cfunc_wrapper=True,
-            _nrt=allocates,
-        )
+        called_by_kernels = inner or inline
+        options = IN_KERNELS | {
+            "forceinline": inner,  # else code depends on whether it was compiled here or came with its caller from the cache
+            "no_cpython_wrapper": called_by_kernels,
+            "_nrt": allocates,
+        }
+        compiled = numba.njit(function, inline="always" if inline else "never", **options)
         kernels[function.__module__, function.__qualname__] = compiled
         if not numba.config.DISABLE_JIT:
             from pellucid.jit.cache import KernelCache
 
             compiled._cache = KernelCache(function)
-            if inner or inline:
+            if called_by_kernels:
                 _keep_from_python(compiled)
             else:
                 from pellucid.jit.calls import call_at_once

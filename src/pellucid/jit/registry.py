@@ -10,10 +10,19 @@ _generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that disp
 kernels: dict[tuple[str, str], Any] = {}
 """What is compiled, by module and name; of functions made anew under one name the last."""
 _active = False
-IN_ITS_CALLER = {"forceinline": True, "no_cfunc_wrapper": True, "_nrt": False}
-"""How numba compiles what becomes part of the kernels that call it.
+IN_KERNELS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "nogil": True,
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}
+"""How numba compiles what only kernels call, and what becomes part of them.
 
-Python and C never call it, and arrays live as long as the kernel: it counts no references to them.
+Python and C never call it, and arrays live as long as the kernel: it counts no references to them. Where callers were compiled
+in other ways, a function that they share would be compiled for each.
 """
 
 
@@ -126,7 +135,7 @@ def activate() -> None:
 def _compile_helper(function: Callable[..., Any]) -> None:
     from numba.extending import register_jitable
 
-    register_jitable(**IN_ITS_CALLER)(function)
+    register_jitable(**IN_KERNELS)(function)
 
 
 def _compile_generic(dispatch: Callable[..., Any]) -> None:
@@ -142,4 +151,4 @@ def _compile_generic(dispatch: Callable[..., Any]) -> None:
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
-    overload(dispatch, jit_options=IN_ITS_CALLER)(choose)
+    overload(dispatch, jit_options=IN_KERNELS)(choose)

@@ -20,7 +20,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic, models, overload, register_model
 
-from pellucid.jit.registry import IN_ITS_CALLER
+from pellucid.jit.registry import IN_KERNELS
 
 LANES = 4
 _DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
@@ -167,7 +167,7 @@ def _overload(operation: Any, in_place: Any, combine: Any) -> None:
         return None
 
     for function in (operation, in_place):
-        overload(function, jit_options=IN_ITS_CALLER)(choose)
+        overload(function, jit_options=IN_KERNELS)(choose)
 
 
 _overload(operator.add, operator.iadd, _binary("fadd"))

@@ -5,7 +5,7 @@ import re
 from typing import Any
 
 from pellucid.jit import implementations
-from pellucid.jit.registry import IN_ITS_CALLER
+from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.trial import Call, calls_of, calls_of_membrane
@@ -22,7 +22,7 @@ def why_not_compiled(material: Any) -> str:
     for operation, call in _calls(material).items():
         function = implementations(operation)[type(call.arguments[0])]
         try:
-            njit(function, **IN_ITS_CALLER)(*call.arguments)
+            njit(function, **{**IN_KERNELS, "no_cpython_wrapper": False})(*call.arguments)
         except Exception as error:  # numba's have no base in common
             place = _place(str(error)) or f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
             law = type(call.arguments[0]).__name__
