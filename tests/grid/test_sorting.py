@@ -121,6 +121,15 @@ def test_enough_slabs_for_many_threads():
         assert shares.max() < 3.0 * shares.mean()
 
 
+@pytest.mark.parametrize("functions", GRID_FUNCTIONS)
+def test_bodies_of_a_field_have_the_same_slabs(functions):
+    """Wherever their points are: joint loops let threads do one slab of all bodies at a time."""
+    grid, one = cloud((40, 3, 1), 500)
+    _, other = cloud((40, 3, 1), 7, squeeze=4.0)
+    layers = [sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions)).layer for arrays in (one, other)]
+    assert np.array_equal(*layers)
+
+
 def test_a_straying_point_triggers_sorting_once():
     sim = simulation(box((0, 0, 0), (3, 1, 1)), counts=(40, 1, 1))
     body = sim.bodies[0]

@@ -14,7 +14,10 @@ from pellucid.jit.parallel import _plain, _plain_by_colour, parallel_by_colour, 
 
 @kernel(inner=True)
 def _fill(s, result, who, factor):
-    result[s] += factor * s
+    wait = 0.0
+    for i in range(3000):  # some microseconds, so that no thread is done before another begins
+        wait += (i + s) % 3
+    result[s] += factor * s + (0.0 if wait >= 0.0 else 1.0)
     who[s] = numba.get_thread_id()
 
 
@@ -34,15 +37,6 @@ def _add_to_both(s, seen):
 @kernel()
 def add_by_colour(count, seen):
     parallel_by_colour(_add_to_both, count, seen)
-
-
-@pytest.fixture(params=[1, 2, 4])
-def threads(request):
-    """Runs the test on this many threads, or all there are."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(min(request.param, numba.config.NUMBA_NUM_THREADS))
-    yield numba.get_num_threads()
-    numba.set_num_threads(before)
 
 
 COUNTS = [0, 1, 2, 3, 7, 1000]

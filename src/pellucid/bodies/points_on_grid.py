@@ -1,6 +1,5 @@
 """What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
 
-from abc import abstractmethod
 from collections.abc import Mapping
 
 import numpy as np
@@ -50,7 +49,8 @@ HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results 
 class PointsOnGrid(GridBody):
     """Points whose unknowns live on the grid, sorted by their nodes whenever one leaves its slab, or where that saves time.
 
-    A kind of body gives the initial arrays, `update_stress`, the kind of energy that is stored (`energy_kind`), and fields of
+    A kind of body gives the initial arrays, `begin_stress` and `end_stress`, which ends with
+    `_collect_strain_sums`, the kind of energy that is stored (`energy_kind`), and fields of
     its own.
     """
 
@@ -175,14 +175,20 @@ class PointsOnGrid(GridBody):
         """Add external forces on the points [N] to those on the nodes."""
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
-    def update_velocities(self, dt: float, remap: bool) -> None:
-        """New velocities; where `remap`, their momentum back on the nodes. What the transfer loses becomes heat."""
+    def begin_velocities(self, dt: float, remap: bool) -> None:
+        """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
         if len(self._affine):
             # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
             nodes = self.grid.nodes
             affine.gather_affine(self.n_slabs, self.mapped, nodes.strain_velocity if self._stencil == 2 else nodes.velocity)
-        free = self.constraint is None
-        update_velocities(self.n_slabs, self.mapped, self.kept_energy(), dt, int(remap and free))
+        update_velocities(self.n_slabs, self.mapped, self.kept_energy(), dt, int(remap and self.constraint is None))
+        if self.is_led(by_slabs=True):
+            self._lead(remap)
+
+    def end_velocities(self, remap: bool) -> None:
+        """What else leads the points; totals."""
+        if self.is_led(by_slabs=False):
+            self._lead(remap)
         sums = ordered_sum(self.slabs.sums)
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
@@ -191,13 +197,19 @@ class PointsOnGrid(GridBody):
         if self.keeps_heat:
             self.totals.stored += float(sums[GAINED])  # for USF, in which the points were strained before
         self.transfer_loss = TransferLoss(loss, lumping, float(sums[KEPT]))
+        self._collect_momentum_sums(sums)
+
+    def is_led(self, by_slabs: bool) -> bool:
+        """Whether a constraint leads the points, slab by slab or as a whole."""
+        return self.constraint is not None and self.constraint.by_slabs == by_slabs
+
+    def _lead(self, remap: bool) -> None:
+        """Prescribed velocities; where `remap`, their momentum to the nodes."""
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
-            kernels.sum_momentum(self.n_slabs, self.mapped)
-            if remap:
-                kernels.scatter_momentum(self.n_slabs, self.mapped)
-            sums = ordered_sum(self.slabs.sums)
-        self._collect_momentum_sums(sums)
+        kernels.sum_momentum(self.n_slabs, self.mapped)
+        if remap:
+            kernels.scatter_momentum(self.n_slabs, self.mapped)
 
     @property
     def takes_second_impulses(self) -> bool:
@@ -225,10 +237,6 @@ class PointsOnGrid(GridBody):
         totals = self.totals
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]) + totals.affine, float(sums[SPEED])
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
-
-    @abstractmethod
-    def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses; where `move`, new positions. Ends with `_collect_strain_sums`."""
 
     def update_positions(self, dt: float) -> None:
         """New positions alone. Where a constraint does not let the grid strain the points, it gives them all of these."""

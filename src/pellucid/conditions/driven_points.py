@@ -17,7 +17,7 @@ from pellucid.grid.transfer import placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_for
 from pellucid.jit.vector import LANES, load, splat, store, total
 
 WORK, LOSS, IMPULSE = range(3)  # columns of what a slab takes; impulses x, y, z of each motion from IMPULSE on
@@ -102,7 +102,7 @@ def _constrain_nodes_slab(s, mapped, drive, nodes):
 @kernel()
 def constrain_nodes(n, mapped, drive, nodes):
     """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    parallel_by_colour(_constrain_nodes_slab, n, mapped, drive, nodes)
+    joint_by_colour(_constrain_nodes_slab, n, mapped, drive, nodes)
 
 
 @pointwise
@@ -163,7 +163,7 @@ def _prescribe_velocities_slab(s, mapped, drive, nodes):
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
     """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included."""
-    parallel_for(_prescribe_velocities_slab, n, mapped, drive, nodes)
+    joint_by_colour(_prescribe_velocities_slab, n, mapped, drive, nodes)
 
 
 @pointwise
@@ -201,7 +201,7 @@ def _prescribe_positions_slab(s, mapped, drive):
 @kernel()
 def prescribe_positions(n, mapped, drive):
     """Prescribed positions of the driven points."""
-    parallel_for(_prescribe_positions_slab, n, mapped, drive)
+    joint_for(_prescribe_positions_slab, n, mapped, drive)
 
 
 @kernel(inner=True)

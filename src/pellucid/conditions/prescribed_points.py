@@ -58,6 +58,8 @@ class PrescribedPoints(ActiveCondition):
     On the grid, the nodes about driven points are constrained, so that other points and contact do not move them.
     """
 
+    by_slabs = True
+
     def __init__(self, member: AssembledBody, motions: Sequence[FollowedMotion], assembly: Assembly) -> None:
         body, thin, self._layout = member.body, member.thin, assembly.layout
         self.body, self._points = body, body.on_grid

@@ -25,7 +25,7 @@ from pellucid.grid.stencil import gather, gather_gradient
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.parallel import joint_for
 from pellucid.jit.vector import LANES, load, total
 from pellucid.materials.law import (
     artificial_heating,
@@ -197,4 +197,4 @@ def update_stress(n, strained, dt, move):
 
     strained: the bundle of `StrainedPoints`.
     """
-    parallel_for(_update_stress_slab, n, strained, dt, move)
+    joint_for(_update_stress_slab, n, strained, dt, move)

@@ -30,7 +30,7 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers
-from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.jit.parallel import joint_by_colour, parallel_for
 from pellucid.jit.vector import row
 
 
@@ -75,7 +75,7 @@ def _scatter_slab(s, mapped, inertia, force, counted):
 
 @kernel()
 def _scatter(n, mapped, inertia, force, counted):
-    parallel_by_colour(_scatter_slab, n, mapped, inertia, force, counted)
+    joint_by_colour(_scatter_slab, n, mapped, inertia, force, counted)
 
 
 def scatter(n: int, mapped: Bundle, inertia: int, force: int) -> None:
@@ -175,4 +175,4 @@ def add_increments(n, mapped, increment, reached):
 @kernel()
 def sum_momentum(n, mapped):
     """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
-    parallel_for(_sum_slab, n, mapped)
+    joint_by_colour(_sum_slab, n, mapped)

@@ -29,7 +29,7 @@ from pellucid.grid.velocity_transfer import inertia_rows, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
 from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
 
@@ -146,4 +146,4 @@ def update_velocities(n, mapped, energy, dt, remap):
     GAINED and KEPT of the sums: what was added, and the heat in it [J]. VECTORS: how many vectors of points with the same nodes
     there were.
     """
-    parallel_by_colour(_update_velocities_slab, n, mapped, energy, dt, remap)
+    joint_by_colour(_update_velocities_slab, n, mapped, energy, dt, remap)

@@ -1,16 +1,55 @@
-"""One loop that threads share: the chunks of a kernel are handed out by numba's own threads.
+"""Loops that threads share: the chunks of a kernel are handed out to numba's own threads.
 
 A `prange` loop compiles all that its body calls several times over, seconds for every driver that only hands out slabs. Here
 the loop is a small function that numba's runtime calls on each thread, and it calls the kernel of a chunk where that lies: its
-code is not made a second time, which would cost as much as the first and may round otherwise.
+code is not made a second time, which would cost as much as the first and may round otherwise. Each thread takes the next chunk
+until there is none.
+
+Threads that begin and end a loop together wait for each other, which costs small bodies more than a second thread gains. So
+the loops of several bodies can become one, see `pellucid.jit.joint`.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import llvmlite.binding
 import numba
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
+
+INTP = cgutils.intp_t
+BYTES = ir.IntType(8).as_pointer()
+DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
+"""Does the chunk of a number with the arguments at an address."""
+LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP])
+"""Chunks of a kernel: how one is done, the arguments, the first, the step to the next, how many."""
+TASK = ir.LiteralStructType([INTP, INTP, INTP, LOOP.as_pointer()])
+"""What threads share: how many numbers are taken, how many there are, and so many loops. A number is a chunk of each loop."""
+SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
+"""What numba's runtime calls on each thread."""
+
+COLOURS, MOST, ROOM = 2, 256, 65536
+"""So many loops of a colour can wait, and their arguments take so many bytes; what is beyond is done at once."""
+WAITING = ir.LiteralStructType([INTP, INTP, ir.ArrayType(INTP, COLOURS), ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
+                                ir.ArrayType(ir.IntType(8), ROOM)])  # fmt: skip
+"""Whether loops wait, the bytes in use, how many loops of each colour there are, these, their arguments."""
+OPEN, USED, COUNTS, LOOPS, ARGUMENTS = range(5)
+waiting = np.zeros(2 + COLOURS + COLOURS * MOST * 5 + ROOM // 8, np.int64)
+"""The memory of WAITING."""
+llvmlite.binding.add_symbol("pellucid_waiting_loops", waiting.ctypes.data)
+
+
+def _driver(colours: int, joint: bool, plain: Callable[..., None]) -> Any:
+    if numba.config.DISABLE_JIT:
+        return plain
+
+    @intrinsic
+    def loop(typing: Any, kernel: Any, count: Any, *arguments: Any) -> Any:
+        return _loop(typing, kernel, arguments, colours, joint)
+
+    return loop
 
 
 def _plain(kernel: Any, count: int, *arguments: Any) -> None:
@@ -19,27 +58,13 @@ def _plain(kernel: Any, count: int, *arguments: Any) -> None:
 
 
 def _plain_by_colour(kernel: Any, count: int, *arguments: Any) -> None:
-    for colour in range(2):
-        for chunk in range(colour, count, 2):
+    for colour in range(COLOURS):
+        for chunk in range(colour, count, COLOURS):
             kernel(chunk, *arguments)
 
 
-@intrinsic
-def _compiled(typing: Any, kernel: Any, count: Any, *arguments: Any) -> Any:
-    return _loops(typing, kernel, arguments, lambda builder, count: [(0, 1, count)])
-
-
-@intrinsic
-def _compiled_by_colour(typing: Any, kernel: Any, count: Any, *arguments: Any) -> Any:
-    def shares(builder: Any, count: Any) -> list[tuple[int, int, Any]]:
-        odd = builder.ashr(count, INTP(1))
-        return [(0, 2, builder.sub(count, odd)), (1, 2, odd)]
-
-    return _loops(typing, kernel, arguments, shares)
-
-
-def _loops(typing: Any, kernel: Any, arguments: Any, shares: Any) -> Any:
-    """Type and code of loops over chunks, each from a first one on in steps, so many of them, as `shares` says."""
+def _loop(typing: Any, kernel: Any, arguments: Any, colours: int, joint: bool) -> Any:
+    """Type and code of a loop over chunks."""
     from numba.np.ufunc.parallel import _launch_threads
 
     _launch_threads()  # the runtime's symbols are known from then on
@@ -51,16 +76,20 @@ def _loops(typing: Any, kernel: Any, arguments: Any, shares: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         _, count, together = values
         chunk_kernels(context.active_code_library).append(ChunkKernel(kernel.dispatcher.py_func, given, compiled))
-        rest = cgutils.unpack_tuple(builder, together, len(arguments))
-        packed = ir.LiteralStructType([INTP, INTP, *(value.type for value in rest)])
-        data = cgutils.alloca_once(builder, packed)
-        for place, value in enumerate(rest):
-            builder.store(value, cgutils.gep_inbounds(builder, data, 0, place + 2))
-        share = _share(context, builder.module, packed, compiled, given)
-        for first, step, number in shares(builder, count):
-            builder.store(INTP(first), cgutils.gep_inbounds(builder, data, 0, 0))
-            builder.store(INTP(step), cgutils.gep_inbounds(builder, data, 0, 1))
-            _launch(builder, share, number, data)
+        packed = cgutils.pack_struct(builder, cgutils.unpack_tuple(builder, together, len(arguments)))
+        do_chunk = _do_chunk(context, builder.module, packed.type, compiled, given)
+        size = context.get_abi_sizeof(packed.type)
+        numbers = [  # of the chunks of each colour
+            builder.sdiv(builder.add(count, INTP(colours - 1 - colour)), INTP(colours)) for colour in range(colours)
+        ]
+        if joint:
+            with builder.if_else(_can_wait(builder, size)) as (then, otherwise):
+                with then:
+                    _wait(builder, do_chunk, packed, size, numbers)
+                with otherwise:
+                    _run_at_once(builder, do_chunk, packed, numbers)
+        else:
+            _run_at_once(builder, do_chunk, packed, numbers)
         return context.get_dummy_value()
 
     return signature, emit
@@ -87,40 +116,48 @@ def chunk_kernels(library: Any) -> list[ChunkKernel]:
     return kept
 
 
-BYTES = ir.IntType(8).as_pointer()
-INTP = cgutils.intp_t
-SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
-
-
-def _share(context: Any, module: Any, packed: Any, compiled: Any, given: Any) -> Any:
-    """The function that a thread runs: the chunks from the number in args[0] on, dimensions[0] of them."""
-    name = module.get_unique_name(f"share.{compiled.fndesc.mangled_name}")
-    function = ir.Function(module, SHARE, name)
+def _do_chunk(context: Any, module: Any, packed: Any, compiled: Any, given: Any) -> Any:
+    """The function that does one chunk."""
+    name = module.get_unique_name(f"chunk.{compiled.fndesc.mangled_name}")
+    function = ir.Function(module, DO_CHUNK, name)
     function.linkage = "internal"
     builder = ir.IRBuilder(function.append_basic_block("entry"))
-    args, dimensions, _, data = function.args
-    data = builder.bitcast(data, packed.as_pointer())
-    start, step, *rest = (builder.load(cgutils.gep_inbounds(builder, data, 0, i)) for i in range(len(packed.elements)))
-    first = builder.ptrtoint(builder.load(args), INTP)
+    arguments = builder.load(builder.bitcast(function.args[0], packed.as_pointer()))
+    rest = [builder.extract_value(arguments, i) for i in range(len(packed.elements))]
     callee = context.declare_function(module, compiled.fndesc)
-    with cgutils.for_range(builder, builder.load(dimensions), intp=INTP) as loop:
-        chunk = builder.add(start, builder.mul(builder.add(first, loop.index), step))
-        context.call_conv.call_function(builder, callee, types.none, given, [chunk, *rest])
+    context.call_conv.call_function(builder, callee, types.none, given, [function.args[1], *rest])
     builder.ret_void()
     return function
 
 
-def _launch(builder: Any, share: Any, count: Any, data: Any) -> None:
-    """Run `count` chunks on numba's threads, on this one where there is nothing to divide."""
+def _run_at_once(builder: Any, do_chunk: Any, packed: Any, numbers: list[Any]) -> None:
+    arguments = cgutils.alloca_once(builder, packed.type)
+    builder.store(packed, arguments)
+    loop = cgutils.alloca_once(builder, LOOP)
+    for colour, number in enumerate(numbers):
+        fill(builder, loop, do_chunk, builder.bitcast(arguments, BYTES), INTP(colour), INTP(len(numbers)), number)
+        run(builder, number, INTP(1), loop)
+
+
+def fill(builder: Any, struct: Any, *values: Any) -> None:
+    """Store the members of a struct."""
+    for place, value in enumerate(values):
+        builder.store(value, cgutils.gep_inbounds(builder, struct, 0, place))
+
+
+def run(builder: Any, numbers: Any, count: Any, loops: Any) -> None:
+    """Do so many numbers of `count` loops on numba's threads, on this one where there is nothing to divide."""
     module = builder.module
-    args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))  # a thread gets the number of its first chunk
-    dimensions = cgutils.alloca_once(builder, INTP)
-    builder.store(count, dimensions)
+    task = cgutils.alloca_once(builder, TASK)
+    fill(builder, task, INTP(0), numbers, count, loops)
+    args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))
     steps = cgutils.alloca_once_value(builder, INTP(1))
-    data = builder.bitcast(data, BYTES)
+    dimensions = cgutils.alloca_once(builder, INTP)
     asked = cgutils.get_or_insert_function(module, ir.FunctionType(INTP, []), "get_num_threads")
     threads = builder.sext(builder.trunc(builder.call(asked, []), ir.IntType(32)), INTP)
-    alone = builder.or_(builder.icmp_signed("<=", threads, INTP(1)), builder.icmp_signed("<=", count, INTP(1)))
+    builder.store(threads, dimensions)
+    share, data = _share(module), builder.bitcast(task, BYTES)
+    alone = builder.or_(builder.icmp_signed("<=", threads, INTP(1)), builder.icmp_signed("<=", numbers, INTP(1)))
     with builder.if_else(alone) as (then, otherwise):
         with then:
             builder.call(share, [args, dimensions, steps, data])
@@ -131,6 +168,72 @@ def _launch(builder: Any, share: Any, count: Any, data: Any) -> None:
             builder.call(parallel_for, [*pointers, data, INTP(0), INTP(1), threads])
 
 
+def _share(module: Any) -> Any:
+    """The function that each thread runs: it takes the next number until there is none."""
+    name = "pellucid.share"
+    if name in module.globals:
+        return module.globals[name]
+    function = ir.Function(module, SHARE, name)
+    function.linkage = "internal"
+    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    task = builder.bitcast(function.args[-1], TASK.as_pointer())
+    taken = cgutils.gep_inbounds(builder, task, 0, 0)
+    numbers, count, loops = (builder.load(cgutils.gep_inbounds(builder, task, 0, i)) for i in range(1, 4))
+    head, body, end = (function.append_basic_block(name) for name in ("head", "body", "end"))
+    builder.branch(head)
+    builder.position_at_end(head)
+    number = builder.atomic_rmw("add", taken, INTP(1), "monotonic")
+    builder.cbranch(builder.icmp_signed("<", number, numbers), body, end)
+    builder.position_at_end(body)
+    with cgutils.for_range(builder, count, intp=INTP) as each:
+        loop = builder.load(builder.gep(loops, [each.index]))
+        do_chunk, arguments, first, step, several = (builder.extract_value(loop, i) for i in range(5))
+        with builder.if_then(builder.icmp_signed("<", number, several)):
+            builder.call(do_chunk, [arguments, builder.add(first, builder.mul(number, step))])
+    builder.branch(head)
+    builder.position_at_end(end)
+    builder.ret_void()
+    return function
+
+
+def waiting_loops(module: Any) -> Any:
+    """WAITING, as code knows it."""
+    name = "pellucid_waiting_loops"
+    return module.globals.get(name) or ir.GlobalVariable(module, WAITING, name)
+
+
+def _can_wait(builder: Any, size: int) -> Any:
+    """Whether loops wait, and there is room for one of each colour, with `size` bytes of arguments."""
+    place = waiting_loops(builder.module)
+    found = builder.icmp_signed("!=", builder.load(cgutils.gep_inbounds(builder, place, 0, OPEN)), INTP(0))
+    used = builder.load(cgutils.gep_inbounds(builder, place, 0, USED))
+    found = builder.and_(found, builder.icmp_signed("<=", builder.add(used, INTP(size)), INTP(ROOM)))
+    for colour in range(COLOURS):
+        count = builder.load(cgutils.gep_inbounds(builder, place, 0, COUNTS, colour))
+        found = builder.and_(found, builder.icmp_signed("<", count, INTP(MOST)))
+    return found
+
+
+def _wait(builder: Any, do_chunk: Any, packed: Any, size: int, numbers: list[Any]) -> None:
+    """Put a loop down."""
+    place = waiting_loops(builder.module)
+    at = cgutils.gep_inbounds(builder, place, 0, USED)
+    used = builder.load(at)
+    arguments = cgutils.gep_inbounds(builder, place, 0, ARGUMENTS, used)
+    builder.store(packed, builder.bitcast(arguments, packed.type.as_pointer()), align=8)
+    builder.store(builder.add(used, INTP((size + 7) // 8 * 8)), at)
+    for colour, number in enumerate(numbers):
+        at = cgutils.gep_inbounds(builder, place, 0, COUNTS, colour)
+        count = builder.load(at)
+        loop = cgutils.gep_inbounds(builder, place, 0, LOOPS, colour, count)
+        fill(builder, loop, do_chunk, arguments, INTP(colour), INTP(len(numbers)), number)
+        builder.store(builder.add(count, INTP(1)), at)
+
+
 # Call a kernel with the number of each chunk from 0 to count - 1, and the arguments: in any order on the threads, or first the
-# even ones and then the odd ones. The kernel must return nothing; what it raises is lost.
-parallel_for, parallel_by_colour = (_plain, _plain_by_colour) if numba.config.DISABLE_JIT else (_compiled, _compiled_by_colour)
+# even ones and then the odd ones. The kernel must return nothing; what it raises is lost. Within a `joint_region` joint loops
+# wait for its end.
+parallel_for = _driver(1, False, _plain)
+parallel_by_colour = _driver(COLOURS, False, _plain_by_colour)
+joint_for = _driver(1, True, _plain)
+joint_by_colour = _driver(COLOURS, True, _plain_by_colour)

@@ -70,13 +70,31 @@ class GridBody(Body):
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum (where `inertia`) and internal forces (where `force`) to the nodes."""
 
-    @abstractmethod
     def update_velocities(self, dt: float, remap: bool) -> None:
         """Grid-to-particle: new velocities; where `remap`, their momentum back on the nodes."""
+        self.begin_velocities(dt, remap)
+        self.end_velocities(remap)
 
     @abstractmethod
+    def begin_velocities(self, dt: float, remap: bool) -> None:
+        """What a joint region of all bodies does of `update_velocities`; see `pellucid.jit.joint`."""
+
+    @abstractmethod
+    def end_velocities(self, remap: bool) -> None:
+        """The rest, where the region is done."""
+
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses; where `move`, new positions."""
+        self.begin_stress(dt, move)
+        self.end_stress(dt, move)
+
+    @abstractmethod
+    def begin_stress(self, dt: float, move: bool) -> None:
+        """What a joint region of all bodies does of `update_stress`."""
+
+    @abstractmethod
+    def end_stress(self, dt: float, move: bool) -> None:
+        """The rest, where the region is done."""
 
     @abstractmethod
     def update_positions(self, dt: float) -> None:

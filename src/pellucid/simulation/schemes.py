@@ -25,6 +25,9 @@ class Steppable(Protocol):
     def find_pressures(self) -> None: ...
     def find_shifts(self, dt: float) -> None: ...
     def clear_momentum(self) -> None: ...
+    def particle_to_grid(self, inertia: bool, force: bool) -> None: ...
+    def update_velocities(self, dt: float, remap: bool) -> None: ...
+    def update_stress(self, dt: float, move: bool) -> None: ...
     def detect_contact(self, dt: float) -> None: ...
     def advance(self, dt: float) -> None: ...
     def project(self) -> None: ...
@@ -35,22 +38,19 @@ def musl(simulation: Steppable, dt: float) -> None:
     """Modified update stress last, Gan's order."""
     simulation.clear()
     simulation.find_pressures()
-    for body in simulation.grid_bodies:
-        body.particle_to_grid(inertia=True, force=True)  # m, p, f
+    simulation.particle_to_grid(inertia=True, force=True)  # m, p, f
     for own in simulation.nodal_bodies:
         own.predict(dt)  # their own equation of motion
     simulation.detect_contact(dt)
     simulation.advance(dt)  # p + dt f, supports, contact
     simulation.clear_momentum()
-    for body in simulation.grid_bodies:
-        body.update_velocities(dt, remap=True)  # v of the points, p mapped again
+    simulation.update_velocities(dt, remap=True)  # v of the points, p mapped again
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     simulation.project()
     simulation.give_second_impulses(dt)  # of contact, which stops what approaches again
     simulation.find_shifts(dt)
-    for body in simulation.grid_bodies:
-        body.update_stress(dt, move=True)  # x, L, σ
+    simulation.update_stress(dt, move=True)  # x, L, σ
     for own in simulation.nodal_bodies:
         own.update(dt)
 
@@ -59,21 +59,18 @@ def usl(simulation: Steppable, dt: float) -> None:
     """Update stress last."""
     simulation.clear()
     simulation.find_pressures()
-    for body in simulation.grid_bodies:
-        body.particle_to_grid(inertia=True, force=True)
+    simulation.particle_to_grid(inertia=True, force=True)
     for own in simulation.nodal_bodies:
         own.predict(dt)
     simulation.detect_contact(dt)
     simulation.advance(dt)
     if simulation.has_contact:
         simulation.clear_momentum()
-    for body in simulation.grid_bodies:
-        body.update_velocities(dt, remap=False)
+    simulation.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     simulation.find_shifts(dt)
-    for body in simulation.grid_bodies:
-        body.update_stress(dt, move=True)
+    simulation.update_stress(dt, move=True)
     for own in simulation.nodal_bodies:
         own.update(dt)
 
@@ -81,22 +78,18 @@ def usl(simulation: Steppable, dt: float) -> None:
 def usf(simulation: Steppable, dt: float) -> None:
     """Update stress first."""
     simulation.clear()
-    for body in simulation.grid_bodies:
-        body.particle_to_grid(inertia=True, force=False)
+    simulation.particle_to_grid(inertia=True, force=False)
     for own in simulation.nodal_bodies:
         own.predict(dt)
     simulation.detect_contact(dt)
     simulation.project()
-    for body in simulation.grid_bodies:
-        body.update_stress(dt, move=False)
+    simulation.update_stress(dt, move=False)
     simulation.find_pressures()
-    for body in simulation.grid_bodies:
-        body.particle_to_grid(inertia=False, force=True)
+    simulation.particle_to_grid(inertia=False, force=True)
     simulation.advance(dt)
     if simulation.has_contact:
         simulation.clear_momentum()
-    for body in simulation.grid_bodies:
-        body.update_velocities(dt, remap=False)
+    simulation.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
     simulation.find_shifts(dt)

@@ -18,6 +18,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip
 from pellucid.jit import set_threads
+from pellucid.jit.joint import joint_region
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
@@ -141,6 +142,28 @@ class Simulation:
         """Set the nodal momentum to zero, before it is mapped again."""
         for field in self.velocity_fields:
             field.clear_momentum()
+
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum (where `inertia`) and internal forces (where `force`) of the bodies on the grid to the nodes."""
+        with joint_region:
+            for body in self.grid_bodies:
+                body.particle_to_grid(inertia, force)
+
+    def update_velocities(self, dt: float, remap: bool) -> None:
+        """New velocities of the bodies on the grid; where `remap`, their momentum back on the nodes."""
+        with joint_region:
+            for body in self.grid_bodies:
+                body.begin_velocities(dt, remap)
+        for body in self.grid_bodies:
+            body.end_velocities(remap)
+
+    def update_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients, volumes, stresses of the bodies on the grid; where `move`, new positions."""
+        with joint_region:
+            for body in self.grid_bodies:
+                body.begin_stress(dt, move)
+        for body in self.grid_bodies:
+            body.end_stress(dt, move)
 
     def detect_contact(self, dt: float) -> None:
         """Find where velocity fields touch in this step."""

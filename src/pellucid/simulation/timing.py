@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-OF_THE_NODES = {
+OF_ALL = {
     "sort": "sort",
     "clear": "grid",
     "find_pressures": "grid",
@@ -15,19 +15,17 @@ OF_THE_NODES = {
     "project": "grid",
     "give_second_impulses": "contact",
     "record": "reductions",
-}
-ON_THE_GRID = {
     "particle_to_grid": "scatter",
     "update_velocities": "velocities",
     "update_stress": "gradients and law",
-    "update_positions": "move",
 }
+ON_THE_GRID = {"update_positions": "move"}
 ON_OWN_NODES = {"predict": "scatter", "correct": "velocities", "update": "gradients and law"}
 
 
 def time_verbs(simulation: Any, timers: dict[str, float]) -> None:
     """Let the verbs of a simulation and of its bodies add their time [s] to that of their part in `timers`."""
-    parts = [(simulation, OF_THE_NODES)]
+    parts = [(simulation, OF_ALL)]
     parts += [(body, ON_THE_GRID) for body in simulation.grid_bodies]
     parts += [(body, ON_OWN_NODES) for body in simulation.nodal_bodies]
     for owner, verbs in parts:

@@ -130,7 +130,10 @@ class FilmOnGrid(PointsOnGrid):
 
     # motion
 
-    def update_stress(self, dt: float, move: bool) -> None:
+    def begin_stress(self, dt: float, move: bool) -> None:
+        """Nothing: strains follow from its own nodes."""
+
+    def end_stress(self, dt: float, move: bool) -> None:
         """Where `move`, new positions and what follows; with dt = 0 the totals of the present state."""
         if move or dt == 0.0:
             self.update_positions(dt)

@@ -84,18 +84,22 @@ class MaterialPoints(PointsOnGrid):
         if not self._strains:  # else straining finds it
             self.totals.stored = float(np.sum(self.field("stored_energy")))
 
-    def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses; where `move`, new positions."""
-        if not self._strains:
-            if move:
-                self.update_positions(dt)
+    def begin_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients, volumes, stresses of what the grid strains; where `move`, new positions."""
+        if self._strains:
+            straining.update_stress(self.n_slabs, self._strained, dt, int(move))
+        if move and self.is_led(by_slabs=True):
+            self.prescribe_positions()
+
+    def end_stress(self, dt: float, move: bool) -> None:
+        """Totals, the bound on the step; positions of a rigid body."""
+        if move and self.is_led(by_slabs=False):
+            self.prescribe_positions()
+        if self._strains:
+            self._collect_strain_sums(last=move)
+        else:
             squares = np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
             self._bound_rate(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell)
-            return
-        straining.update_stress(self.n_slabs, self._strained, dt, int(move))
-        if move:
-            self.prescribe_positions()
-        self._collect_strain_sums(last=move)
 
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]

@@ -94,7 +94,10 @@ class ElementsOnGrid(PointsOnGrid):
         self.surface.add_internal_forces(self.points.position, forces)
         return forces
 
-    def update_stress(self, dt: float, move: bool) -> None:
+    def begin_stress(self, dt: float, move: bool) -> None:
+        """Nothing: strains follow from its own nodes."""
+
+    def end_stress(self, dt: float, move: bool) -> None:
         """Where `move`, new positions and the strains and stresses that follow; with dt = 0 the totals of the present state."""
         if move or dt == 0.0:
             self.update_positions(dt)

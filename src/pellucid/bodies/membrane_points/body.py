@@ -135,10 +135,15 @@ class MembranePoints(PointsOnGrid):
         load = self.velocity_field.load_row(column - FIRST_LOAD)
         press(self.n_slabs, self.mapped, self.fans, load, pressure * self._slice)
 
-    def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, frames, volumes, stresses; where `move`, new positions before the frames."""
+    def begin_stress(self, dt: float, move: bool) -> None:
+        """Velocity gradients; where `move`, new positions."""
         kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
-        if move:
+        if move and self.is_led(by_slabs=True):
+            self.prescribe_positions()
+
+    def end_stress(self, dt: float, move: bool) -> None:
+        """Prescribed positions, frames, volumes, stresses, totals."""
+        if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
         kernels.find_normals(len(self._triangles) // kernels.CHUNK + 1, self.points.position, self.fans)
         if self._mean is None:

@@ -38,7 +38,7 @@ from pellucid.grid.transfer import placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.parallel import joint_for, parallel_for
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
@@ -77,7 +77,7 @@ def _gather_slab(s, mapped, gradient, dt, move):
 @kernel()
 def gather_gradients(n, mapped, gradient, dt, move):
     """Velocity gradients into `gradient`, shape (points, 9); where `move`, new positions."""
-    parallel_for(_gather_slab, n, mapped, gradient, dt, move)
+    joint_for(_gather_slab, n, mapped, gradient, dt, move)
 
 
 @kernel(inner=True)

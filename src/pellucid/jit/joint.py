@@ -1,0 +1,64 @@
+"""One parallel region for the loops of several bodies.
+
+Loops that begin with `joint_for` or `joint_by_colour` in a block `with joint_region:` wait for its end. Then a thread does the
+first chunk of them all, loop after loop, another the second, and so on; of loops by colour all even chunks before the odd ones.
+So bodies that add to the same nodes do not meet there, for their chunks are the same layers of the grid, and all is added in
+one order on any number of threads. A loop may take what an earlier one of its kind left in the same chunk.
+"""
+
+from typing import Any
+
+import numba
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+from pellucid.jit.kernels import kernel
+from pellucid.jit.parallel import COLOURS, COUNTS, INTP, LOOPS, OPEN, USED, run, waiting, waiting_loops
+
+
+class JointRegion:
+    """Lets joint loops wait, and does them as one at the end of a block; not where an error ends it.
+
+    What the loops take must live until then; what they give is there after it. Regions do not contain each other.
+    """
+
+    def __enter__(self) -> None:
+        if not numba.config.DISABLE_JIT:
+            waiting[OPEN] = 1
+
+    def __exit__(self, error: object, *rest: object) -> None:
+        if numba.config.DISABLE_JIT:
+            return
+        waiting[OPEN] = 0
+        try:
+            if error is None:
+                _run_waiting()
+        finally:
+            waiting[USED : COUNTS + COLOURS] = 0
+
+
+joint_region = JointRegion()
+
+
+@intrinsic
+def _run_colours(typing: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        place = waiting_loops(builder.module)
+        for colour in range(COLOURS):
+            count = builder.load(cgutils.gep_inbounds(builder, place, 0, COUNTS, colour))
+            loops = cgutils.gep_inbounds(builder, place, 0, LOOPS, colour, 0)
+            numbers = cgutils.alloca_once_value(builder, INTP(0))
+            with cgutils.for_range(builder, count, intp=INTP) as each:
+                several = builder.load(cgutils.gep_inbounds(builder, builder.gep(loops, [each.index]), 0, 4))
+                most = builder.load(numbers)
+                builder.store(builder.select(builder.icmp_signed(">", several, most), several, most), numbers)
+            with builder.if_then(builder.icmp_signed(">", count, INTP(0))):
+                run(builder, builder.load(numbers), count, loops)
+        return context.get_dummy_value()
+
+    return types.none(), emit
+
+
+@kernel()
+def _run_waiting() -> None:
+    _run_colours()
