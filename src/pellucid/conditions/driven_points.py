@@ -74,6 +74,8 @@ def _constrain_nodes_slab(s, mapped, drive, nodes):
     points, slabs = mapped.points, mapped.slabs
     driven, velocity, axes = drive.driven, drive.velocity, drive.axes
     mass, momentum = nodes.mass, nodes.momentum
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
     motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
@@ -127,10 +129,12 @@ def _prescribe_velocities_slab(s, mapped, drive, nodes):
     points, slabs = mapped.points, mapped.slabs
     driven, velocity, axes, taken = drive.driven, drive.velocity, drive.axes, drive.taken
     v, nodal_impulse = points.velocity, nodes.impulse
-    found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for column in range(taken.shape[1]):
         taken[s, column] = 0.0
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
+    found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         find_functions(functions, lattice, index, points.position, start, n, found, first_node)

@@ -150,6 +150,8 @@ def _update_stress_slab(s, strained, dt, move):
     mapped, law, arrays = strained.mapped, strained.law, strained.state
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     x, volume = points.position, points.volume
     lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     first_fault = at_fault = 0

@@ -56,6 +56,8 @@ def _scatter_slab(s, mapped, inertia, force, counted):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index, cells = mapped.points, mapped.slabs, mapped.affine, mapped.index, mapped.cells
     v, in_cells = points.velocity, len(cells.found) > 0
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)

@@ -98,6 +98,8 @@ def _add_rates(mapped, start, n, c):
 def _update_velocities_slab(s, mapped, energy, dt, remap):
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     v, heat, worked, in_cells = points.velocity, mapped.heat, len(energy) > 0, len(mapped.cells.found) > 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = zeros(WIDTH * COUNT), zeros(len(SUMS) * LANES)

@@ -50,6 +50,8 @@ CHUNK = 1024  # triangles that a thread takes at a time
 def _gather_slab(s, mapped, gradient, dt, move):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
     left_slab = first_fault = at_fault = 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
@@ -127,6 +129,8 @@ def _keep_sums(slabs, s, sums):
 @kernel(inner=True)
 def _strain_slab(s, surface, dt):
     slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     c, sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
@@ -150,6 +154,8 @@ def strain(n, surface, dt):
 @kernel(inner=True)
 def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
     slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     c = numbers(WIDTH * COLUMNS)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
@@ -188,6 +194,8 @@ def stretch(n, surface, number, torn, local, kinematics, dt):
 @kernel(inner=True)
 def _respond_slab(s, surface, number, mean, kinematics, dt):
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
     c, sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
