@@ -3,6 +3,7 @@
 import numpy as np
 
 from pellucid.energy import StepWork
+from pellucid.grid import clearing
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import NO_FORCES, ExternalAction, NodalMomentum, Supports
 from pellucid.grid.nodal_impulses import add_impulses
@@ -49,14 +50,11 @@ class VelocityField:
 
     def clear(self) -> None:
         """Set mass, momentum and forces to zero."""
-        nodes = self.grid.nodes
-        for array in (nodes.inertia, nodes.forces, self._apart):
-            array.fill(0.0)
+        clearing.clear(self.grid.nodes, self._apart)
 
     def clear_momentum(self) -> None:
         """Set the momentum to zero, before it is mapped again."""
-        for component in self.grid.nodes.momentum.T:  # `fill` would go row by row, three times as long
-            component.fill(0.0)
+        clearing.clear_momentum(self.grid.nodes)
 
     def clear_external(self) -> None:
         """Set loads, driven masses and what drags took to zero, before the conditions of a step."""

@@ -9,18 +9,26 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import Fan
-from pellucid.bodies.membrane_elements.quadrilateral import press_quadrilateral, quadrilateral_forces, quadrilateral_stress
+from pellucid.bodies.membrane_elements.quadrilateral import (
+    GIVEN,
+    press_quadrilateral,
+    quadrilateral_forces,
+    quadrilateral_stress,
+)
 from pellucid.bodies.membrane_elements.strain import elements_of
 from pellucid.bodies.membrane_elements.triangle import press_triangle, triangle_forces, triangle_stress
 from pellucid.jit import kernel
+from pellucid.jit.columns import BLOCK, WIDTH
+from pellucid.jit.local import numbers
 from pellucid.jit.parallel import parallel_for
 
 
 @kernel(inner=True)
 def _force_chunk(chunk, surface, x, forces):
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
-    for e in range(first, middle):
-        quadrilateral_forces(surface, x, forces, e)
+    c = numbers(WIDTH * (GIVEN + 3))
+    for start in range(first, middle, BLOCK):
+        quadrilateral_forces(surface, x, forces, start, min(BLOCK, middle - start), c)
     for e in range(middle, end):
         triangle_forces(surface, x, forces, e)
 

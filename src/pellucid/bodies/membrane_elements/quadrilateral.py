@@ -1,13 +1,16 @@
-"""What happens to one quadrilateral in a step (Lian, Liu & Zhang 2014, section 4); inlined into the loops over elements.
+"""What happens to quadrilaterals in a step (Lian, Liu & Zhang 2014, section 4), in blocks of them.
 
-It has one point, at its centre. Its strain rate there counts the warping across the plane in the mean over the element,
+Each has one point, at its centre. Its strain rate there counts the warping across the plane in the mean over the element,
 (∂w/∂x ∂ẇ/∂y) with w = η₃ ξη/4: a sheet that is under tension then resists warping as a fully integrated element would, and one
 that is pushed together warps, which the strain at the centre leaves out.
 
+What a block needs is fetched into columns; loops that write nothing but columns become vectors.
 `surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
 """
 
 from math import inf, sqrt
+
+from numpy import uintp
 
 from pellucid.bodies.membrane_elements.geometry import (
     cross,
@@ -24,85 +27,169 @@ from pellucid.bodies.membrane_elements.geometry import (
 )
 from pellucid.bodies.membrane_elements.hourglass import resisted
 from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.columns import WIDTH, put, take
 from pellucid.materials.membrane import plane_response, plane_wave_speed, stretched_midway
+from pellucid.tensors import ZERO_VECTOR
+
+SPANS = ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR
+PAIR = 0.0, 0.0
+SHAPE_LIKE = 0.0, 0.0, 0.0, 0.0
+GRADIENT_LIKE = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+# columns of a block: χ, ψ, η and their rates, first in space, then in the element's frame
+NOW, MOVING = 0, 9
+# cosine and sine of the turn, shape, stress; volume, mass, energies, hourglass forces
+TURN, SHAPE, STRESS, VOLUME, MASS, ENERGY, HOURGLASS, WARPED = 18, 20, 24, 27, 28, 29, 30, 32
+# gradient of the velocity in the plane, rate of deformation in the material's frame; area, (ω/2c)², ratio of thickness, waves
+GRADIENT, RATE, AREA, BOUND, RATIO, WAVE = 33, 39, 42, 43, 44, 45
+# what tells faults; bad elements and both energies once more, to be added up, half the largest eigenfrequency
+TURNED_OVER, MAGNITUDE, BAD, SIGNAL, COLUMNS = 46, 47, 48, 51, 52
+SUMS = 3  # from BAD on
+GIVEN = 14  # column of a block whose forces are found: volume and hourglass forces, after spans, turn and stress
 
 
-@kernel(inline=True)
-def strain_quadrilateral(surface, x, v, e, dt):
-    """New shape, stress and energies; strain and hourglass energy [J], half its largest eigenfrequency [1/s], fault."""
-    corners, law, control, initial, state = surface.corners, surface.law, surface.control, surface.thickness, surface.state
+@pointwise
+def strain_quadrilaterals(surface, x, v, first, n, dt, c):
+    """New shapes, stresses and energies of n quadrilaterals from `first` on; from BAD on, columns of what is added up."""
+    _fetch(surface, x, v, first, n, c)
+    _find_rates(n, dt, c)
+    _respond(surface.law, surface.control, surface.thickness, n, dt, c)
+    _keep(surface.state, surface.thickness, first, n, c)
+
+
+@pointwise
+def _fetch(surface, x, v, first, n, c):
+    corners, state = surface.corners, surface.state
+    turn, shape, stress, Q = state.turn, state.shape, state.plane_stress, state.hourglass
+    for q in range(n):
+        e = uintp(first + q)
+        put(c, q + NOW * WIDTH, (spans(x, corners, e), spans(v, corners, e)))
+        put(c, q + TURN * WIDTH, ((turn[e, 0], turn[e, 1]), (shape[e, 0], shape[e, 1], shape[e, 2], shape[e, 3])))
+        put(c, q + STRESS * WIDTH, ((stress[e, 0], stress[e, 1], stress[e, 2]), state.volume[e], state.element_mass[e]))
+        put(c, q + ENERGY * WIDTH, (state.strain_energy[e], (Q[e, 0], Q[e, 1]), state.hourglass_energy[e]))
+
+
+@pointwise
+def _find_rates(n, dt, c):
+    """Spans in the frame of the middle of the step, gradients, rates of deformation, turns."""
     half = 0.5 * dt
-    now, moving = spans(x, corners, e), spans(v, corners, e)
-    midway = middle(now, moving, half)
-    frame = frame_of(midway[0], midway[1])
-    here, change = within(frame, midway), within(frame, moving)
-    L = gradient(here, change)
-    D = (L[0], L[3], 0.5 * (L[1] + L[2]))
-    bend = here[2]
-    b = steepness(here)
-    warping = bend[2] * (change[2][2] - bend[0] * L[4] - bend[1] * L[5]) / 12.0
-    D = (D[0] + b[0] * warping, D[1] + b[1] * warping, D[2] + b[2] * warping)
-    z = (state.turn[e, 0], state.turn[e, 1])
-    mid, end = turned(z, here, change, 0.5 * (L[2] - L[1]), half)
-    E = rotated(D, mid[0], -mid[1])
-    s = state.shape
-    shape = stretched_midway(law, (s[e, 0], s[e, 1], s[e, 2], s[e, 3]), E, dt)
-    s11, s22, s12, ratio = plane_response(law, shape)
-    area, bound = size_of(now)
-    volume = area * initial * ratio
-    old, V = state.plane_stress, state.volume[e]
-    state.strain_energy[e] += half * (
-        (V * old[e, 0] + volume * s11) * E[0]
-        + (V * old[e, 1] + volume * s22) * E[1]
-        + 2.0 * (V * old[e, 2] + volume * s12) * E[2]
-    )
-    m = state.element_mass[e]
-    wave = plane_wave_speed(law, shape, m / volume)
-    Q = state.hourglass
-    q1 = 0.25 * (change[2][0] - bend[0] * L[0] - bend[1] * L[1] + bend[2] * L[4])
-    q2 = 0.25 * (change[2][1] - bend[0] * L[2] - bend[1] * L[3] + bend[2] * L[5])
-    Q1 = resisted(control, Q[e, 0], q1, dt, m * wave * wave * bound, m * wave * sqrt(bound))
-    Q2 = resisted(control, Q[e, 1], q2, dt, m * wave * wave * bound, m * wave * sqrt(bound))
-    state.hourglass_energy[e] += half * ((Q[e, 0] + Q1) * q1 + (Q[e, 1] + Q2) * q2)
-    Q[e, 0], Q[e, 1] = Q1, Q2
-    for d in range(4):
-        s[e, d] = shape[d]
-    old[e, 0], old[e, 1], old[e, 2] = s11, s22, s12
-    state.turn[e, 0], state.turn[e, 1] = end
-    state.thickness[e], state.volume[e] = initial * ratio, volume
-    tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
-    signal = sqrt(bound * (wave * wave + max(tension, 0.0) * volume / m))
-    wrong = OK
-    if _turn_of(here, change, -half) <= 0.0 or _turn_of(here, change, half) <= 0.0 or ratio <= 0.0:
-        wrong = COLLAPSED
-    elif not abs(s11 + s22 + s12 + signal + volume) < inf:
-        wrong = NOT_FINITE
-    return state.strain_energy[e], state.hourglass_energy[e], signal, wrong
+    for q in range(n):
+        now, moving = take((SPANS, SPANS), c, q + NOW * WIDTH)
+        midway = middle(now, moving, half)
+        frame = frame_of(midway[0], midway[1])
+        put(c, q + AREA * WIDTH, size_of(now))
+        put(c, q + NOW * WIDTH, (within(frame, midway), within(frame, moving)))
+    for q in range(n):
+        here, change, z = take((SPANS, SPANS, PAIR), c, q + NOW * WIDTH)
+        L, b, bend = gradient(here, change), steepness(here), here[2]
+        warping = bend[2] * (change[2][2] - bend[0] * L[4] - bend[1] * L[5]) / 12.0
+        D = (L[0] + b[0] * warping, L[3] + b[1] * warping, 0.5 * (L[1] + L[2]) + b[2] * warping)
+        mid, end = turned(z, here, change, 0.5 * (L[2] - L[1]), half)
+        before, after = _turn_of(here, change, -half), _turn_of(here, change, half)
+        over = 0.0 if before > 0.0 else 1.0
+        put(c, q + GRADIENT * WIDTH, (L, rotated(D, mid[0], -mid[1])))
+        put(c, q + TURN * WIDTH, end)
+        put(c, q + TURNED_OVER * WIDTH, over if after > 0.0 else 1.0)
 
 
-@kernel(inline=True)
+@pointwise
 def _turn_of(here, change, dt):
     """χ × ψ along the normal at the middle of the step, after `dt`."""
     c, p, cr, pr = here[0], here[1], change[0], change[1]
     return (c[0] + dt * cr[0]) * (p[1] + dt * pr[1]) - (c[1] + dt * cr[1]) * (p[0] + dt * pr[0])
 
 
-@kernel(inline=True)
-def quadrilateral_forces(surface, x, forces, e):
-    """Forces of stress and hourglass control on its corners [N] into forces[e]."""
+@pointwise
+def _respond(law, control, thickness, n, dt, c):
+    """Shapes, stresses, hourglass forces, energies, what bounds the step."""
+    half = 0.5 * dt
+    for q in range(n):
+        E, area = take((ZERO_VECTOR, 0.0), c, q + RATE * WIDTH)
+        shape = stretched_midway(law, take(SHAPE_LIKE, c, q + SHAPE * WIDTH), E, dt)
+        s11, s22, s12, ratio = plane_response(law, shape)
+        (o11, o22, o12), V, m, energy = take((ZERO_VECTOR, 0.0, 0.0, 0.0), c, q + STRESS * WIDTH)
+        volume = area * thickness * ratio
+        work = (V * o11 + volume * s11) * E[0] + (V * o22 + volume * s22) * E[1] + 2.0 * (V * o12 + volume * s12) * E[2]
+        put(c, q + SHAPE * WIDTH, (shape, (s11, s22, s12), volume, m, energy + half * work))
+        put(c, q + RATIO * WIDTH, (ratio, plane_wave_speed(law, shape, m / volume)))
+    for q in range(n):
+        here, change = take((SPANS, SPANS), c, q + NOW * WIDTH)
+        (s11, s22, s12), volume, m, energy, (Q1, Q2), warped = take(
+            (ZERO_VECTOR, 0.0, 0.0, 0.0, PAIR, 0.0), c, q + STRESS * WIDTH
+        )
+        L, _, _, bound, ratio, wave, over = take((GRADIENT_LIKE, ZERO_VECTOR, 0.0, 0.0, 0.0, 0.0, 0.0), c, q + GRADIENT * WIDTH)
+        bend, rate = here[2], change[2]
+        q1 = 0.25 * (rate[0] - bend[0] * L[0] - bend[1] * L[1] + bend[2] * L[4])
+        q2 = 0.25 * (rate[1] - bend[0] * L[2] - bend[1] * L[3] + bend[2] * L[5])
+        stiffness, impedance = m * wave * wave * bound, m * wave * sqrt(bound)
+        R1 = resisted(control, Q1, q1, dt, stiffness, impedance)
+        R2 = resisted(control, Q2, q2, dt, stiffness, impedance)
+        warped += half * ((Q1 + R1) * q1 + (Q2 + R2) * q2)
+        tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
+        tension = tension if tension > 0.0 else 0.0
+        signal = sqrt(bound * (wave * wave + tension * volume / m))
+        magnitude = abs(s11 + s22 + s12 + signal + volume)
+        over = over if ratio > 0.0 else 1.0
+        put(c, q + HOURGLASS * WIDTH, ((R1, R2), warped))
+        put(c, q + TURNED_OVER * WIDTH, (over, magnitude, over if magnitude < inf else 1.0, energy, warped, signal))
+
+
+@pointwise
+def _keep(state, thickness, first, n, c):
+    turn, shape, stress, Q = state.turn, state.shape, state.plane_stress, state.hourglass
+    for q in range(n):
+        e = uintp(first + q)
+        z, F, s, V, _, energy, R, warped = take((PAIR, SHAPE_LIKE, ZERO_VECTOR, 0.0, 0.0, 0.0, PAIR, 0.0), c, q + TURN * WIDTH)
+        turn[e, 0], turn[e, 1] = z
+        for d in range(4):
+            shape[e, d] = F[d]
+        stress[e, 0], stress[e, 1], stress[e, 2] = s
+        Q[e, 0], Q[e, 1] = R
+        state.volume[e], state.strain_energy[e], state.hourglass_energy[e] = V, energy, warped
+        state.thickness[e] = thickness * c[uintp(q + RATIO * WIDTH)]
+
+
+@pointwise
+def fault_of(c, q):
+    """What is wrong with quadrilateral q of a block."""
+    if c[uintp(q + TURNED_OVER * WIDTH)] > 0.0:
+        return COLLAPSED
+    return OK if c[uintp(q + MAGNITUDE * WIDTH)] < inf else NOT_FINITE
+
+
+@pointwise
+def quadrilateral_forces(surface, x, forces, first, n, c):
+    """Forces of stress and hourglass control on the corners of n quadrilaterals from `first` on [N] into `forces`."""
     corners, state = surface.corners, surface.state
-    now = spans(x, corners, e)
+    turn, stress, Q = state.turn, state.plane_stress, state.hourglass
+    for q in range(n):
+        e = uintp(first + q)
+        put(c, q, (spans(x, corners, e), (turn[e, 0], turn[e, 1]), (stress[e, 0], stress[e, 1], stress[e, 2])))
+        put(c, q + GIVEN * WIDTH, (state.volume[e], Q[e, 0], Q[e, 1]))
+    for q in range(n):
+        now, z, s, V, Q1, Q2 = take((SPANS, PAIR, ZERO_VECTOR, 0.0, 0.0, 0.0), c, q)
+        put(c, q, _span_forces(now, rotated(s, z[0], z[1]), V, Q1, Q2))
+    for q in range(n):
+        e = uintp(first + q)
+        X, Y, H = take(SPANS, c, q)
+        for d in range(3):
+            forces[e, 0, d] = X[d] + Y[d] - H[d]
+            forces[e, 1, d] = Y[d] - X[d] + H[d]
+            forces[e, 2, d] = -X[d] - Y[d] - H[d]
+            forces[e, 3, d] = X[d] - Y[d] + H[d]
+
+
+@pointwise
+def _span_forces(now, s, V, Q1, Q2):
+    """What works on the rates of χ, ψ and η."""
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
-    old = state.plane_stress
-    s = rotated((old[e, 0], old[e, 1], old[e, 2]), state.turn[e, 0], state.turn[e, 1])
-    V, bend = state.volume[e], here[2]
+    bend = here[2]
     # what works on the six components of the gradient, and on the rate of η
     P11, P12, P21, P22 = V * s[0], V * s[2], V * s[2], V * s[1]
     b = steepness(here)
     tension = V * (s[0] * b[0] + s[1] * b[1] + 2.0 * s[2] * b[2]) * bend[2] / 12.0
-    H1, H2, H3 = 0.25 * state.hourglass[e, 0], 0.25 * state.hourglass[e, 1], tension
+    H1, H2, H3 = 0.25 * Q1, 0.25 * Q2, tension
     P11 -= H1 * bend[0]
     P12 -= H1 * bend[1]
     P21 -= H2 * bend[0]
@@ -121,14 +208,18 @@ def quadrilateral_forces(surface, x, forces, e):
         inverse * (P22 * c[0] - P21 * c[1]),
         inverse * (P32 * c[0] - P31 * c[1]),
     )
-    for d in range(3):
-        X = frame[0][d] * chi[0] + frame[1][d] * chi[1] + frame[2][d] * chi[2]
-        Y = frame[0][d] * psi[0] + frame[1][d] * psi[1] + frame[2][d] * psi[2]
-        H = frame[0][d] * H1 + frame[1][d] * H2 + frame[2][d] * H3
-        forces[e, 0, d] = X + Y - H
-        forces[e, 1, d] = Y - X + H
-        forces[e, 2, d] = -X - Y - H
-        forces[e, 3, d] = X - Y + H
+    return _along(frame, chi), _along(frame, psi), _along(frame, (H1, H2, H3))
+
+
+@pointwise
+def _along(frame, a):
+    """A vector in space from its components in a frame."""
+    t, u, n = frame
+    return (
+        t[0] * a[0] + u[0] * a[1] + n[0] * a[2],
+        t[1] * a[0] + u[1] * a[1] + n[1] * a[2],
+        t[2] * a[0] + u[2] * a[1] + n[2] * a[2],
+    )
 
 
 @kernel(inline=True)

@@ -7,11 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.quadrilateral import strain_quadrilateral
+from pellucid.bodies.membrane_elements.quadrilateral import BAD, COLUMNS, SIGNAL, SUMS, fault_of, strain_quadrilaterals
 from pellucid.bodies.membrane_elements.triangle import strain_triangle
+from pellucid.grid.blocks import add_columns, largest_of_column
 from pellucid.grid.points import OK
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.columns import BLOCK, WIDTH
+from pellucid.jit.local import numbers, zeros
 from pellucid.jit.parallel import parallel_for
+from pellucid.jit.vector import LANES, load, total
 
 CHUNK = 512
 STRAIN, HOURGLASS, FREQUENCY, ELEMENT_SUMS = range(4)  # columns of the sums of a chunk
@@ -53,16 +57,22 @@ def elements_of(chunk, n_quads, n):
 @kernel(inner=True)
 def _strain_chunk(chunk, surface, x, v, sums, fault, dt):
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
-    strain_energy = hourglass_energy = rate = 0.0
     first_fault = at_fault = 0
-    for e in range(first, middle):
-        strained, warped, signal, wrong = strain_quadrilateral(surface, x, v, e, dt)
-        strain_energy += strained
-        hourglass_energy += warped
-        rate = max(rate, signal)
-        if wrong != OK and first_fault == OK:
-            first_fault = wrong
-            at_fault = e
+    c, block_sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)
+    for start in range(first, middle, BLOCK):
+        n = min(BLOCK, middle - start)
+        strain_quadrilaterals(surface, x, v, start, n, dt, c)
+        add_columns(c, BAD, n, block_sums, 0, SUMS)
+        largest_of_column(c, SIGNAL, n, block_sums, SUMS)
+        if first_fault == OK and total(load(block_sums, 0)) > 0.0:
+            for q in range(n):
+                wrong = fault_of(c, q)
+                if wrong != OK and first_fault == OK:
+                    first_fault = wrong
+                    at_fault = start + q
+    strain_energy, hourglass_energy, rate = total(load(block_sums, LANES)), total(load(block_sums, 2 * LANES)), 0.0
+    for lane in range(LANES):
+        rate = max(rate, block_sums[SUMS * LANES + lane])
     for e in range(middle, end):
         strained, signal, wrong = strain_triangle(surface, x, v, e, dt)
         strain_energy += strained

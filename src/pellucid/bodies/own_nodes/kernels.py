@@ -93,31 +93,38 @@ def _advance_velocities_chunk(chunk, forces, drag, dt):
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
     columns, led = FIRST_LOAD + len(loads), len(forces.lead) > 0
     behind = columns + 1 + 3 * len(forces.rows)
-    total = 0.0
+    total = of_internal = of_gravity = of_contact = of_support = of_motion = of_damping = 0.0
     work[chunk, :] = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         m = forces.inertia[p]
-        share = forces.mass[p] / m
+        over_m = 1.0 / m
+        share = forces.mass[p] * over_m
         total += forces.mass[p]
         for d in range(3):
             old, touch, external = forces.velocity[p, d], increment[p, d], 0.0
             for k in range(len(loads)):
                 external += loads[k, p, d]
             of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if led else (0.0, 0.0)
-            gained = dt * ((internal[p, d] + external) / m + share * gravity[d])
+            gained = dt * ((internal[p, d] + external) * over_m + share * gravity[d])
             free = drag.keep * old + drag.gain * (gained + of_supports + of_motions) + touch
             forces.velocity[p, d], mean, reaction = _constrained(forces, p, d, old, free, drag.gain, dt, chunk)
             reaction += m * (of_supports + of_motions)
             slowing = m * ((drag.keep - 1.0) * old + (drag.gain - 1.0) * gained) + (drag.gain - 1.0) * reaction
-            work[chunk, INTERNAL] += dt * internal[p, d] * mean
-            work[chunk, GRAVITY] += dt * m * (share * gravity[d]) * mean
-            work[chunk, CONTACT] += m * touch * mean
-            work[chunk, SUPPORT] += m * of_supports * mean
-            work[chunk, MOTION] += m * of_motions * mean
-            work[chunk, DAMPING] -= slowing * mean
+            of_internal += dt * internal[p, d] * mean
+            of_gravity += dt * m * (share * gravity[d]) * mean
+            of_contact += m * touch * mean
+            of_support += m * of_supports * mean
+            of_motion += m * of_motions * mean
+            of_damping -= slowing * mean
             for k in range(len(loads)):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, p, d] * mean
             work[chunk, behind + d] += dt * external + slowing
+    work[chunk, INTERNAL] += of_internal
+    work[chunk, GRAVITY] += of_gravity
+    work[chunk, CONTACT] += of_contact
+    work[chunk, SUPPORT] += of_support
+    work[chunk, MOTION] += of_motion
+    work[chunk, DAMPING] += of_damping
     work[chunk, columns] = total
 
 
