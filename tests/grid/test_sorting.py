@@ -47,6 +47,22 @@ def node_of(grid, position, functions="trilinear"):
     return np.ravel_multi_index(nodes[:, axes].T, [lattice.counts[axis] for axis in axes])
 
 
+def slab_of(grid, slabs, position, functions):
+    """In which slab each point lies, by the layers of its first node along the two axes of the cuts."""
+    nodes = layers_of(grid, position, functions)
+    a, b = nodes[:, [grid.lattice.slab_axis]], nodes[:, [grid.lattice.cut_axis]]
+    low, high, left, right = slabs.layers.T
+    within = (a >= low) & (a < high) & (b >= left) & (b < right)
+    assert np.all(within.sum(axis=1) == 1), "each place is in one slab"
+    return np.argmax(within, axis=1)
+
+
+def place_in_slabs(grid, slabs, position, functions):
+    """What the points are sorted by: slab, then first node along the axis of the slabs, that of the cuts, the third."""
+    nodes, main, second = layers_of(grid, position, functions), grid.lattice.slab_axis, grid.lattice.cut_axis
+    return [*nodes[:, [3 - main - second, second, main]].T, slab_of(grid, slabs, position, functions)]
+
+
 def functions_on(grid, name):
     """Functions along the axes, thin ones among them."""
     return grid_functions(name, (3, 3, 3), grid.thin)
@@ -59,9 +75,9 @@ def test_sorting_is_a_stable_permutation_by_first_nodes(counts, n, functions):
     grid, arrays = cloud(counts, n)
     before = {name: array.copy() for name, array in arrays.items()}
     scratch = {}
-    sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions))
+    slabs = sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions))
     order = arrays["id"]
-    assert np.array_equal(order, np.argsort(node_of(grid, before["position"], functions), kind="stable"))
+    assert np.array_equal(order, np.lexsort(place_in_slabs(grid, slabs, before["position"], functions)))  # which is stable
     for name, array in arrays.items():
         assert np.array_equal(array, before[name][order]), name
     again = {name: array.copy() for name, array in arrays.items()}
@@ -76,39 +92,47 @@ def test_sorting_is_a_stable_permutation_by_first_nodes(counts, n, functions):
 def test_slabs_cover_points_and_layers_once(counts, squeeze, functions):
     grid, arrays = cloud(counts, 700, squeeze)
     slabs = sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions))
-    axis = grid.lattice.slab_axis
-    for edges, end in ((slabs.first, 700), (slabs.layer, counts[axis])):
-        assert edges[0] == 0
-        assert edges[-1] == end
-        assert np.all(np.diff(edges) >= 0)
-    layer = layers_of(grid, arrays["position"], functions)[:, axis]
-    place = arrays["position"][:, axis]
-    for s in range(len(slabs.layer) - 1):
-        points = slice(slabs.first[s], slabs.first[s + 1])
-        assert np.all((layer[points] >= slabs.layer[s]) & (layer[points] < slabs.layer[s + 1]))
-        room = np.minimum(place[points] - slabs.bounds[s, 0], slabs.bounds[s, 1] - place[points])
-        within = (place[points] >= 1.0) & (place[points] <= counts[axis] - 1.0)  # beyond the walls nothing goes
+    assert slabs.first[0] == 0
+    assert slabs.first[-1] == 700
+    found = slab_of(grid, slabs, arrays["position"], functions)
+    assert np.array_equal(found, np.repeat(np.arange(len(slabs.layers)), np.diff(slabs.first)))
+    for k, axis in enumerate((grid.lattice.slab_axis, grid.lattice.cut_axis)):
+        low, high = slabs.bounds[found, 2 * k : 2 * k + 2].T
+        place = arrays["position"][:, axis]
+        room = np.minimum(place - low, high - place)
+        within = (place >= 1.0) & (place <= counts[axis] - 1.0)  # beyond the walls nothing goes
         assert np.all(room[within] >= (2.0 / 3.0 - 1e-12 if functions == "gimp" else 1.0))
     assert not slabs.left_slab.any()
     assert not slabs.fault.any()
 
 
 @pytest.mark.parametrize("name", GRID_FUNCTIONS)
-@pytest.mark.parametrize("squeeze", [1.0, 4.0])
-@pytest.mark.parametrize("n", [2, 3, 9, 10, 11, 64, 333])
-def test_slabs_of_one_colour_reach_no_common_node(name, squeeze, n):
+@pytest.mark.parametrize("counts", [(n, m, 2) for n in (2, 3, 9, 10, 11, 64, 333) for m in (1, 2, 6, 9, 10)])
+def test_slabs_of_one_colour_reach_no_common_node(name, counts):
     """Points may stray a layer beyond their slab before they are sorted again; weights of zero are written too."""
-    grid, arrays = cloud((n, 1, 1), 3000, squeeze)
+    grid, arrays = cloud(counts, 300)
     functions = functions_on(grid, name)
-    fn = functions[0]
+    slabs = sort_by_nodes(arrays, {}, grid.lattice, functions)
+    boxes = np.array([_nodes_reached(grid, functions, bounds) for bounds in slabs.bounds])  # (slabs, 4)
+    place = np.stack(np.divmod(np.arange(len(boxes)), slabs.across), axis=1)
+    for one in range(len(boxes)):
+        same = np.all(place % 2 == place[one] % 2, axis=1)
+        same[one] = False
+        low, high, left, right = boxes[one]
+        meets = (boxes[:, 0] <= high) & (boxes[:, 1] >= low) & (boxes[:, 2] <= right) & (boxes[:, 3] >= left)
+        assert not np.any(meets & same)
+
+
+def _nodes_reached(grid, functions, bounds):
+    """From which node to which points within these bounds reach, along both axes of the cuts."""
     reached = []
-    for lower, upper in sort_by_nodes(arrays, {}, grid.lattice, functions).bounds:
-        ends = [max(lower, 0.0), min(np.nextafter(upper, 0.0), float(n))]
+    for k, axis in enumerate((grid.lattice.slab_axis, grid.lattice.cut_axis)):
+        fn, n = functions[axis], grid.lattice.counts[axis]
+        ends = [max(bounds[2 * k], 0.0), min(np.nextafter(bounds[2 * k + 1], 0.0), float(n))]
         places = np.clip(np.concatenate([ends, np.linspace(*ends, 97)]), *ends)
         firsts = [axis_weights(fn, float(u), n)[0] for u in places]
-        reached.append((min(firsts), max(firsts) + fn.stencil - 1))
-    for one, other in zip(reached[:-2], reached[2:], strict=True):
-        assert one[1] < other[0]
+        reached += [min(firsts), max(firsts) + fn.stencil - 1]
+    return reached
 
 
 def test_enough_slabs_for_many_threads():
@@ -126,7 +150,7 @@ def test_bodies_of_a_field_have_the_same_slabs(functions):
     """Wherever their points are: joint loops let threads do one slab of all bodies at a time."""
     grid, one = cloud((40, 3, 1), 500)
     _, other = cloud((40, 3, 1), 7, squeeze=4.0)
-    layers = [sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions)).layer for arrays in (one, other)]
+    layers = [sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions)).layers for arrays in (one, other)]
     assert np.array_equal(*layers)
 
 

@@ -47,7 +47,7 @@ def shift_now(count, values, by):
 
 @kernel()
 def add_to_both(count, seen, share):
-    joint_by_colour(_add_to_both, count, seen, share)
+    joint_by_colour(_add_to_both, count, 1, seen, share)
 
 
 @compiled

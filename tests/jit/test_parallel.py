@@ -36,7 +36,18 @@ def _add_to_both(s, seen):
 
 @kernel()
 def add_by_colour(count, seen):
-    parallel_by_colour(_add_to_both, count, seen)
+    parallel_by_colour(_add_to_both, count, 1, seen)
+
+
+@kernel(inner=True)
+def _note(s, seen, turn):
+    seen[s] = turn[0]
+    turn[0] += 1.0
+
+
+@kernel()
+def note_by_colour(count, across, seen, turn):
+    parallel_by_colour(_note, count, across, seen, turn)
 
 
 COUNTS = [0, 1, 2, 3, 7, 1000]
@@ -74,8 +85,25 @@ def test_plain_python_does_the_same(count):
     _plain(note, count, "a", "b")
     assert done == [(s, ("a", "b")) for s in range(count)]
     done.clear()
-    _plain_by_colour(note, count, "a")
+    _plain_by_colour(note, count, 1, "a")
     assert done == [(s, ("a",)) for s in [*range(0, count, 2), *range(1, count, 2)]]
+
+
+@pytest.mark.parametrize(("rows", "across"), [(1, 1), (1, 5), (4, 1), (4, 4), (5, 3), (3, 2)])
+def test_neighbours_in_rows_are_of_different_colours(rows, across):
+    """On one thread chunks are done in order: even rows first, and of a row the even chunks."""
+    numba.set_num_threads(1)
+    try:
+        seen = np.full(rows * across, -1.0)
+        note_by_colour(rows * across, across, seen, np.zeros(1))
+    finally:
+        numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
+    done: list = []
+    _plain_by_colour(lambda s: done.append(s), rows * across, across)
+    assert np.array_equal(np.argsort(seen), done)
+    colours = [(row % 2, place % 2) for row, place in (divmod(s, across) for s in done)]
+    assert colours == sorted(colours)
+    assert len(set(done)) == rows * across
 
 
 SCRIPT = """

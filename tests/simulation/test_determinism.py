@@ -42,7 +42,7 @@ for threads in map(int, sys.argv[1:]):
             sortings += sim.bodies[0].slabs is not slabs
             slabs = sim.bodies[0].slabs
         prints.append(fingerprint(sim))
-    results.append({"prints": prints, "sortings": sortings, "slabs": len(slabs.layer) - 1, "points": sim.bodies[0].n_points})
+    results.append({"prints": prints, "sortings": sortings, "slabs": len(slabs.layers), "points": sim.bodies[0].n_points})
 print(json.dumps(results))
 """
 

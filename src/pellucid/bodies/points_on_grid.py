@@ -104,7 +104,7 @@ class PointsOnGrid(GridBody):
             cells=self._cells,
         )
         self.mapped = Bundle(mapped)
-        self.n_slabs = len(slabs.layer) - 1
+        self.n_slabs = len(slabs.layers)
 
     def keep_forces_apart(self) -> None:
         """Add internal forces to those that its velocity field keeps apart."""
@@ -284,7 +284,7 @@ class PointsOnGrid(GridBody):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the points and elements, and their division into slabs."""
-        slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in ("first", "layer", "left_slab")}
+        slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in ("first", "left_slab")}
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
         return {**self.arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts}
 
@@ -295,7 +295,7 @@ class PointsOnGrid(GridBody):
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
         self.bind()
-        slabs = empty_slabs(arrays["slabs/first"], arrays["slabs/layer"], self.functions[self.grid.lattice.slab_axis])
+        slabs = empty_slabs(arrays["slabs/first"], self.grid.lattice, self.functions)
         slabs.left_slab[:] = arrays["slabs/left_slab"]
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
         self._bind_slabs(slabs)

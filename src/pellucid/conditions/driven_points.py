@@ -13,7 +13,7 @@ from pellucid.grid.blocks import about_lanes, find_functions, functions_like
 from pellucid.grid.lattice import LARGEST_STENCIL
 from pellucid.grid.points import OK, place_of
 from pellucid.grid.stencil import add_shares, node_at
-from pellucid.grid.transfer import placed
+from pellucid.grid.transfer import bounds_of, placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers, zeros
@@ -104,7 +104,7 @@ def _constrain_nodes_slab(s, mapped, drive, nodes):
 @kernel()
 def constrain_nodes(n, mapped, drive, nodes):
     """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    joint_by_colour(_constrain_nodes_slab, n, mapped, drive, nodes)
+    joint_by_colour(_constrain_nodes_slab, n, mapped.slabs.across, mapped, drive, nodes)
 
 
 @pointwise
@@ -167,7 +167,7 @@ def _prescribe_velocities_slab(s, mapped, drive, nodes):
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
     """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included."""
-    joint_by_colour(_prescribe_velocities_slab, n, mapped, drive, nodes)
+    joint_by_colour(_prescribe_velocities_slab, n, mapped.slabs.across, mapped, drive, nodes)
 
 
 @pointwise
@@ -184,7 +184,7 @@ def _prescribe_positions_slab(s, mapped, drive):
     lattice, index, slabs = mapped.lattice, mapped.index, mapped.slabs
     driven, start, displacement, axes = drive.driven, drive.start, drive.displacement, drive.axes
     x = mapped.points.position
-    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
+    bounds = bounds_of(slabs, s)
     left = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -194,7 +194,7 @@ def _prescribe_positions_slab(s, mapped, drive):
         dx = start[p, 0] + displacement[k, 0] - x[p, 0] if axes[k, 0] else 0.0
         dy = start[p, 1] + displacement[k, 1] - x[p, 1] if axes[k, 1] else 0.0
         dz = start[p, 2] + displacement[k, 2] - x[p, 2] if axes[k, 2] else 0.0
-        fault, beyond = placed(lattice, x, p, dx, dy, dz, lowest, highest)
+        fault, beyond = placed(lattice, x, p, dx, dy, dz, bounds)
         left |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
@@ -212,11 +212,11 @@ def prescribe_positions(n, mapped, drive):
 def _move_points_slab(s, mapped, target):
     lattice, index, slabs = mapped.lattice, mapped.index, mapped.slabs
     x = mapped.points.position
-    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
+    bounds = bounds_of(slabs, s)
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         dx, dy, dz = target[p, 0] - x[p, 0], target[p, 1] - x[p, 1], target[p, 2] - x[p, 2]
-        fault, beyond = placed(lattice, x, p, dx, dy, dz, lowest, highest)
+        fault, beyond = placed(lattice, x, p, dx, dy, dz, bounds)
         _report(slabs, s, beyond, fault, p)
 
 

@@ -21,7 +21,7 @@ from pellucid.grid.points import (
     place_of,
 )
 from pellucid.grid.sorting import empty_slabs, sort_by_nodes
-from pellucid.grid.transfer import placed
+from pellucid.grid.transfer import bounds_of, placed
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
@@ -35,11 +35,11 @@ NO_HEAT = np.zeros(0)
 @kernel(inner=True)
 def _check_slab(s, mapped):
     lattice, x, slabs, index = mapped.lattice, mapped.points.position, mapped.slabs, mapped.index
-    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
+    bounds = bounds_of(slabs, s)
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        fault, beyond = placed(lattice, x, p, 0.0, 0.0, 0.0, lowest, highest)
+        fault, beyond = placed(lattice, x, p, 0.0, 0.0, 0.0, bounds)
         left_slab |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
@@ -90,7 +90,7 @@ class GridCoupling:
             self.sort()
 
     def _bind_slabs(self, slabs: Slabs) -> None:
-        self.slabs, self.n_slabs = slabs, len(slabs.layer) - 1
+        self.slabs, self.n_slabs = slabs, len(slabs.layers)
         grid, index = self.velocity_field.grid, ByIndex(self._order)
         on_grid = self.functions, Flip(), grid.lattice, grid.nodes
         self.mapped = Bundle(MappedPoints(*on_grid, self._points, slabs, NO_AFFINE, NO_HEAT, index, NO_CELLS))
@@ -133,11 +133,11 @@ class GridCoupling:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
-        return {"order": self._order} | {name: getattr(self.slabs, name) for name in ("first", "layer", "left_slab")}
+        return {"order": self._order} | {name: getattr(self.slabs, name) for name in ("first", "left_slab")}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         self._order[:] = arrays["order"]
-        slabs = empty_slabs(arrays["first"], arrays["layer"], self.functions[self.velocity_field.grid.lattice.slab_axis])
+        slabs = empty_slabs(arrays["first"], self.velocity_field.grid.lattice, self.functions)
         slabs.left_slab[:] = arrays["left_slab"]
         self._bind_slabs(slabs)

@@ -70,7 +70,7 @@ def _sum_places_slab(s, mapped, where, normal, areas, sign, two_sided, half, sum
 @kernel()
 def sum_places(n, mapped, where, normal, areas, sign, two_sided, half, sums):
     """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2)."""
-    parallel_by_colour(_sum_places_slab, n, mapped, where, normal, areas, sign, two_sided, half, sums)
+    parallel_by_colour(_sum_places_slab, n, mapped.slabs.across, mapped, where, normal, areas, sign, two_sided, half, sums)
 
 
 def mean_places(sums: np.ndarray) -> np.ndarray:

@@ -137,7 +137,7 @@ def sum_moments(n, mapped, where, areas, at_rest, sloped, moments, beside):
     at_rest: area of a membrane by its mass. The points that reach such nodes are listed in `beside` from the slab's first one
     on, and after them -1.
     """
-    parallel_by_colour(_sum_moments_slab, n, mapped, where, areas, at_rest, sloped, moments, beside)
+    parallel_by_colour(_sum_moments_slab, n, mapped.slabs.across, mapped, where, areas, at_rest, sloped, moments, beside)
 
 
 @kernel(inner=True)
@@ -172,7 +172,7 @@ def _extents_slab(s, mapped, where, normal, radius, moments, ends):
 @kernel()
 def extents_along(n, mapped, where, normal, radius, moments, ends):
     """Places along the normal of each numbered node and volumes, and how far points reach along it and against it, (2, n)."""
-    parallel_by_colour(_extents_slab, n, mapped, where, normal, radius, moments, ends)
+    parallel_by_colour(_extents_slab, n, mapped.slabs.across, mapped, where, normal, radius, moments, ends)
 
 
 @kernel()
@@ -215,7 +215,7 @@ def _foremost_slab(s, mapped, beside, slot, normal, radius, foremost, sign):
 @kernel()
 def foremost_along(n, mapped, beside, slot, normal, radius, foremost, sign):
     """How far the points beside the nodes reach along sign times the normals [m], each with its own extent; (n,)."""
-    parallel_by_colour(_foremost_slab, n, mapped, beside, slot, normal, radius, foremost, sign)
+    parallel_by_colour(_foremost_slab, n, mapped.slabs.across, mapped, beside, slot, normal, radius, foremost, sign)
 
 
 @kernel()

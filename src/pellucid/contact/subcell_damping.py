@@ -99,6 +99,6 @@ def damp_subcell_velocities(n, mapped, scratch, loss):
     mean, fluctuation = scratch[0], scratch[1]
     chunks = (len(mass) + CHUNK - 1) // CHUNK
     parallel_for(_mean_chunk, chunks, contact, momentum, mass, mean, fluctuation)
-    parallel_by_colour(_measure_slab, n, mapped, mean, fluctuation)
+    parallel_by_colour(_measure_slab, n, mapped.slabs.across, mapped, mean, fluctuation)
     parallel_for(_part_chunk, chunks, contact, mass, fluctuation)
     parallel_for(_loss_slab, n, mapped, mean, fluctuation, loss)

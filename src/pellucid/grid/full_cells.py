@@ -64,7 +64,7 @@ def _sum_slab(s, mapped):
 @kernel()
 def sum_cells(n, mapped):
     """Add volumes and pressures times volumes of the points of n slabs to their cells."""
-    parallel_by_colour(_sum_slab, n, mapped)
+    parallel_by_colour(_sum_slab, n, mapped.slabs.across, mapped)
 
 
 @kernel(inner=True)
@@ -248,7 +248,7 @@ def _push_chunk(chunk, grid):
 @kernel()
 def _push_cells(chunks, grid):
     """Find the full cells, and push their nodes, before the forces of points are mapped."""
-    parallel_by_colour(_push_chunk, chunks, grid)
+    parallel_by_colour(_push_chunk, chunks, 1, grid)
 
 
 @kernel(inner=True)

@@ -18,7 +18,8 @@ class Lattice(NamedTuple):
     inverse_cell: float
     counts: tuple[int, int, int]
     strides: tuple[int, int, int]
-    slab_axis: int  # the slowest axis in memory; kernels share the work by slabs along it
+    slab_axis: int  # the slowest axis in memory; kernels share the work by slabs along it,
+    cut_axis: int  # and cut these along the longest of the others
 
 
 class Nodes(NamedTuple):
@@ -57,6 +58,7 @@ class Grid:
             counts,
             (strides[0], strides[1], strides[2]),
             slab_axis,
+            max(order[1:], key=lambda axis: counts[axis]),
         )
         self.thin = thin
         self.slice_thickness = case.slice_thickness()

@@ -50,22 +50,24 @@ class PointArrays(NamedTuple):
 
 
 class Slabs(NamedTuple):
-    """The first nodes of points first[s]:first[s+1] lay in the layers layer[s]:layer[s+1] when they were last sorted.
+    """The first nodes of points first[s]:first[s+1] lay within the layers of slab s when they were last sorted.
 
-    They may move one layer beyond these before they must be sorted again; slabs are wide enough that two of one colour (even,
-    odd) then still reach no common node (`pellucid.grid.sorting`).
+    Slabs are layers of the grid along the slowest axis of its memory, each cut into `across` pieces along another. Points may
+    move one layer beyond theirs before they must be sorted again; slabs are wide enough that two of one colour, every other one
+    along both axes, then still reach no common node (`pellucid.grid.sorting`).
     """
 
     first: np.ndarray  # (s+1,)
-    layer: np.ndarray  # (s+1,)
-    bounds: np.ndarray  # (s, 2) between which places the points may move, in cells from the wall
+    layers: np.ndarray  # (s, 4) from which layer to which along the slowest axis, and the same along that of the cuts
+    across: int
+    bounds: np.ndarray  # (s, 4) between which places the points may move along these axes, in cells from the wall
     fault: np.ndarray  # (s, 2) a code above, and the first point that has it
     left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
         """Which slabs have points that may reach nodes from the first of these layers to the last, shape (s,)."""
-        return (self.layer[:-1] - 1 - stencil <= layers[1]) & (self.layer[1:] + 1 + stencil >= layers[0])
+        return (self.layers[:, 0] - 1 - stencil <= layers[1]) & (self.layers[:, 1] + 1 + stencil >= layers[0])
 
 
 class InOrder(NamedTuple):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.approximants import GridFunction, GridFunctions
+from pellucid.approximants import GridFunctions
 from pellucid.approximants.axis import axis_numbers
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import COLUMNS, Slabs
@@ -16,26 +16,32 @@ EACH_SORTING = 2000.0
 
 
 @kernel()
-def _order_by_nodes(position, functions, lattice, nodes, count, layer_count, order):
-    """Stable counting sort: the order of the points by the first of the nodes that reach them, and the number of points up to
-    each layer of such nodes. There are as many along an axis as cells: of more, the last would have no cell of their own.
+def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nodes, count, first, order):
+    """Stable counting sort: the order of the points by slab, and within it by the first of the nodes that reach them; where the
+    points of each slab begin. Along an axis there are as many such nodes as cells: the last of more would have no cell of its own.
 
-    nodes, shape (points,), and count, zeros for one more than the cells: scratch.
+    layers, across: as `Slabs` has them; slab, cut: in which slab and which piece of it a layer is. nodes, shape (points,), and
+    count, zeros for one more than the cells: scratch.
     """
-    n, low, h, axis = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis
-    x, y, z = (n[1] * n[2], n[2], 1) if axis == 0 else ((n[2], n[0] * n[2], 1) if axis == 1 else (n[1], 1, n[0] * n[1]))
+    n, low, h, main, second = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis, lattice.cut_axis
+    third = 3 - main - second
     for p in range(len(position)):
         i, _ = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, n[0])
         j, _ = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, n[1])
         k, _ = axis_numbers(functions[2], (position[p, 2] - low[2]) * h, n[2])
-        node = int(i * x + j * y + k * z)
-        nodes[p] = node
-        count[node + 1] += 1
-        layer_count[int(i if axis == 0 else (j if axis == 1 else k)) + 1] += 1
+        a = int(i if main == 0 else (j if main == 1 else k))
+        b = int(i if second == 0 else (j if second == 1 else k))
+        c = int(i if third == 0 else (j if third == 1 else k))
+        within = layers[slab[a] * across + cut[b]]
+        rows = within[0] * n[second] + (within[1] - within[0]) * within[2]  # of cells along the third axis, in slabs before
+        nodes[p] = (rows + (a - within[0]) * (within[3] - within[2]) + b - within[2]) * n[third] + c
+        count[nodes[p] + 1] += 1
     for c in range(1, len(count)):
         count[c] += count[c - 1]
-    for c in range(1, len(layer_count)):
-        layer_count[c] += layer_count[c - 1]
+    for s in range(len(layers)):
+        within = layers[s]
+        first[s] = count[(within[0] * n[second] + (within[1] - within[0]) * within[2]) * n[third]]
+    first[len(layers)] = len(position)
     for p in range(len(position)):
         order[count[nodes[p]]] = p
         count[nodes[p]] += 1
@@ -61,19 +67,17 @@ def sort_by_nodes(
 
     scratch: kept by the body between calls, one array for each row width.
     """
-    layers = np.zeros(lattice.counts[lattice.slab_axis] + 1, np.int64)
-    points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
+    layers, across, (slab, cut) = _divided(lattice, functions)
+    points, cells, first = len(arrays["position"]), int(np.prod(lattice.counts)), np.zeros(len(layers) + 1, np.int64)
     nodes, order, count = np.empty(points, np.int64), np.empty(points, np.int64), np.zeros(cells + 1, np.int64)
-    _order_by_nodes(arrays["position"], functions, lattice, nodes, count, layers, order)
+    _order_by_nodes(arrays["position"], functions, lattice, layers, across, slab, cut, nodes, count, first, order)
     if not np.array_equal(order, np.arange(points)):
         for array in arrays.values():
             rows = array.reshape(points, -1).view(np.int64)  # one kernel for all types, of eight bytes each
             spare = scratch.setdefault(rows.shape[1], np.empty_like(rows))
             _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare, order)
             rows[...] = spare
-    function = functions[lattice.slab_axis]
-    edges = _slab_edges(len(layers) - 1, 3 if function.stencil == 2 else 5)
-    return empty_slabs(layers[edges], edges, function)
+    return empty_slabs(first, lattice, functions)
 
 
 class ShortRuns:
@@ -101,22 +105,33 @@ class ShortRuns:
         return bool(self.counts[0] >= self._price)
 
 
-def empty_slabs(first: np.ndarray, layer: np.ndarray, function: GridFunction) -> Slabs:
-    """Slabs with nothing reported yet.
+def empty_slabs(first: np.ndarray, lattice: Lattice, functions: GridFunctions) -> Slabs:
+    """Slabs with nothing reported yet, where the points of each begin at `first`.
 
     Of the nodes of a point, s along an axis, half lie on either side of it: the first is i where the point lies from i + shift
     to i + 1 + shift, with a shift of s/2 - 1. With GIMP it is the half edge of a point, ½ at most, in place of ½.
 
-    Why two slabs of one colour reach no common node: points of slab [a, b) stay from a - 1 + shift to b + 1 + shift, so that
+    Why two slabs of one colour reach no common node: points of layers [a, b) stay from a - 1 + shift to b + 1 + shift, so that
     their nodes lie from a - 1 to b + s - 1, or with GIMP to b + s. The slab between the two has at least `width` layers, so
     that the nodes of the next begin at b + width - 1: 3 layers do for s = 2, 5 for s = 4, and 5 for s = 3 with GIMP too.
     """
-    n, shift = len(layer) - 1, 0.5 * function.stencil - 1.0
-    bounds = np.stack([layer[:-1] - 1.0 + shift, layer[1:] + 1.0 + shift], axis=1)
-    return Slabs(first, layer, bounds, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
+    layers, across, _ = _divided(lattice, functions)
+    n, shifts = len(layers), [0.5 * functions[axis].stencil - 1.0 for axis in (lattice.slab_axis, lattice.cut_axis)]
+    bounds = layers + np.array([shifts[0] - 1.0, shifts[0] + 1.0, shifts[1] - 1.0, shifts[1] + 1.0])
+    if across == 1:
+        bounds[:, 2:] = -np.inf, np.inf
+    return Slabs(first, layers, across, bounds, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
 
 
-def _slab_edges(layers: int, width: int) -> np.ndarray:
-    """Layers where slabs begin and end, each at least `width` layers: the same for all bodies, wherever these are."""
-    n = max(min(MOST_SLABS, layers // width), 1)
-    return np.arange(n + 1) * layers // n
+def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, int, list[np.ndarray]]:
+    """The layers of the slabs and how many are in a row, as `Slabs` has them; for each layer along both axes, in which row or
+    piece of a row it is. They are the same for all bodies, wherever these are, and each as narrow as two colours allow."""
+    edges, most = [], MOST_SLABS
+    for axis in (lattice.slab_axis, lattice.cut_axis):
+        width = 3 if functions[axis].stencil == 2 else 5
+        n = max(min(most, lattice.counts[axis] // width), 1)
+        edges.append(np.arange(n + 1) * lattice.counts[axis] // n)
+        most //= n
+    rows, pieces = (np.stack([ends[:-1], ends[1:]], axis=1) for ends in edges)
+    layers = np.concatenate([np.repeat(rows, len(pieces), axis=0), np.tile(pieces, (len(rows), 1))], axis=1)
+    return layers, len(pieces), [np.repeat(np.arange(len(ends) - 1), np.diff(ends)) for ends in edges]

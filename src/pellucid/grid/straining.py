@@ -22,6 +22,7 @@ from pellucid.grid.points import (
     place_of,
 )
 from pellucid.grid.stencil import gather, gather_gradient
+from pellucid.grid.transfer import bounds_of, strays
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
@@ -95,16 +96,14 @@ def _shift_growth(mapped, start, n, c):
 
 
 @pointwise
-def _respond(law, lattice, step, dt, lowest, highest, n, state_like, c):
+def _respond(law, lattice, step, dt, bounds, n, state_like, c):
     """The law at the points of a block. A loop that writes nothing but columns becomes vectors."""
-    h, low, counts, axis = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.slab_axis
+    h, low, counts = lattice.inverse_cell, lattice.lower, lattice.counts
     for q in range(n):
         L, (ux, uy, uz), (x, y, z), (vx, vy, vz), m, V = take(GIVEN, c, q)
         x, y, z = x + step * ux, y + step * uy, z + step * uz
         X, Y, Z = (x - low[0]) * h, (y - low[1]) * h, (z - low[2]) * h
-        along = X if axis == 0 else (Y if axis == 1 else Z)
-        beyond = 1.0 if along < lowest else 0.0
-        beyond = 1.0 if along >= highest else beyond
+        beyond = strays(lattice, X, Y, Z, bounds)
         growth = volume_growth(law, L, dt)
         V *= growth
         density = m / V
@@ -153,7 +152,7 @@ def _update_stress_slab(s, strained, dt, move):
     if slabs.first[s] == slabs.first[s + 1]:
         return
     x, volume = points.position, points.volume
-    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
+    bounds = bounds_of(slabs, s)
     first_fault = at_fault = 0
     state_like = load_state(arrays, uintp(0))
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
@@ -163,7 +162,7 @@ def _update_stress_slab(s, strained, dt, move):
         find_functions(functions, lattice, index, x, start, n, found, first_node)
         gather_motion(mapped, n, found, first_node, c)
         _fetch_block(mapped, arrays, start, n, c)
-        _respond(law, lattice, dt * move, dt, lowest, highest, n, state_like, c)
+        _respond(law, lattice, dt * move, dt, bounds, n, state_like, c)
         add_columns(c, BAD, n, sums, 0, SUMS)
         largest_of_column(c, FASTEST, n, sums, SUMS)
         if first_fault == OK and total(load(sums, 0)) > 0.0:

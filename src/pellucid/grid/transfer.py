@@ -77,7 +77,7 @@ def _scatter_slab(s, mapped, inertia, force, counted):
 
 @kernel()
 def _scatter(n, mapped, inertia, force, counted):
-    joint_by_colour(_scatter_slab, n, mapped, inertia, force, counted)
+    joint_by_colour(_scatter_slab, n, mapped.slabs.across, mapped, inertia, force, counted)
 
 
 def scatter(n: int, mapped: Bundle, inertia: int, force: int) -> None:
@@ -91,15 +91,32 @@ def scatter_momentum(n: int, mapped: Bundle) -> None:
 
 
 @pointwise
-def placed(lattice, x, p, dx, dy, dz, lowest, highest):
-    """Move point p; the fault of its new position, and 1 where it lies beyond the bounds of its slab in cells."""
+def bounds_of(slabs, s):
+    """Between which places the points of slab s may move, in cells: along the slowest axis, and along that of the cuts."""
+    return slabs.bounds[s, 0], slabs.bounds[s, 1], slabs.bounds[s, 2], slabs.bounds[s, 3]
+
+
+@pointwise
+def strays(lattice, X, Y, Z, bounds):
+    """Whether a point at X, Y, Z, in cells from the walls, lies beyond the bounds of its slab: 1.0 or 0.0."""
+    main, second = lattice.slab_axis, lattice.cut_axis
+    along = X if main == 0 else (Y if main == 1 else Z)
+    across = X if second == 0 else (Y if second == 1 else Z)
+    beyond = 1.0 if along < bounds[0] else 0.0
+    beyond = 1.0 if along >= bounds[1] else beyond
+    beyond = 1.0 if across < bounds[2] else beyond
+    return 1.0 if across >= bounds[3] else beyond
+
+
+@pointwise
+def placed(lattice, x, p, dx, dy, dz, bounds):
+    """Move point p; the fault of its new position, and 1 where it lies beyond the bounds of its slab."""
     h, low, n = lattice.inverse_cell, lattice.lower, lattice.counts
     x[p, 0] += dx
     x[p, 1] += dy
     x[p, 2] += dz
     X, Y, Z = (x[p, 0] - low[0]) * h, (x[p, 1] - low[1]) * h, (x[p, 2] - low[2]) * h
-    along = X if lattice.slab_axis == 0 else (Y if lattice.slab_axis == 1 else Z)
-    beyond = 1 if along < lowest or along >= highest else 0
+    beyond = 1 if strays(lattice, X, Y, Z, bounds) > 0.0 else 0
     if X >= 0.0 and n[0] >= X and Y >= 0.0 and n[1] >= Y and Z >= 0.0 and n[2] >= Z:
         return OK, beyond
     return (LOST if abs(X + Y + Z) < inf else NOT_FINITE), beyond
@@ -109,12 +126,12 @@ def placed(lattice, x, p, dx, dy, dz, lowest, highest):
 def _update_positions_slab(s, mapped, velocity, dt):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
-    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
+    bounds = bounds_of(slabs, s)
     left_slab = first_fault = at_fault = 0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         v = gather(stencil(functions, lattice, x, p), lattice, velocity)
-        fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], lowest, highest)
+        fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], bounds)
         left_slab |= beyond
         if fault != OK and first_fault == OK:
             first_fault = fault
@@ -177,4 +194,4 @@ def add_increments(n, mapped, increment, reached):
 @kernel()
 def sum_momentum(n, mapped):
     """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
-    joint_by_colour(_sum_slab, n, mapped)
+    joint_by_colour(_sum_slab, n, mapped.slabs.across, mapped)

@@ -19,7 +19,7 @@ def _scatter_vectors_slab(s, mapped, values, target):
 @kernel()
 def scatter_vectors(n, mapped, values, target):
     """Add vectors that the points of n slabs have, shape (points, 3), to those of the nodes, shape (nodes, 3)."""
-    parallel_by_colour(_scatter_vectors_slab, n, mapped, values, target)
+    parallel_by_colour(_scatter_vectors_slab, n, mapped.slabs.across, mapped, values, target)
 
 
 @kernel(inner=True)

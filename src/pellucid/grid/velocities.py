@@ -148,4 +148,4 @@ def update_velocities(n, mapped, energy, dt, remap):
     GAINED and KEPT of the sums: what was added, and the heat in it [J]. VECTORS: how many vectors of points with the same nodes
     there were.
     """
-    joint_by_colour(_update_velocities_slab, n, mapped, energy, dt, remap)
+    joint_by_colour(_update_velocities_slab, n, mapped.slabs.across, mapped, energy, dt, remap)

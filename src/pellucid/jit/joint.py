@@ -1,7 +1,7 @@
 """One parallel region for the loops of several bodies.
 
 Loops that begin with `joint_for` or `joint_by_colour` in a block `with joint_region:` wait for its end. Then a thread does the
-first chunk of them all, loop after loop, another the second, and so on; of loops by colour all even chunks before the odd ones.
+first chunk of them all, loop after loop, another the second, and so on; of loops by colour one colour after the other.
 So bodies that add to the same nodes do not meet there, for their chunks are the same layers of the grid, and all is added in
 one order on any number of threads. A loop may take what an earlier one of its kind left in the same chunk.
 """
@@ -13,7 +13,7 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 from pellucid.jit.kernels import kernel
-from pellucid.jit.parallel import COLOURS, COUNTS, INTP, LOOPS, OPEN, USED, run, waiting, waiting_loops
+from pellucid.jit.parallel import COLOURS, COUNTS, INTP, LOOP, LOOPS, OPEN, USED, run, waiting, waiting_loops
 
 
 class JointRegion:
@@ -49,7 +49,9 @@ def _run_colours(typing: Any) -> Any:
             loops = cgutils.gep_inbounds(builder, place, 0, LOOPS, colour, 0)
             numbers = cgutils.alloca_once_value(builder, INTP(0))
             with cgutils.for_range(builder, count, intp=INTP) as each:
-                several = builder.load(cgutils.gep_inbounds(builder, builder.gep(loops, [each.index]), 0, 4))
+                several = builder.load(
+                    cgutils.gep_inbounds(builder, builder.gep(loops, [each.index]), 0, len(LOOP.elements) - 1)
+                )
                 most = builder.load(numbers)
                 builder.store(builder.select(builder.icmp_signed(">", several, most), several, most), numbers)
             with builder.if_then(builder.icmp_signed(">", count, INTP(0))):

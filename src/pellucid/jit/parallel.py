@@ -9,7 +9,6 @@ Threads that begin and end a loop together wait for each other, which costs smal
 the loops of several bodies can become one, see `pellucid.jit.joint`.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import llvmlite.binding
@@ -23,31 +22,43 @@ INTP = cgutils.intp_t
 BYTES = ir.IntType(8).as_pointer()
 DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
 """Does the chunk of a number with the arguments at an address."""
-LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP])
-"""Chunks of a kernel: how one is done, the arguments, the first, the step to the next, how many."""
+LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP, INTP])
+"""Chunks of a kernel in rows: how one is done, the arguments, the first, so many in a row, from one to the next in it, from row to
+row, how many in all."""
 TASK = ir.LiteralStructType([INTP, INTP, INTP, LOOP.as_pointer()])
 """What threads share: how many numbers are taken, how many there are, and so many loops. A number is a chunk of each loop."""
 SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
 """What numba's runtime calls on each thread."""
 
-COLOURS, MOST, ROOM = 2, 256, 65536
+COLOURS, MOST, ROOM = 4, 256, 65536
 """So many loops of a colour can wait, and their arguments take so many bytes; what is beyond is done at once."""
 WAITING = ir.LiteralStructType([INTP, INTP, ir.ArrayType(INTP, COLOURS), ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
                                 ir.ArrayType(ir.IntType(8), ROOM)])  # fmt: skip
 """Whether loops wait, the bytes in use, how many loops of each colour there are, these, their arguments."""
 OPEN, USED, COUNTS, LOOPS, ARGUMENTS = range(5)
-waiting = np.zeros(2 + COLOURS + COLOURS * MOST * 5 + ROOM // 8, np.int64)
+waiting = np.zeros(2 + COLOURS + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64)
 """The memory of WAITING."""
 llvmlite.binding.add_symbol("pellucid_waiting_loops", waiting.ctypes.data)
 
 
-def _driver(colours: int, joint: bool, plain: Callable[..., None]) -> Any:
+def _driver(joint: bool) -> Any:
     if numba.config.DISABLE_JIT:
-        return plain
+        return _plain
 
     @intrinsic
     def loop(typing: Any, kernel: Any, count: Any, *arguments: Any) -> Any:
-        return _loop(typing, kernel, arguments, colours, joint)
+        return _loop(typing, kernel, [count], arguments, joint)
+
+    return loop
+
+
+def _driver_by_colour(joint: bool) -> Any:
+    if numba.config.DISABLE_JIT:
+        return _plain_by_colour
+
+    @intrinsic
+    def loop(typing: Any, kernel: Any, count: Any, across: Any, *arguments: Any) -> Any:
+        return _loop(typing, kernel, [count, across], arguments, joint)
 
     return loop
 
@@ -57,39 +68,64 @@ def _plain(kernel: Any, count: int, *arguments: Any) -> None:
         kernel(chunk, *arguments)
 
 
-def _plain_by_colour(kernel: Any, count: int, *arguments: Any) -> None:
+def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> None:
     for colour in range(COLOURS):
-        for chunk in range(colour, count, COLOURS):
-            kernel(chunk, *arguments)
+        for row in range(colour // 2 * across, count, 2 * across):
+            for chunk in range(row + colour % 2, row + across, 2):
+                kernel(chunk, *arguments)
 
 
-def _loop(typing: Any, kernel: Any, arguments: Any, colours: int, joint: bool) -> Any:
-    """Type and code of a loop over chunks."""
+class Chunks(NamedTuple):
+    """Chunks in rows, the last members of LOOP."""
+
+    first: Any
+    in_row: Any
+    step: Any
+    row_step: Any
+    count: Any
+
+
+def _every_chunk(builder: Any, count: Any) -> list[Chunks]:
+    return [Chunks(INTP(0), INTP(1), INTP(0), INTP(1), count)]
+
+
+def _chunks_by_colour(builder: Any, count: Any, across: Any) -> list[Chunks]:
+    """Every other chunk of every other row, of `across` chunks each."""
+    rows, found = builder.sdiv(count, across), []
+    for colour in range(COLOURS):
+        row, place = INTP(colour // 2), INTP(colour % 2)
+        n_rows = builder.ashr(builder.add(builder.sub(rows, row), INTP(1)), INTP(1))
+        in_row = builder.ashr(builder.add(builder.sub(across, place), INTP(1)), INTP(1))
+        first = builder.add(builder.mul(row, across), place)
+        found.append(Chunks(first, in_row, INTP(2), builder.mul(INTP(2), across), builder.mul(n_rows, in_row)))
+    return found
+
+
+def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: bool) -> Any:
+    """Type and code of a loop over chunks; sizes: how many, and for one by colour how many are in a row."""
     from numba.np.ufunc.parallel import _launch_threads
 
     _launch_threads()  # the runtime's symbols are known from then on
     given = (types.intp, *arguments)
     kernel.get_call_type(typing, given, {})
     compiled = kernel.dispatcher.get_compile_result(types.none(*given))
-    signature = types.none(kernel, types.intp, types.StarArgTuple(arguments))  # type: ignore[attr-defined]
+    signature = types.none(kernel, *[types.intp] * len(sizes), types.StarArgTuple(arguments))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        _, count, together = values
+        *given_sizes, together = values[1:]
         chunk_kernels(context.active_code_library).append(ChunkKernel(kernel.dispatcher.py_func, given, compiled))
         packed = cgutils.pack_struct(builder, cgutils.unpack_tuple(builder, together, len(arguments)))
         do_chunk = _do_chunk(context, builder.module, packed.type, compiled, given)
         size = context.get_abi_sizeof(packed.type)
-        numbers = [  # of the chunks of each colour
-            builder.sdiv(builder.add(count, INTP(colours - 1 - colour)), INTP(colours)) for colour in range(colours)
-        ]
+        colours = (_every_chunk if len(sizes) == 1 else _chunks_by_colour)(builder, *given_sizes)
         if joint:
             with builder.if_else(_can_wait(builder, size)) as (then, otherwise):
                 with then:
-                    _wait(builder, do_chunk, packed, size, numbers)
+                    _wait(builder, do_chunk, packed, size, colours)
                 with otherwise:
-                    _run_at_once(builder, do_chunk, packed, numbers)
+                    _run_at_once(builder, do_chunk, packed, colours)
         else:
-            _run_at_once(builder, do_chunk, packed, numbers)
+            _run_at_once(builder, do_chunk, packed, colours)
         return context.get_dummy_value()
 
     return signature, emit
@@ -130,13 +166,13 @@ def _do_chunk(context: Any, module: Any, packed: Any, compiled: Any, given: Any)
     return function
 
 
-def _run_at_once(builder: Any, do_chunk: Any, packed: Any, numbers: list[Any]) -> None:
+def _run_at_once(builder: Any, do_chunk: Any, packed: Any, colours: list[Chunks]) -> None:
     arguments = cgutils.alloca_once(builder, packed.type)
     builder.store(packed, arguments)
     loop = cgutils.alloca_once(builder, LOOP)
-    for colour, number in enumerate(numbers):
-        fill(builder, loop, do_chunk, builder.bitcast(arguments, BYTES), INTP(colour), INTP(len(numbers)), number)
-        run(builder, number, INTP(1), loop)
+    for chunks in colours:
+        fill(builder, loop, do_chunk, builder.bitcast(arguments, BYTES), *chunks)
+        run(builder, chunks.count, INTP(1), loop)
 
 
 def fill(builder: Any, struct: Any, *values: Any) -> None:
@@ -187,9 +223,12 @@ def _share(module: Any) -> Any:
     builder.position_at_end(body)
     with cgutils.for_range(builder, count, intp=INTP) as each:
         loop = builder.load(builder.gep(loops, [each.index]))
-        do_chunk, arguments, first, step, several = (builder.extract_value(loop, i) for i in range(5))
-        with builder.if_then(builder.icmp_signed("<", number, several)):
-            builder.call(do_chunk, [arguments, builder.add(first, builder.mul(number, step))])
+        do_chunk, arguments, *rest = (builder.extract_value(loop, i) for i in range(len(LOOP.elements)))
+        chunks = Chunks(*rest)
+        with builder.if_then(builder.icmp_signed("<", number, chunks.count)):
+            row, place = builder.sdiv(number, chunks.in_row), builder.srem(number, chunks.in_row)
+            behind = builder.add(builder.mul(row, chunks.row_step), builder.mul(place, chunks.step))
+            builder.call(do_chunk, [arguments, builder.add(chunks.first, behind)])
     builder.branch(head)
     builder.position_at_end(end)
     builder.ret_void()
@@ -214,7 +253,7 @@ def _can_wait(builder: Any, size: int) -> Any:
     return found
 
 
-def _wait(builder: Any, do_chunk: Any, packed: Any, size: int, numbers: list[Any]) -> None:
+def _wait(builder: Any, do_chunk: Any, packed: Any, size: int, colours: list[Chunks]) -> None:
     """Put a loop down."""
     place = waiting_loops(builder.module)
     at = cgutils.gep_inbounds(builder, place, 0, USED)
@@ -222,18 +261,17 @@ def _wait(builder: Any, do_chunk: Any, packed: Any, size: int, numbers: list[Any
     arguments = cgutils.gep_inbounds(builder, place, 0, ARGUMENTS, used)
     builder.store(packed, builder.bitcast(arguments, packed.type.as_pointer()), align=8)
     builder.store(builder.add(used, INTP((size + 7) // 8 * 8)), at)
-    for colour, number in enumerate(numbers):
+    for colour, chunks in enumerate(colours):
         at = cgutils.gep_inbounds(builder, place, 0, COUNTS, colour)
         count = builder.load(at)
         loop = cgutils.gep_inbounds(builder, place, 0, LOOPS, colour, count)
-        fill(builder, loop, do_chunk, arguments, INTP(colour), INTP(len(numbers)), number)
+        fill(builder, loop, do_chunk, arguments, *chunks)
         builder.store(builder.add(count, INTP(1)), at)
 
 
-# Call a kernel with the number of each chunk from 0 to count - 1, and the arguments: in any order on the threads, or first the
-# even ones and then the odd ones. The kernel must return nothing; what it raises is lost. Within a `joint_region` joint loops
-# wait for its end.
-parallel_for = _driver(1, False, _plain)
-parallel_by_colour = _driver(COLOURS, False, _plain_by_colour)
-joint_for = _driver(1, True, _plain)
-joint_by_colour = _driver(COLOURS, True, _plain_by_colour)
+# Call a kernel with the number of each chunk from 0 to count - 1, and the arguments, in any order on the threads. The kernel must
+# return nothing; what it raises is lost. Within a `joint_region` joint loops wait for its end.
+parallel_for, joint_for = _driver(False), _driver(True)
+# The same with the number of chunks in a row before the arguments: every other chunk of every other row, the others of these rows,
+# and the same of the rows between, so that neighbours are never done at the same time.
+parallel_by_colour, joint_by_colour = _driver_by_colour(False), _driver_by_colour(True)

@@ -34,7 +34,7 @@ from pellucid.bodies.membrane_points.point import in_frame
 from pellucid.grid.blocks import add_columns, find_functions, functions_like, largest_of_column
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
 from pellucid.grid.straining import gather_motion
-from pellucid.grid.transfer import placed
+from pellucid.grid.transfer import bounds_of, placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
@@ -52,7 +52,7 @@ def _gather_slab(s, mapped, gradient, dt, move):
     x, slabs = mapped.points.position, mapped.slabs
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    lowest, highest = slabs.bounds[s, 0], slabs.bounds[s, 1]
+    bounds = bounds_of(slabs, s)
     left_slab = first_fault = at_fault = 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c = numbers(WIDTH * size(STRAINED))
@@ -66,7 +66,7 @@ def _gather_slab(s, mapped, gradient, dt, move):
             for d in range(9):
                 gradient[p, d] = L[d]
             if move:
-                fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], lowest, highest)
+                fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], bounds)
                 left_slab |= beyond
                 if fault != OK and first_fault == OK:
                     first_fault = fault

@@ -29,4 +29,4 @@ def _press_slab(s, mapped, fans, load, pressure):
 @kernel()
 def press(n, mapped, fans, load, pressure):
     """Forces of a pressure [Pa] along the normals of a membrane's points, added to the nodes' `load` [N]."""
-    parallel_by_colour(_press_slab, n, mapped, fans, load, pressure)
+    parallel_by_colour(_press_slab, n, mapped.slabs.across, mapped, fans, load, pressure)
