@@ -18,7 +18,7 @@ EACH_SORTING = 2000.0
 @kernel()
 def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nodes, count, first, order):
     """Stable counting sort: the order of the points by slab, and within it by the first of the nodes that reach them; where the
-    points of each slab begin. Along an axis there are as many such nodes as cells: the last of more would have no cell of its own.
+    points of each slab begin. Along an axis there are as many such nodes as cells: more would have no cell of their own.
 
     layers, across: as `Slabs` has them; slab, cut: in which slab and which piece of it a layer is. nodes, shape (points,), and
     count, zeros for one more than the cells: scratch.

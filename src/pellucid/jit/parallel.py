@@ -23,8 +23,7 @@ BYTES = ir.IntType(8).as_pointer()
 DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
 """Does the chunk of a number with the arguments at an address."""
 LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP, INTP])
-"""Chunks of a kernel in rows: how one is done, the arguments, the first, so many in a row, from one to the next in it, from row to
-row, how many in all."""
+"""Chunks of a kernel in rows: how one is done, the arguments, and what `Chunks` has."""
 TASK = ir.LiteralStructType([INTP, INTP, INTP, LOOP.as_pointer()])
 """What threads share: how many numbers are taken, how many there are, and so many loops. A number is a chunk of each loop."""
 SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
@@ -76,7 +75,7 @@ def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> N
 
 
 class Chunks(NamedTuple):
-    """Chunks in rows, the last members of LOOP."""
+    """Chunks in rows: the first, so many in a row, the steps from one to the next in it and from row to row, how many in all."""
 
     first: Any
     in_row: Any
@@ -269,9 +268,9 @@ def _wait(builder: Any, do_chunk: Any, packed: Any, size: int, colours: list[Chu
         builder.store(builder.add(count, INTP(1)), at)
 
 
-# Call a kernel with the number of each chunk from 0 to count - 1, and the arguments, in any order on the threads. The kernel must
-# return nothing; what it raises is lost. Within a `joint_region` joint loops wait for its end.
+# Call a kernel with the number of each chunk from 0 to count - 1, and the arguments, in any order on the threads. The kernel
+# must return nothing; what it raises is lost. Within a `joint_region` joint loops wait for its end.
 parallel_for, joint_for = _driver(False), _driver(True)
-# The same with the number of chunks in a row before the arguments: every other chunk of every other row, the others of these rows,
-# and the same of the rows between, so that neighbours are never done at the same time.
+# The same with the number of chunks in a row before the arguments: every other chunk of every other row, the others of these
+# rows, and the same of the rows between, so that neighbours are never done at the same time.
 parallel_by_colour, joint_by_colour = _driver_by_colour(False), _driver_by_colour(True)
