@@ -75,7 +75,7 @@ def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> N
 
 
 class Chunks(NamedTuple):
-    """Chunks in rows: the first, so many in a row, the steps from one to the next in it and from row to row, how many in all."""
+    """Chunks in rows: the first, so many in a row, the steps to the next in it and to the next row, how many in all."""
 
     first: Any
     in_row: Any
