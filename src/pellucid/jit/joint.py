@@ -13,7 +13,8 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 from pellucid.jit.kernels import kernel
-from pellucid.jit.parallel import COLOURS, COUNTS, INTP, LOOP, LOOPS, OPEN, USED, run, waiting, waiting_loops
+from pellucid.jit.parallel import COUNTS, LOOPS, OPEN, USED, waiting, waiting_loops
+from pellucid.jit.region import COLOURS, INTP, LOOP, run
 
 
 class JointRegion:
@@ -44,18 +45,18 @@ joint_region = JointRegion()
 def _run_colours(typing: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         place = waiting_loops(builder.module)
+        colours = []
         for colour in range(COLOURS):
             count = builder.load(cgutils.gep_inbounds(builder, place, 0, COUNTS, colour))
             loops = cgutils.gep_inbounds(builder, place, 0, LOOPS, colour, 0)
             numbers = cgutils.alloca_once_value(builder, INTP(0))
             with cgutils.for_range(builder, count, intp=INTP) as each:
-                several = builder.load(
-                    cgutils.gep_inbounds(builder, builder.gep(loops, [each.index]), 0, len(LOOP.elements) - 1)
-                )
+                loop = builder.gep(loops, [each.index])
+                several = builder.load(cgutils.gep_inbounds(builder, loop, 0, len(LOOP.elements) - 1))
                 most = builder.load(numbers)
                 builder.store(builder.select(builder.icmp_signed(">", several, most), several, most), numbers)
-            with builder.if_then(builder.icmp_signed(">", count, INTP(0))):
-                run(builder, builder.load(numbers), count, loops)
+            colours.append((builder.load(numbers), count, loops))
+        run(builder, colours)
         return context.get_dummy_value()
 
     return types.none(), emit

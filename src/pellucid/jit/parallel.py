@@ -2,11 +2,10 @@
 
 A `prange` loop compiles all that its body calls several times over, seconds for every driver that only hands out slabs. Here
 the loop is a small function that numba's runtime calls on each thread, and it calls the kernel of a chunk where that lies: its
-code is not made a second time, which would cost as much as the first and may round otherwise. Each thread takes the next chunk
-until there is none.
+code is not made a second time, which would cost as much as the first and may round otherwise.
 
 Threads that begin and end a loop together wait for each other, which costs small bodies more than a second thread gains. So
-the loops of several bodies can become one, see `pellucid.jit.joint`.
+the loops of several bodies can become one region, see `pellucid.jit.joint`.
 """
 
 from typing import Any, NamedTuple
@@ -18,18 +17,9 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-INTP = cgutils.intp_t
-BYTES = ir.IntType(8).as_pointer()
-DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
-"""Does the chunk of a number with the arguments at an address."""
-LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP, INTP])
-"""Chunks of a kernel in rows: how one is done, the arguments, and what `Chunks` has."""
-TASK = ir.LiteralStructType([INTP, INTP, INTP, LOOP.as_pointer()])
-"""What threads share: how many numbers are taken, how many there are, and so many loops. A number is a chunk of each loop."""
-SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
-"""What numba's runtime calls on each thread."""
+from pellucid.jit.region import BYTES, COLOURS, DO_CHUNK, INTP, LOOP, Chunks, fill, run
 
-COLOURS, MOST, ROOM = 4, 256, 65536
+MOST, ROOM = 256, 65536
 """So many loops of a colour can wait, and their arguments take so many bytes; what is beyond is done at once."""
 WAITING = ir.LiteralStructType([INTP, INTP, ir.ArrayType(INTP, COLOURS), ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
                                 ir.ArrayType(ir.IntType(8), ROOM)])  # fmt: skip
@@ -72,16 +62,6 @@ def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> N
         for row in range(colour // 2 * across, count, 2 * across):
             for chunk in range(row + colour % 2, row + across, 2):
                 kernel(chunk, *arguments)
-
-
-class Chunks(NamedTuple):
-    """Chunks in rows: the first, so many in a row, the steps to the next in it and to the next row, how many in all."""
-
-    first: Any
-    in_row: Any
-    step: Any
-    row_step: Any
-    count: Any
 
 
 def _every_chunk(builder: Any, count: Any) -> list[Chunks]:
@@ -168,70 +148,10 @@ def _do_chunk(context: Any, module: Any, packed: Any, compiled: Any, given: Any)
 def _run_at_once(builder: Any, do_chunk: Any, packed: Any, colours: list[Chunks]) -> None:
     arguments = cgutils.alloca_once(builder, packed.type)
     builder.store(packed, arguments)
-    loop = cgutils.alloca_once(builder, LOOP)
-    for chunks in colours:
+    loops = [cgutils.alloca_once(builder, LOOP) for _ in colours]
+    for loop, chunks in zip(loops, colours, strict=True):
         fill(builder, loop, do_chunk, builder.bitcast(arguments, BYTES), *chunks)
-        run(builder, chunks.count, INTP(1), loop)
-
-
-def fill(builder: Any, struct: Any, *values: Any) -> None:
-    """Store the members of a struct."""
-    for place, value in enumerate(values):
-        builder.store(value, cgutils.gep_inbounds(builder, struct, 0, place))
-
-
-def run(builder: Any, numbers: Any, count: Any, loops: Any) -> None:
-    """Do so many numbers of `count` loops on numba's threads, on this one where there is nothing to divide."""
-    module = builder.module
-    task = cgutils.alloca_once(builder, TASK)
-    fill(builder, task, INTP(0), numbers, count, loops)
-    args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))
-    steps = cgutils.alloca_once_value(builder, INTP(1))
-    dimensions = cgutils.alloca_once(builder, INTP)
-    asked = cgutils.get_or_insert_function(module, ir.FunctionType(INTP, []), "get_num_threads")
-    threads = builder.sext(builder.trunc(builder.call(asked, []), ir.IntType(32)), INTP)
-    builder.store(threads, dimensions)
-    share, data = _share(module), builder.bitcast(task, BYTES)
-    alone = builder.or_(builder.icmp_signed("<=", threads, INTP(1)), builder.icmp_signed("<=", numbers, INTP(1)))
-    with builder.if_else(alone) as (then, otherwise):
-        with then:
-            builder.call(share, [args, dimensions, steps, data])
-        with otherwise:
-            kind = ir.FunctionType(ir.VoidType(), [BYTES] * 5 + [INTP] * 3)
-            parallel_for = cgutils.get_or_insert_function(module, kind, "numba_parallel_for")
-            pointers = [builder.bitcast(pointer, BYTES) for pointer in (share, args, dimensions, steps)]
-            builder.call(parallel_for, [*pointers, data, INTP(0), INTP(1), threads])
-
-
-def _share(module: Any) -> Any:
-    """The function that each thread runs: it takes the next number until there is none."""
-    name = "pellucid.share"
-    if name in module.globals:
-        return module.globals[name]
-    function = ir.Function(module, SHARE, name)
-    function.linkage = "internal"
-    builder = ir.IRBuilder(function.append_basic_block("entry"))
-    task = builder.bitcast(function.args[-1], TASK.as_pointer())
-    taken = cgutils.gep_inbounds(builder, task, 0, 0)
-    numbers, count, loops = (builder.load(cgutils.gep_inbounds(builder, task, 0, i)) for i in range(1, 4))
-    head, body, end = (function.append_basic_block(name) for name in ("head", "body", "end"))
-    builder.branch(head)
-    builder.position_at_end(head)
-    number = builder.atomic_rmw("add", taken, INTP(1), "monotonic")
-    builder.cbranch(builder.icmp_signed("<", number, numbers), body, end)
-    builder.position_at_end(body)
-    with cgutils.for_range(builder, count, intp=INTP) as each:
-        loop = builder.load(builder.gep(loops, [each.index]))
-        do_chunk, arguments, *rest = (builder.extract_value(loop, i) for i in range(len(LOOP.elements)))
-        chunks = Chunks(*rest)
-        with builder.if_then(builder.icmp_signed("<", number, chunks.count)):
-            row, place = builder.sdiv(number, chunks.in_row), builder.srem(number, chunks.in_row)
-            behind = builder.add(builder.mul(row, chunks.row_step), builder.mul(place, chunks.step))
-            builder.call(do_chunk, [arguments, builder.add(chunks.first, behind)])
-    builder.branch(head)
-    builder.position_at_end(end)
-    builder.ret_void()
-    return function
+    run(builder, [(chunks.count, INTP(1), loop) for loop, chunks in zip(loops, colours, strict=True)])
 
 
 def waiting_loops(module: Any) -> Any:
