@@ -45,7 +45,9 @@ def test_all_kernels_of_a_step_are_foretold(name):
     with helped(helpers):
         before, after = (helper.ask(text) for helper in helpers)
     assert len(before) == len(set(before)) > 5
-    assert set(before) == set(after)
+    # whether points must be moved when they are first sorted is not known ahead
+    assert set(after) <= set(before)
+    assert {name for _, name, _ in set(before) - set(after)} <= {"_reorder_rows"}
 
 
 def test_the_last_kernel_comes_into_the_cache(monkeypatch, tmp_path):

@@ -79,6 +79,7 @@ class PointsOnGrid(GridBody):
             arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
         self._heat = np.zeros(len(arrays["mass"]))
+        self._goes_on = False
         self.totals = Totals()
         self.bind()
         self.sort()
@@ -201,7 +202,7 @@ class PointsOnGrid(GridBody):
 
     def is_led(self, by_slabs: bool) -> bool:
         """Whether a constraint leads the points, slab by slab or as a whole."""
-        return self.constraint is not None and self.constraint.by_slabs == by_slabs
+        return self.constraint is not None and getattr(self.constraint, "by_slabs", False) == by_slabs
 
     def _lead(self, remap: bool) -> None:
         """Prescribed velocities; where `remap`, their momentum to the nodes."""
@@ -263,7 +264,14 @@ class PointsOnGrid(GridBody):
 
     def complete(self) -> None:
         """The totals, which depend on what leads the points."""
+        arrays = [*self.arrays.values(), *self.element_arrays.values()] if self._goes_on else []
+        kept = [array.copy() for array in arrays]
         self.renew_totals()
+        for array, values in zip(arrays, kept, strict=True):
+            array[...] = values  # no strain leaves no viscous stress
+        if self._goes_on and len(self._affine):
+            self.totals.affine = float(self.arrays["mass"] @ self._affine[:, FIELD_ENERGY])
+            self.totals.kinetic += self.totals.affine
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
@@ -304,11 +312,7 @@ class PointsOnGrid(GridBody):
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
         self._take(state)
         self.sort()
-        self.renew_totals()
-        self._take(state)  # no strain leaves no viscous stress
-        if len(self._affine):
-            self.totals.affine = float(self.arrays["mass"] @ self._affine[:, FIELD_ENERGY])
-            self.totals.kinetic += self.totals.affine
+        self._goes_on = True
 
     def _take(self, state: Mapping[str, np.ndarray]) -> None:
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):

@@ -6,7 +6,6 @@ from typing import Protocol
 from pellucid.energy import Channel, StepWork, WorkLayout
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.jit.joint import joint_region
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body import Body
@@ -62,9 +61,8 @@ class ActiveConditions:
         """Set the actions of the step that begins at `time` [s]."""
         for actions in self.actions:
             actions.field.clear_external()
-        with joint_region:
-            for part in self._active:
-                part.begin(time, dt)
+        for part in self._active:
+            part.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
         """Give the nodes the impulses of the step dt [s], after their momentum was advanced and before contact."""

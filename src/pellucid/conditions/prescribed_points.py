@@ -59,6 +59,7 @@ class PrescribedPoints(ActiveCondition):
     """
 
     by_slabs = True
+    """It leads the points of a slab without those of others, by joint loops (`pellucid.jit.joint`)."""
 
     def __init__(self, member: AssembledBody, motions: Sequence[FollowedMotion], assembly: Assembly) -> None:
         body, thin, self._layout = member.body, member.thin, assembly.layout

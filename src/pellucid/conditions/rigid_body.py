@@ -35,7 +35,6 @@ class RigidBody:
 
     strains = False
     top_speed = 0.0  # of what is prescribed [m/s]
-    by_slabs = False
 
     def __init__(self, member: AssembledBody, assembly: Assembly) -> None:
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout

@@ -9,8 +9,8 @@ from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
-MOST_SLABS = 256
-FEWEST_CELLS = 200  # in a slab: of fewer, what it costs beside its points counts
+MOST_ROWS, MOST_SLABS = 64, 256
+FEWEST_CELLS = 200  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
 CHUNK = 4096  # points that a thread reorders at a time
 EACH_SORTING = 2000.0
 """What sorting costs beside its share for each point, in vectors of points with the same nodes: 0.12 ms, at 65 ns a vector."""
@@ -127,12 +127,12 @@ def empty_slabs(first: np.ndarray, lattice: Lattice, functions: GridFunctions) -
 def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, int, list[np.ndarray]]:
     """The layers of the slabs and how many are in a row, as `Slabs` has them; for each layer along both axes, in which row or
     piece of a row it is. They are the same for all bodies, wherever these are, and each as narrow as two colours allow."""
-    edges, most = [], min(max(int(np.prod(lattice.counts)) // FEWEST_CELLS, 1), MOST_SLABS)
+    edges, most = [], MOST_ROWS
     for axis in (lattice.slab_axis, lattice.cut_axis):
         width = 3 if functions[axis].stencil == 2 else 5
         n = max(min(most, lattice.counts[axis] // width), 1)
         edges.append(np.arange(n + 1) * lattice.counts[axis] // n)
-        most //= n
+        most = min(int(np.prod(lattice.counts)) // FEWEST_CELLS, MOST_SLABS) // n
     rows, pieces = (np.stack([ends[:-1], ends[1:]], axis=1) for ends in edges)
     layers = np.concatenate([np.repeat(rows, len(pieces), axis=0), np.tile(pieces, (len(rows), 1))], axis=1)
     return layers, len(pieces), [np.repeat(np.arange(len(ends) - 1), np.diff(ends)) for ends in edges]

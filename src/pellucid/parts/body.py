@@ -55,8 +55,6 @@ class PointConstraint(Protocol):
     """Whether the points are strained by the grid; not where the body is rigid, and the constraint gives all positions."""
     top_speed: float
     """Largest prescribed velocity along an axis [m/s]."""
-    by_slabs: bool
-    """Whether it leads the points of a slab without those of others, by joint loops; see `pellucid.jit.joint`."""
 
     def prescribe_velocities(self) -> None:
         """After grid-to-particle, and before their sums are taken: the velocities of the points."""

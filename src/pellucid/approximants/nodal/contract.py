@@ -35,6 +35,7 @@ class Scratch(NamedTuple):
     log_prior: np.ndarray  # (n,)
     slope: np.ndarray  # (n, 3)
     moments: np.ndarray  # (4, 10, 10)
+    terms: np.ndarray  # (5, 10)
     faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,)
     normal: np.ndarray  # (3,) of the face on which the point lies, zero where it lies on none
 

@@ -10,7 +10,6 @@ import numpy as np
 from pellucid.approximants.nodal.contract import OK, SINGULAR_MOMENTS, Evaluator, NodalApproximant, shape_functions
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
-from pellucid.jit.local import numbers, zeros
 from pellucid.model import parameter
 
 PENALTY = 1e-7  # on quadratic coefficients, in lengths of the support and for weights of order one
@@ -113,7 +112,7 @@ def _solve(m, A, b):
 def _fill_moments(fn, x, active, scratch, length):
     """Σ w p ⊗ p and its derivatives, with weights in `log_prior` and their derivatives in `slope`, in lengths of a support."""
     m, moments, offset = fn.terms, scratch.moments, scratch.offset
-    basis = numbers(10)
+    basis = scratch.terms[0]
     moments[:, :m, :m] = 0.0
     for i in range(len(active)):
         a = active[i]
@@ -153,17 +152,18 @@ def _least_squares(fn, x, active, scratch, values, gradients):
     _fill_moments(fn, x, active, scratch, length)
     if not _factor(m, moments[0]):
         return SINGULAR_MOMENTS
-    basis, c, by = numbers(10), zeros(10), zeros(30)
+    basis, c, by = scratch.terms[0], scratch.terms[1], scratch.terms[2:]
+    scratch.terms[1:, :] = 0.0
     c[0] = 1.0
     _solve(m, moments[0], c)
     wanted = gradients.shape[1] > 0
     if wanted:
         for j in range(3):
-            by[10 * j + 1 + j] = 1.0
+            by[j, 1 + j] = 1.0
             for r in range(m):
                 for s in range(m):
-                    by[10 * j + r] -= moments[1 + j, max(r, s), min(r, s)] * c[s]
-            _solve(m, moments[0], by[10 * j : 10 * j + 10])
+                    by[j, r] -= moments[1 + j, max(r, s), min(r, s)] * c[s]
+            _solve(m, moments[0], by[j])
     for i in range(n):
         _basis(m, offset[i, 0], offset[i, 1], offset[i, 2], basis)
         weight = scratch.log_prior[i]
@@ -175,7 +175,7 @@ def _least_squares(fn, x, active, scratch, values, gradients):
             for j in range(3):
                 change = 0.0
                 for r in range(m):
-                    change += by[10 * j + r] * basis[r]
+                    change += by[j, r] * basis[r]
                 gradients[j, i] = (weight * change + scratch.slope[i, j] * total) / length
     _add_up_to_one(values, gradients)
     return OK

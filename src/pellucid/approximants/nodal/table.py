@@ -57,7 +57,9 @@ class PointRows(NamedTuple):
 def _evaluate_chunk(chunk, points):
     n = points.longest
     faces = np.zeros(FACE_COLUMNS * FACE_BLOCK)
-    scratch = Scratch(np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), faces, np.zeros(3))
+    scratch = Scratch(
+        np.empty((n, 3)), np.empty(n), np.empty((n, 3)), np.empty((4, 10, 10)), np.empty((5, 10)), faces, np.zeros(3)
+    )
     none = np.empty((3, 0))
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.cell))):
         cell, start, end = points.cell[k], points.row[k], points.row[k + 1]
