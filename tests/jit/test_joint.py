@@ -110,6 +110,18 @@ def _shift_and_fail(values):
         shift(3, values, 1.0 / 0)
 
 
+def test_bodies_of_any_number_keep_their_order_where_room_is_made():
+    """A loop that takes what an earlier one left is not done before it."""
+    values = np.ones((MOST, 3))
+    with joint_region:
+        for body in values:
+            joint_region.make_room()
+            scale(3, body, 2.0)
+            shift(3, body, 1.0)
+            scale(3, body, 2.0)
+    assert np.all(values == 6.0)
+
+
 @compiled
 def test_an_error_in_the_block_drops_the_loops():
     values = np.zeros(3)

@@ -17,7 +17,7 @@ from pellucid.grid.transfer import bounds_of, placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_for
+from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_by_colour, parallel_for
 from pellucid.jit.vector import LANES, load, splat, store, total
 
 WORK, LOSS, IMPULSE = range(3)  # columns of what a slab takes; impulses x, y, z of each motion from IMPULSE on
@@ -104,7 +104,7 @@ def _constrain_nodes_slab(s, mapped, drive, nodes):
 @kernel()
 def constrain_nodes(n, mapped, drive, nodes):
     """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    joint_by_colour(_constrain_nodes_slab, n, mapped.slabs.across, mapped, drive, nodes)
+    parallel_by_colour(_constrain_nodes_slab, n, mapped.slabs.across, mapped, drive, nodes)
 
 
 @pointwise

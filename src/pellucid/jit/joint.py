@@ -13,8 +13,11 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 from pellucid.jit.kernels import kernel
-from pellucid.jit.parallel import COUNTS, LOOPS, OPEN, USED, waiting, waiting_loops
+from pellucid.jit.parallel import COUNTS, LOOPS, MOST, OPEN, ROOM, USED, waiting, waiting_loops
 from pellucid.jit.region import COLOURS, INTP, LOOP, run
+
+OF_A_BODY, BYTES_EACH = 8, 256
+"""So many loops a body begins at most in a region, and their arguments take so many bytes each."""
 
 
 class JointRegion:
@@ -27,15 +30,27 @@ class JointRegion:
         if not numba.config.DISABLE_JIT:
             waiting[OPEN] = 1
 
+    def make_room(self) -> None:
+        """Before a body begins its loops: do those that wait where its own might not all find room.
+
+        A loop without room is done at once, before those that wait, of which it may take what they leave.
+        """
+        if waiting[COUNTS] > MOST - OF_A_BODY or waiting[USED] > ROOM - OF_A_BODY * BYTES_EACH:
+            self._run()
+
     def __exit__(self, error: object, *rest: object) -> None:
         if numba.config.DISABLE_JIT:
             return
         waiting[OPEN] = 0
         try:
             if error is None:
-                _run_waiting()
+                self._run()
         finally:
             waiting[USED : COUNTS + COLOURS] = 0
+
+    def _run(self) -> None:
+        _run_waiting()
+        waiting[USED : COUNTS + COLOURS] = 0
 
 
 joint_region = JointRegion()

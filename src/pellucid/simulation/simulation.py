@@ -147,12 +147,14 @@ class Simulation:
         """Mass and momentum (where `inertia`) and internal forces (where `force`) of the bodies on the grid to the nodes."""
         with joint_region:
             for body in self.grid_bodies:
+                joint_region.make_room()
                 body.particle_to_grid(inertia, force)
 
     def update_velocities(self, dt: float, remap: bool) -> None:
         """New velocities of the bodies on the grid; where `remap`, their momentum back on the nodes."""
         with joint_region:
             for body in self.grid_bodies:
+                joint_region.make_room()
                 body.begin_velocities(dt, remap)
         for body in self.grid_bodies:
             body.end_velocities(remap)
@@ -161,6 +163,7 @@ class Simulation:
         """Velocity gradients, volumes, stresses of the bodies on the grid; where `move`, new positions."""
         with joint_region:
             for body in self.grid_bodies:
+                joint_region.make_room()
                 body.begin_stress(dt, move)
         for body in self.grid_bodies:
             body.end_stress(dt, move)
