@@ -6,7 +6,8 @@ import pytest
 
 from pellucid.jit import kernel
 from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import MOST, joint_by_colour, joint_for, parallel_for
+from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_for
+from pellucid.jit.region import MOST
 
 COUNTS = [0, 1, 2, 3, 7, 1000]
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="in plain Python loops do not wait")

@@ -20,10 +20,10 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import NumbaPickler
 from numba.core.sigutils import normalize_signature
-from numba.np.ufunc.parallel import _launch_threads
 
 from pellucid.jit.folder import cache_folder
 from pellucid.jit.parallel import ChunkKernel, chunk_kernels
+from pellucid.jit.region import make_known
 from pellucid.jit.registry import kernels
 from pellucid.jit.sources import Sources, sources_of
 
@@ -65,7 +65,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
             return None
         references, payload = _Unpickler(io.BytesIO(data), sources).load()
         target_context.refresh()
-        _launch_threads()  # drivers refer to what it makes known
+        make_known()  # drivers refer to it
         found = [_chunk_kernel(*reference) for reference in references]
         if [chunk.symbol if chunk else None for chunk in found] != [symbol for _, _, symbol in references]:
             return None  # compiled anew, for what it refers to was

@@ -3,10 +3,17 @@
 Each thread takes the next number until there is none. The numbers of a colour begin where those of the one before end, and a
 thread that takes one waits until all before the colour's are done. So the region is entered and left once, which costs as much
 as some hundred points. Who waits looks for some microseconds, no longer than most chunks take, and then lets others run.
+
+The code is made once in a process, and known by name to the drivers of loops, which would else have a copy each.
 """
 
+import ctypes
+from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
+import llvmlite.binding as llvm
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
 
@@ -17,14 +24,27 @@ DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
 LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP, INTP])
 """Chunks of a kernel in rows: how one is done, the arguments, and what `Chunks` has."""
 COLOURS = 4
-COLOUR = ir.LiteralStructType([INTP, INTP, LOOP.as_pointer()])
-"""How many numbers a colour has, how many loops, these. A number is a chunk of each loop that has so many."""
-TASK = ir.LiteralStructType([INTP, INTP, *COLOURS * [COLOUR]])
-"""What threads share: how many numbers are taken, how many are done, the colours."""
+TASK = ir.LiteralStructType([INTP, INTP, LOOP.as_pointer(), INTP, INTP, *COLOURS * [INTP]])
+"""What threads share: how many numbers are taken, how many are done; the loops of the first colour, from these to those of the
+next, how many loops a colour has; how many numbers each colour has. A number is a chunk of each loop that has so many."""
+TAKEN, DONE, LOOPS_AT, TO_NEXT_COLOUR, PER_COLOUR, NUMBERS = range(6)
 SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
 """What numba's runtime calls on each thread."""
 LOOKS = 5000
 """How often a thread looks whether others are done, before it lets others run each time."""
+BEGIN = "pellucid_begin_loop"
+BEGIN_LOOP = ir.FunctionType(ir.VoidType(), [DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP])
+"""Begins a loop: how a chunk is done, the arguments and their bytes, how many chunks there are, how many in a row of those
+that go by colour or else 0, and whether the loop may wait."""
+
+MOST, ROOM = 256, 65536
+"""So many loops can wait, and their arguments take so many bytes; what is beyond is done at once."""
+WAITING = ir.LiteralStructType([INTP, INTP, INTP, ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
+                                ir.ArrayType(ir.IntType(8), ROOM)])  # fmt: skip
+"""Whether loops wait, the bytes in use, how many loops there are, these for each colour, their arguments."""
+OPEN, USED, COUNT, LOOPS, ARGUMENTS = range(5)
+waiting = np.zeros(3 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64)
+"""The memory of WAITING."""
 
 
 class Chunks(NamedTuple):
@@ -37,29 +57,114 @@ class Chunks(NamedTuple):
     count: Any
 
 
-def fill(builder: Any, struct: Any, *values: Any) -> None:
-    """Store the members of a struct."""
+@cache
+def make_known() -> Callable[[], None]:
+    """Start numba's threads and make BEGIN known to compiled code; what runs the waiting loops."""
+    from numba.np.ufunc.parallel import _launch_threads
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    _launch_threads()  # the runtime's symbols are known from then on
+    module = ir.Module("pellucid.region")
+    run = _define_run(module, _define_share(module))
+    _define_begin(module, run)
+    _define_run_waiting(module, run)
+    engine = llvm.create_mcjit_compiler(
+        llvm.parse_assembly(str(module)), llvm.Target.from_default_triple().create_target_machine()
+    )
+    engine.finalize_object()
+    llvm.add_symbol(BEGIN, engine.get_function_address(BEGIN))
+    run_waiting = ctypes.PYFUNCTYPE(None)(engine.get_function_address("run_waiting"))
+    run_waiting.engine = engine  # type: ignore[attr-defined]  # whose code it is
+    return run_waiting
+
+
+def _define(module: Any, kind: Any, name: str) -> tuple[Any, Any]:
+    function = ir.Function(module, kind, name)
+    return function, ir.IRBuilder(function.append_basic_block("entry"))
+
+
+def _member(builder: Any, struct: Any, *place: Any) -> Any:
+    return cgutils.gep_inbounds(builder, struct, 0, *place)
+
+
+def _fill(builder: Any, struct: Any, *values: Any) -> None:
     for place, value in enumerate(values):
-        builder.store(value, cgutils.gep_inbounds(builder, struct, 0, place))
+        builder.store(value, _member(builder, struct, place))
 
 
-def run(builder: Any, colours: list[tuple[Any, Any, Any]]) -> None:
-    """Do the colours, with members as COLOUR has them, on numba's threads; on this one where there is nothing to divide."""
-    module = builder.module
-    task = cgutils.alloca_once(builder, TASK)
-    fill(builder, task, INTP(0), INTP(0))
-    total = INTP(0)
-    for place in range(COLOURS):
-        members = colours[place] if place < len(colours) else (INTP(0), INTP(0), ir.Constant(LOOP.as_pointer(), None))
-        fill(builder, cgutils.gep_inbounds(builder, task, 0, 2 + place), *members)
-        total = builder.add(total, members[0])
+def _define_begin(module: Any, run: Any) -> None:
+    function, builder = _define(module, BEGIN_LOOP, BEGIN)
+    do_chunk, arguments, size, count, across, joint = function.args
+    colours = [_chunks_of(builder, colour, count, across) for colour in range(COLOURS)]
+    place = _waiting_loops()
+    used, waits = builder.load(_member(builder, place, USED)), builder.load(_member(builder, place, COUNT))
+    is_open = builder.icmp_signed("!=", builder.and_(joint, builder.load(_member(builder, place, OPEN))), INTP(0))
+    fits = builder.icmp_signed("<=", builder.add(used, size), INTP(ROOM))
+    fits = builder.and_(fits, builder.icmp_signed("<", waits, INTP(MOST)))
+    with builder.if_else(builder.and_(is_open, fits)) as (then, otherwise):
+        with then:
+            kept = _member(builder, place, ARGUMENTS, used)
+            cgutils.raw_memcpy(builder, kept, arguments, size, 1)
+            size = builder.and_(builder.add(size, INTP(7)), INTP(~7))
+            builder.store(builder.add(used, size), _member(builder, place, USED))
+            builder.store(builder.add(waits, INTP(1)), _member(builder, place, COUNT))
+            for colour, chunks in enumerate(colours):
+                _fill(builder, _member(builder, place, LOOPS, colour, waits), do_chunk, kept, *chunks)
+        with otherwise:
+            loops = cgutils.alloca_once(builder, LOOP, COLOURS)
+            for colour, chunks in enumerate(colours):
+                _fill(builder, builder.gep(loops, [INTP(colour)]), do_chunk, arguments, *chunks)
+            builder.call(run, [loops, INTP(1), INTP(1)])
+    builder.ret_void()
+
+
+def _chunks_of(builder: Any, colour: int, count: Any, across: Any) -> Chunks:
+    """Every other chunk of every other row; of chunks without rows all those of the first colour."""
+    by_colour = builder.icmp_signed(">", across, INTP(0))
+    in_row = builder.select(by_colour, across, INTP(1))
+    row, place = INTP(colour // 2), INTP(colour % 2)
+    rows = builder.ashr(builder.add(builder.sub(builder.sdiv(count, in_row), row), INTP(1)), INTP(1))
+    places = builder.ashr(builder.add(builder.sub(in_row, place), INTP(1)), INTP(1))
+    first = builder.add(builder.mul(row, in_row), place)
+    colours = Chunks(first, places, INTP(2), builder.mul(INTP(2), in_row), builder.mul(rows, places))
+    every = Chunks(INTP(0), INTP(1), INTP(0), INTP(1), INTP(0) if colour else count)
+    return Chunks(*(builder.select(by_colour, *pair) for pair in zip(colours, every, strict=True)))
+
+
+def _waiting_loops() -> Any:
+    """WAITING, where it lies."""
+    return INTP(waiting.ctypes.data).inttoptr(WAITING.as_pointer())
+
+
+def _define_run_waiting(module: Any, run: Any) -> None:
+    _, builder = _define(module, ir.FunctionType(ir.VoidType(), []), "run_waiting")
+    place = _waiting_loops()
+    count = builder.load(_member(builder, place, COUNT))
+    builder.call(run, [_member(builder, place, LOOPS, 0, 0), INTP(MOST), count])
+    builder.ret_void()
+
+
+def _define_run(module: Any, share: Any) -> Any:
+    """Does loops on numba's threads; on this one where there is nothing to divide."""
+    function, builder = _define(module, ir.FunctionType(ir.VoidType(), [LOOP.as_pointer(), INTP, INTP]), "run")
+    loops, to_next, count = function.args
+    task, total = cgutils.alloca_once(builder, TASK), INTP(0)
+    _fill(builder, task, INTP(0), INTP(0), loops, to_next, count)
+    for colour in range(COLOURS):
+        numbers = _member(builder, task, NUMBERS + colour)
+        builder.store(INTP(0), numbers)
+        with cgutils.for_range(builder, count, intp=INTP) as each:
+            loop = builder.gep(loops, [builder.add(builder.mul(INTP(colour), to_next), each.index)])
+            several, most = builder.load(_member(builder, loop, len(LOOP.elements) - 1)), builder.load(numbers)
+            builder.store(builder.select(builder.icmp_signed(">", several, most), several, most), numbers)
+        total = builder.add(total, builder.load(numbers))
     args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))
-    steps = cgutils.alloca_once_value(builder, INTP(1))
-    dimensions = cgutils.alloca_once(builder, INTP)
+    steps, dimensions = cgutils.alloca_once_value(builder, INTP(1)), cgutils.alloca_once(builder, INTP)
     asked = cgutils.get_or_insert_function(module, ir.FunctionType(INTP, []), "get_num_threads")
     threads = builder.sext(builder.trunc(builder.call(asked, []), ir.IntType(32)), INTP)
     builder.store(threads, dimensions)
-    share, data = _share(module), builder.bitcast(task, BYTES)
+    data = builder.bitcast(task, BYTES)
     alone = builder.or_(builder.icmp_signed("<=", threads, INTP(1)), builder.icmp_signed("<=", total, INTP(1)))
     with builder.if_else(alone) as (then, otherwise):
         with then:
@@ -69,38 +174,31 @@ def run(builder: Any, colours: list[tuple[Any, Any, Any]]) -> None:
             parallel_for = cgutils.get_or_insert_function(module, kind, "numba_parallel_for")
             pointers = [builder.bitcast(pointer, BYTES) for pointer in (share, args, dimensions, steps)]
             builder.call(parallel_for, [*pointers, data, INTP(0), INTP(1), threads])
+    builder.ret_void()
+    return function
 
 
-def _share(module: Any) -> Any:
-    """The function that each thread runs."""
-    name = "pellucid.share"
-    if name in module.globals:
-        return module.globals[name]
-    function = ir.Function(module, SHARE, name)
-    function.linkage = "internal"
-    builder = ir.IRBuilder(function.append_basic_block("entry"))
+def _define_share(module: Any) -> Any:
+    """What each thread does."""
+    function, builder = _define(module, SHARE, "share")
     task = builder.bitcast(function.args[-1], TASK.as_pointer())
-    taken, done = (cgutils.gep_inbounds(builder, task, 0, place) for place in range(2))
-    colours = [
-        [builder.load(cgutils.gep_inbounds(builder, task, 0, 2 + colour, member)) for member in range(3)]
-        for colour in range(COLOURS)
-    ]
-    begins = [INTP(0)]
-    for numbers, _, _ in colours:
-        begins.append(builder.add(begins[-1], numbers))
+    taken, done = _member(builder, task, TAKEN), _member(builder, task, DONE)
+    loops, to_next, count, *numbers = (
+        builder.load(_member(builder, task, place)) for place in range(LOOPS_AT, len(TASK.elements))
+    )
     head, body, end = (function.append_basic_block(name) for name in ("head", "body", "end"))
     builder.branch(head)
     builder.position_at_end(head)
     number = builder.atomic_rmw("add", taken, INTP(1), "monotonic")
-    builder.cbranch(builder.icmp_signed("<", number, begins[-1]), body, end)
+    begin, colour, reached = INTP(0), INTP(0), INTP(0)
+    for place, several in enumerate(numbers):
+        is_in = builder.icmp_signed(">=", number, reached)
+        begin, colour = builder.select(is_in, reached, begin), builder.select(is_in, INTP(place), colour)
+        reached = builder.add(reached, several)
+    builder.cbranch(builder.icmp_signed("<", number, reached), body, end)
     builder.position_at_end(body)
-    begin, (_, count, loops) = begins[0], colours[0]
-    for start, (_, its_count, its_loops) in zip(begins[1:], colours[1:], strict=False):
-        reached = builder.icmp_signed(">=", number, start)
-        begin = builder.select(reached, start, begin)
-        count, loops = builder.select(reached, its_count, count), builder.select(reached, its_loops, loops)
     _await(builder, done, begin)
-    _do_number(builder, builder.sub(number, begin), count, loops)
+    _do_number(builder, builder.sub(number, begin), count, builder.gep(loops, [builder.mul(colour, to_next)]))
     builder.atomic_rmw("add", done, INTP(1), "release")
     builder.branch(head)
     builder.position_at_end(end)
