@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
-from pellucid.grid import affine, full_cells
+from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
 from pellucid.grid.points import (
     AFFINE,
@@ -178,10 +178,6 @@ class PointsOnGrid(GridBody):
 
     def begin_velocities(self, dt: float, remap: bool) -> None:
         """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
-        if len(self._affine):
-            # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
-            nodes = self.grid.nodes
-            affine.gather_affine(self.n_slabs, self.mapped, nodes.strain_velocity if self._stencil == 2 else nodes.velocity)
         update_velocities(self.n_slabs, self.mapped, self.kept_energy(), dt, int(remap and self.constraint is None))
         if self.is_led(by_slabs=True):
             self._lead(remap)

@@ -5,89 +5,146 @@ loses m/2 Σ N |v + C r - v_I|², mapping the nodes' velocities back m/2 Σ N |v
 steps the point moves among the nodes, and Σ N |C r|² changes with N and r: what it loses by that is negative half of the time.
 """
 
+from typing import Any
+
+from numpy import uintp
+
 from pellucid.approximants.axis import affine_weights
-from pellucid.grid.points import AFFINE, FIELD_ENERGY, place_of
-from pellucid.grid.stencil import gather, node_at, stencil
-from pellucid.jit import kernel, pointwise
-from pellucid.jit.parallel import parallel_for
+from pellucid.grid.blocks import about_lanes, about_point, add_columns, run_end
+from pellucid.grid.points import FIELD_ENERGY, place_of
+from pellucid.grid.stencil import Stencil, gather_gradient, node_at
+from pellucid.grid.velocity_transfer import HEAT, OLD, Apic, Blend, Flip
+from pellucid.jit import generic, point_function, pointwise
+from pellucid.jit.columns import WIDTH, put, take, take_lanes
+from pellucid.jit.vector import LANES, nothing
+from pellucid.tensors import IDENTITY, ZERO_VECTOR
+
+# columns of a block: fields and their energies before the step and after, weights of four nodes along each axis, m times energy
+BEFORE, AFTER, WEIGHTS, OF_POINTS, COUNT = 0, 10, 20, 32, 33
+
+
+@generic
+def renew_affine(
+    transfer: Any, mapped: Any, start: int, n: int, found: Any, first_node: Any, c: Any, fields: Any, energies: Any
+) -> None:
+    """Of APIC: the new affine fields of the n points of a block, and HEAT of its columns `c`, from OLD and NEW.
+
+    fields: scratch of COUNT columns; energies: a vector to which the kinetic energies of the new fields [J] are added.
+    """
+
+
+@point_function(renew_affine, Flip)
+@point_function(renew_affine, Blend)
+def _no_fields(transfer, mapped, start, n, found, first_node, c, fields, energies):
+    pass
+
+
+@point_function(renew_affine, Apic)
+def _renew(transfer, mapped, start, n, found, first_node, c, fields, energies):
+    functions, affine, index = mapped.functions, mapped.affine, mapped.index
+    for q in range(n):
+        p = place_of(index, start + q)
+        put(fields, q + BEFORE * WIDTH, (_field(affine, p), affine[p, FIELD_ENERGY]))
+        put(fields, q + WEIGHTS * WIDTH, _weights(functions, about_point(functions, found, first_node, q)))
+    a = 0
+    while a < n:
+        end = run_end(first_node, a, n)
+        while a < end:
+            weights = take_lanes(_weights(functions, about_point(functions, found, first_node, 0)), fields, a + WEIGHTS * WIDTH)
+            _renew_lanes(mapped, about_lanes(functions, found, first_node, a), weights, a, c, fields)
+            a += LANES
+        a = end
+    for q in range(n):
+        p = place_of(index, start + q)
+        C, energy = take((IDENTITY, 0.0), fields, q + AFTER * WIDTH)
+        for d in range(9):
+            affine[p, d] = C[d]
+        affine[p, FIELD_ENERGY] = energy
+        fields[uintp(q + OF_POINTS * WIDTH)] = mapped.points.mass[p] * energy
+    add_columns(fields, OF_POINTS, n, energies, 0, 1)
 
 
 @pointwise
-def _at(C, row, r):
-    return C[row] * r[0] + C[row + 1] * r[1] + C[row + 2] * r[2]
-
-
-@pointwise
-def _row(affine, p):
+def _field(affine, p):
     C = affine[p]
     return C[0], C[1], C[2], C[3], C[4], C[5], C[6], C[7], C[8]
 
 
 @pointwise
-def _energies(about, lattice, nodes, v, new, before, after):
-    """Of unit mass [J/kg]: of the affine fields before and after, and what the transfers of the step lose."""
-    wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
+def _weights(functions, about):
+    return (
+        affine_weights(functions[0], about.offset[0], about.wx, about.gx),
+        affine_weights(functions[1], about.offset[1], about.wy, about.gy),
+        affine_weights(functions[2], about.offset[2], about.wz, about.gz),
+    )
+
+
+@pointwise
+def _renew_lanes(mapped, about, weights, a, c, fields):
+    """The fields and the heat of the points from a on that share their nodes with it."""
+    lattice, nodes, wx, wy, wz, offset = mapped.lattice, mapped.nodes, about.wx, about.wy, about.wz, about.offset
+    before, kept = take_lanes((IDENTITY, 0.0), fields, a + BEFORE * WIDTH)
+    v, new = take_lanes((ZERO_VECTOR, ZERO_VECTOR), c, a + OLD * WIDTH)
+    # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
+    velocity = nodes.strain_velocity if max(len(wx), len(wy), len(wz)) == 2 else nodes.velocity
+    about_field = Stencil(about.start, offset, wx, wy, wz, weights[0], weights[1], weights[2])
+    after = gather_gradient(about_field, lattice, velocity)
+    spread = _spread(offset[0], wx), _spread(offset[1], wy), _spread(offset[2], wz)
+    reached = _energy(after, spread, lattice.cell)
+    heat = _lost(about, lattice, nodes, v, new, before) + kept - _energy(before, spread, lattice.cell) - reached
+    put(fields, a + AFTER * WIDTH, (after, reached))
+    put(c, a + HEAT * WIDTH, (heat,))
+
+
+@pointwise
+def _spread(offset, w):
+    """Σ w r² along an axis, in cells squared."""
+    total = nothing(offset)
+    for a in range(len(w)):
+        r = offset + float(a)
+        total += w[a] * r * r
+    return total
+
+
+@pointwise
+def _energy(C, spread, cell):
+    """Σ N ½ |C r|² [J/kg]: Σ N r r is diagonal, since Σ w r is zero along each axis; along one of a single cell C is zero."""
+    x = C[0] * C[0] + C[3] * C[3] + C[6] * C[6]
+    y = C[1] * C[1] + C[4] * C[4] + C[7] * C[7]
+    z = C[2] * C[2] + C[5] * C[5] + C[8] * C[8]
+    return 0.5 * cell * cell * (x * spread[0] + y * spread[1] + z * spread[2])
+
+
+@pointwise
+def _loss(there, old, new, increment):
+    """Twice ½ (v + C r - v_I°)² + ½ (v_I° - v')² + (v_I° - v') Δv_I of a component, v_I° being `old` and v + C r `there`.
+
+    The second transfer loses ½ (v_I - v')², which with v_I = v_I° + Δv_I is the last two and ½ Δv_I²; light nodes give that.
+    """
+    apart, drop = there - old, old - new
+    return apart * apart + drop * (drop + 2.0 * increment)
+
+
+@pointwise
+def _lost(about, lattice, nodes, v, new, C):
+    """What the transfers of the step lose of unit mass, but for what the new field has of it [J/kg]."""
+    wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
     velocity, increment, squares = nodes.velocity, nodes.velocity_increment, nodes.increment_energy
-    old_field = new_field = lost = 0.0
+    total = nothing(v[0])
     for a in range(len(wx)):
+        rx = h * (offset[0] + float(a))
         for b in range(len(wy)):
+            ry = h * (offset[1] + float(b))
+            x = v[0] + C[0] * rx + C[1] * ry
+            y = v[1] + C[3] * rx + C[4] * ry
+            z = v[2] + C[6] * rx + C[7] * ry
+            line = nothing(v[0])
             for c in range(len(wz)):
                 I = node_at(about, lattice, a, b, c)
-                N = wx[a] * wy[b] * wz[c]
-                r = (
-                    (offset[0] + a) * lattice.cell,
-                    (offset[1] + b) * lattice.cell,
-                    (offset[2] + c) * lattice.cell,
-                )
-                one = two = loss = 0.0
-                for d in range(3):
-                    then, now = _at(before, 3 * d, r), _at(after, 3 * d, r)
-                    old = velocity[I, d] - increment[I, d]
-                    one += 0.5 * then * then
-                    two += 0.5 * now * now
-                    # ½ |v_I|² from ½ |v_I°|², v_I°·Δv_I and ½ |Δv_I|², which light nodes do without
-                    loss += 0.5 * (v[d] + then - old) ** 2 + 0.5 * (old - new[d]) ** 2 + (old - new[d]) * increment[I, d]
-                old_field += N * one
-                new_field += N * two
-                lost += N * (loss + squares[I] - two)
-    return old_field, new_field, lost
-
-
-@kernel(inner=True)
-def _gather_affine_slab(s, mapped, gradient):
-    functions, lattice, affine, index = mapped.functions, mapped.lattice, mapped.affine, mapped.index
-    points, slabs, nodes, h = mapped.points, mapped.slabs, mapped.nodes, mapped.lattice.inverse_cell
-    velocity, heat = points.velocity, mapped.heat
-    field_energy = 0.0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        about = stencil(functions, lattice, points.position, p)
-        wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
-        bx = affine_weights(functions[0], offset[0], wx, about.gx)
-        by = affine_weights(functions[1], offset[1], wy, about.gy)
-        bz = affine_weights(functions[2], offset[2], wz, about.gz)
-        before, kept = _row(affine, p), affine[p, FIELD_ENERGY]
-        affine[p, :] = 0.0
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                for c in range(len(wz)):
-                    I = node_at(about, lattice, a, b, c)
-                    for d in range(3):
-                        affine[p, 3 * d] += h * bx[a] * wy[b] * wz[c] * gradient[I, d]
-                        affine[p, 3 * d + 1] += h * wx[a] * by[b] * wz[c] * gradient[I, d]
-                        affine[p, 3 * d + 2] += h * wx[a] * wy[b] * bz[c] * gradient[I, d]
-        v, new = (velocity[p, 0], velocity[p, 1], velocity[p, 2]), gather(about, lattice, nodes.velocity)
-        here, reached, lost = _energies(about, lattice, nodes, v, new, before, _row(affine, p))
-        heat[p], affine[p, FIELD_ENERGY] = lost + kept - here, reached
-        field_energy += points.mass[p] * reached
-    slabs.sums[s, AFFINE] = field_energy
-
-
-@kernel()
-def gather_affine(n, mapped, gradient):
-    """The affine fields of the nodal velocity `gradient` [m/s], shape (nodes, 3), about the points of n slabs.
-
-    Before the points' velocities are new. Fills `heat` with what the transfers and the way of the points since lose, and AFFINE
-    of the sums with the kinetic energy of the new fields [J].
-    """
-    parallel_for(_gather_affine_slab, n, mapped, gradient)
+                rz = h * (offset[2] + float(c))
+                twice = _loss(x + C[2] * rz, velocity[I, 0] - increment[I, 0], new[0], increment[I, 0])
+                twice += _loss(y + C[5] * rz, velocity[I, 1] - increment[I, 1], new[1], increment[I, 1])
+                twice += _loss(z + C[8] * rz, velocity[I, 2] - increment[I, 2], new[2], increment[I, 2])
+                line += wz[c] * (0.5 * twice + squares[I])
+            total += wx[a] * wy[b] * line
+    return total

@@ -25,7 +25,7 @@ def lumping_heat(energy, change):
 def further_heat(transfer: Any, about: Stencil, lattice: Lattice, nodes: Nodes, v: Any, new: Any, change: Any) -> Any:
     """What the transfer loses beyond that, with v the point's velocity before the step and `new` that of the nodes [J/kg].
 
-    Not that of APIC: `gather_affine` finds what that loses in all, from the affine fields before and after the step.
+    Not that of APIC: `renew_affine` finds what that loses in all, from the affine fields before and after the step.
     """
 
 

@@ -7,8 +7,11 @@ from math import sqrt
 
 from numpy import uintp
 
+from pellucid.grid.affine import COUNT as AFFINE_COUNT
+from pellucid.grid.affine import renew_affine
 from pellucid.grid.blocks import about_lanes, about_point, add_columns, find_functions, functions_like, run_end
 from pellucid.grid.points import (
+    AFFINE,
     GAINED,
     KEPT,
     KINETIC,
@@ -25,7 +28,7 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.stencil import add_inertia, gather, gather_gradient, gather_scalar
 from pellucid.grid.transfer_heat import further_heat, lumping_heat
-from pellucid.grid.velocity_transfer import inertia_rows, new_velocity
+from pellucid.grid.velocity_transfer import HEAT, NEW, OLD, inertia_rows, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
 from pellucid.jit.local import indices, numbers, zeros
@@ -33,8 +36,8 @@ from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
 
-# columns of a block: velocity before the step and after, heats of unit mass, gradient of the mean velocity, sums from MOVED on
-OLD, NEW, BY_LUMPING, HEAT, GRADIENT, MOVED, WORKED, COUNT = 0, 3, 6, 7, 8, 17, 24, 26
+# columns of a block after HEAT: gradient of the mean velocity, sums from MOVED on
+GRADIENT, MOVED, WORKED, COUNT = 8, 17, 24, 26
 SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
 """Of the columns from MOVED on."""
 
@@ -103,6 +106,7 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
     v, heat, worked, in_cells = points.velocity, mapped.heat, len(energy) > 0, len(mapped.cells.found) > 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = zeros(WIDTH * COUNT), zeros(len(SUMS) * LANES)
+    fields, field_energies = numbers(WIDTH * AFFINE_COUNT), zeros(LANES)
     vectors = 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
@@ -111,9 +115,7 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
             p = place_of(index, start + q)
             put(c, q + OLD * WIDTH, (v[p, 0], v[p, 1], v[p, 2]))
         vectors += _gather_block(mapped, worked or in_cells, n, found, first_node, c)
-        if len(affine) > 0:  # `gather_affine` knows the heat
-            for q in range(n):
-                c[uintp(q + HEAT * WIDTH)] = heat[place_of(index, start + q)]
+        renew_affine(transfer, mapped, start, n, found, first_node, c, fields, field_energies)
         for q in range(n):
             p = place_of(index, start + q)
             v[p, 0], v[p, 1], v[p, 2] = take(ZERO_VECTOR, c, q + NEW * WIDTH)
@@ -134,14 +136,15 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
                 add_inertia(about_point(functions, found, first_node, q), lattice, nodes.inertia, transfer, rows)
     for number, column in enumerate(SUMS):
         slabs.sums[s, column] = total(load(sums, number * LANES))
-    slabs.sums[s, VECTORS] = vectors
+    slabs.sums[s, AFFINE], slabs.sums[s, VECTORS] = total(load(field_energies, 0)), vectors
 
 
 @kernel()
 def update_velocities(n, mapped, energy, dt, remap):
     """New velocities of the points; where `remap` their momentum mapped to the nodes again.
 
-    Fills `heat` (not that of APIC), and LUMPING and LOSS of the sums, with what the transfer loses of the kinetic energy.
+    Fills `heat`, and LUMPING and LOSS of the sums, with what the transfer loses of kinetic energy; of APIC the affine fields
+    too, AFFINE with their kinetic energy [J], and the heat holds what the way of the points since the last step lost of it.
     energy, shape (points,), or (0,) of a body that keeps no heat: specific energy [J/kg], to which dt V σ:∇v̄ is added, with
     volume, stress and functions of the forces on the nodes and the mean velocity v̄ along which these did their work over the
     step dt [s], and the heat of the transfer where it is a loss; of APIC always, since it swings with the way of the points.

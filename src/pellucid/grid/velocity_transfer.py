@@ -31,6 +31,9 @@ class Apic(NamedTuple):
 
 VelocityTransfer = Flip | Blend | Apic
 
+OLD, NEW, BY_LUMPING, HEAT = 0, 3, 6, 7
+"""Columns of a block of points: velocity before the step and after, heats of unit mass, by lumping and in all."""
+
 
 @generic
 def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:
