@@ -184,3 +184,51 @@ def sum_works(chunks, side, node, mobility, impulse, sign, works):
     side: the bundle of a `Side`; works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
     """
     parallel_for(_sum_works_chunk, chunks, side, node, mobility, impulse, sign, works)
+
+
+@kernel(inner=True)
+def _lag_work_chunk(chunk, side, node, mobility, impulse, small, sums):
+    nodes, driven_mass, work = side.nodes, side.external.driven_mass, 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not take what the node got
+            if led or not mobility[e, d] > 0.0:
+                continue
+            old = mean = nodes.mean_velocity[I, d]
+            if nodes.mass[I] > small:
+                old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
+            work += impulse[e, d] * (mean - 0.5 * (old + nodes.strain_velocity[I, d]))
+    sums[chunk, 0] = work
+
+
+@kernel()
+def sum_lag_works(chunks, side, node, mobility, impulse, small, sums):
+    """How much more work impulses, shape (n, 3), do along the mean velocity of nodes than along the mean of the velocities that
+    the points give to these before and after the step; sums, shape (chunks, 1) [J]. Nodes of no more than the mass `small` have
+    no velocity before. When the momentum was mapped again."""
+    parallel_for(_lag_work_chunk, chunks, side, node, mobility, impulse, small, sums)
+
+
+@pointwise
+def _velocity_at_start(nodes, mobility, e, I, d):
+    return nodes.momentum[I, d] / nodes.mass[I] if mobility[e, d] > 0.0 else nodes.velocity[I, d]
+
+
+@kernel(inner=True)
+def _parting_chunk(chunk, one, other, node, mobility, normal, least, closing):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I, parting = node[e], 0.0
+        for d in range(3):
+            v = _velocity_at_start(one.nodes, mobility[0], e, I, d)
+            parting += (_velocity_at_start(other.nodes, mobility[1], e, I, d) - v) * normal[e, d]
+        closing[e] = max(least[e], parting)
+
+
+@kernel()
+def measure_parting(chunks, one, other, node, mobility, normal, least, closing):
+    """The speed at which two sides part along the normal as the step begins, and at least `least` [m/s], shape (n,).
+
+    Where they have no mobility, (2, n, 3), nodes have one velocity.
+    """
+    parallel_for(_parting_chunk, chunks, one, other, node, mobility, normal, least, closing)

@@ -81,12 +81,9 @@ class ContactPair:
         """
         if not (self._touches and self._takes_second):
             return
-        node, velocities = self.detection.node, []
-        for field, mobility in zip(self.fields, self._mobility, strict=True):
-            nodes = field.grid.nodes
-            velocities.append(np.where(mobility > 0.0, nodes.momentum[node] / nodes.mass[node][:, None], nodes.velocity[node]))
-        parting = np.sum((velocities[1] - velocities[0]) * self.detection.normal, axis=1)
-        self._closing = np.maximum(self._gap_closing, parting)
+        where = self.detection.node, self._mobility, self.detection.normal
+        self._closing = np.empty(len(self.detection.node))
+        impulses.measure_parting(self._chunks, *self._sides, *where, self._gap_closing, self._closing)
 
     def _moved(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """What impulses change of the nodes of both sides."""
@@ -136,10 +133,12 @@ class ContactPair:
     def lag_work(self, fields: Collection[VelocityField]) -> float:
         """See `ContactPairs.project`."""
         total = 0.0
-        for field, mobility, sign in zip(self.fields, self._mobility, SIGNS, strict=True):
+        for field, side, mobility, sign in zip(self.fields, self._sides, self._mobility, SIGNS, strict=True):
             if self._touches and field in fields:
-                free = np.where(mobility > 0.0, sign * self.impulses, 0.0)
-                total += float(np.sum(free * field.mapping_lag(self.detection.node)))
+                sums = np.zeros((self._chunks, 1))
+                given = self.detection.node, mobility, self.impulses
+                impulses.sum_lag_works(self._chunks, side, *given, field.small_mass, sums)
+                total += sign * float(ordered_sum(sums)[0])
         return total
 
     def works(self, row: int) -> np.ndarray:

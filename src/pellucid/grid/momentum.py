@@ -339,27 +339,14 @@ class NodalMomentum:
         force = nodes.force[node] - apart[node] if len(apart) else nodes.force[node]
         return 0.5 * dt * float(np.sum(force * increment))
 
-    def impulse_velocity(self, node: np.ndarray | slice) -> np.ndarray:
+    def impulse_velocity(self) -> np.ndarray:
         """The mean velocity along which impulses work that nodes got after their momentum was advanced [m/s]: that
         of forces, but where driven points lead a node in part, since the impulses came after these."""
-        nodes = self._bundle.nodes
-        free = nodes.velocity[node] - 0.5 * nodes.velocity_increment[node]
-        return np.where(self._led(node), free, nodes.mean_velocity[node])
-
-    def _led(self, node: np.ndarray | slice) -> np.ndarray:
-        """Along which axes driven points lead nodes, at least in part."""
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
-        led = (driven[node] > 0.0) & (nodes.constrained[node] == 0) if len(driven) else False
-        return np.broadcast_to(led, nodes.velocity[node].shape)
-
-    def mapping_lag(self, node: np.ndarray) -> np.ndarray:
-        """How far at these nodes, shape (n,), the mean velocity along which impulses work is ahead of the mean of those that
-        points give to the nodes before and after the step [m/s], shape (n, 3); when `project` has found the latter. Not where
-        driven points lead nodes: these do not take what the nodes got."""
-        nodes = self._bundle.nodes
-        mean, lighter = self.impulse_velocity(node), (nodes.mass[node] <= self.small_mass)[:, None]
-        old = np.where(lighter & (nodes.constrained[node] == 0), mean, nodes.velocity[node] - nodes.velocity_increment[node])
-        return np.where(self._led(node), 0.0, mean - 0.5 * (old + nodes.strain_velocity[node]))
+        if not len(driven):
+            return np.asarray(nodes.mean_velocity)
+        led = (driven > 0.0) & (nodes.constrained == 0)
+        return np.where(led, nodes.velocity - 0.5 * nodes.velocity_increment, nodes.mean_velocity)
 
     def project(self) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""

@@ -98,7 +98,7 @@ class VelocityField:
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
         works[: len(done.works)] = done.works
         for impulse, column, sign in self._given:
-            works[column] += sign * float(np.sum(impulse * self._momentum.impulse_velocity(slice(None))))
+            works[column] += sign * float(np.sum(impulse * self._momentum.impulse_velocity()))
             done.impulse[:] += impulse.sum(axis=0)
         return done._replace(works=works)
 
@@ -106,9 +106,10 @@ class VelocityField:
         """See `NodalMomentum.strain_lag_work`."""
         return self._momentum.strain_lag_work(dt)
 
-    def mapping_lag(self, node: np.ndarray) -> np.ndarray:
-        """See `NodalMomentum.mapping_lag`."""
-        return self._momentum.mapping_lag(node)
+    @property
+    def small_mass(self) -> float:
+        """Nodes with no more do not strain points by their internal forces [kg]."""
+        return self._momentum.small_mass
 
     def begin_second(self) -> None:
         """Before contact gives its second increments in a step: those of the step before, and the impulses that prescribed
