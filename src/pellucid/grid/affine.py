@@ -91,7 +91,7 @@ def _renew_lanes(mapped, about, weights, a, c, fields):
     after = gather_gradient(about_field, lattice, velocity)
     spread = _spread(offset[0], wx), _spread(offset[1], wy), _spread(offset[2], wz)
     reached = _energy(after, spread, lattice.cell)
-    heat = _lost(about, lattice, nodes, v, new, before) + kept - _energy(before, spread, lattice.cell) - reached
+    heat = _lost(about, lattice, nodes, v, new, before) + kept - reached  # the energy of the field before is in both
     put(fields, a + AFTER * WIDTH, (after, reached))
     put(c, a + HEAT * WIDTH, (heat,))
 
@@ -116,21 +116,17 @@ def _energy(C, spread, cell):
 
 
 @pointwise
-def _loss(there, old, new, increment):
-    """Twice ½ (v + C r - v_I°)² + ½ (v_I° - v')² + (v_I° - v') Δv_I of a component, v_I° being `old` and v + C r `there`.
-
-    The second transfer loses ½ (v_I - v')², which with v_I = v_I° + Δv_I is the last two and ½ Δv_I²; light nodes give that.
-    """
-    apart, drop = there - old, old - new
-    return apart * apart + drop * (drop + 2.0 * increment)
-
-
-@pointwise
 def _lost(about, lattice, nodes, v, new, C):
-    """What the transfers of the step lose of unit mass, but for what the new field has of it [J/kg]."""
+    """What the transfers of the step lose of unit mass, without the energies of both fields [J/kg].
+
+    With d = v_I - Δv_I - v', by which v' lies below the nodal velocity before the step, the two losses are ½ |v - v'|² and
+    Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the last is `increment_energy`, which light nodes do without.
+    """
     wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
     velocity, increment, squares = nodes.velocity, nodes.velocity_increment, nodes.increment_energy
     total = nothing(v[0])
+    for d in range(3):
+        total += 0.5 * (v[d] - new[d]) * (v[d] - new[d])
     for a in range(len(wx)):
         rx = h * (offset[0] + float(a))
         for b in range(len(wy)):
@@ -142,9 +138,14 @@ def _lost(about, lattice, nodes, v, new, C):
             for c in range(len(wz)):
                 I = node_at(about, lattice, a, b, c)
                 rz = h * (offset[2] + float(c))
-                twice = _loss(x + C[2] * rz, velocity[I, 0] - increment[I, 0], new[0], increment[I, 0])
-                twice += _loss(y + C[5] * rz, velocity[I, 1] - increment[I, 1], new[1], increment[I, 1])
-                twice += _loss(z + C[8] * rz, velocity[I, 2] - increment[I, 2], new[2], increment[I, 2])
-                line += wz[c] * (0.5 * twice + squares[I])
+                at_node = _below(velocity[I, 0], increment[I, 0], new[0], x + C[2] * rz) + squares[I]
+                at_node += _below(velocity[I, 1], increment[I, 1], new[1], y + C[5] * rz)
+                at_node += _below(velocity[I, 2], increment[I, 2], new[2], z + C[8] * rz)
+                line += wz[c] * at_node
             total += wx[a] * wy[b] * line
     return total
+
+
+@pointwise
+def _below(velocity, increment, new, there):
+    return ((velocity - increment) - new) * (velocity - there)
