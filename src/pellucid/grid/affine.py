@@ -13,7 +13,7 @@ from pellucid.approximants.axis import affine_weights
 from pellucid.grid.blocks import about_lanes, about_point, add_columns, run_end
 from pellucid.grid.points import FIELD_ENERGY, place_of
 from pellucid.grid.stencil import Stencil, gather_gradient, node_at
-from pellucid.grid.velocity_transfer import HEAT, OLD, Apic, Blend, Flip
+from pellucid.grid.velocity_transfer import HEAT, OLD, Apic, Blend, Flip, affine_of
 from pellucid.jit import generic, point_function, pointwise
 from pellucid.jit.columns import WIDTH, put, take, take_lanes
 from pellucid.jit.vector import LANES, nothing
@@ -44,7 +44,7 @@ def _renew(transfer, mapped, start, n, found, first_node, c, fields, energies):
     functions, affine, index = mapped.functions, mapped.affine, mapped.index
     for q in range(n):
         p = place_of(index, start + q)
-        put(fields, q + BEFORE * WIDTH, (_field(affine, p), affine[p, FIELD_ENERGY]))
+        put(fields, q + BEFORE * WIDTH, (affine_of(transfer, affine, p), affine[p, FIELD_ENERGY]))
         put(fields, q + WEIGHTS * WIDTH, _weights(functions, about_point(functions, found, first_node, q)))
     a = 0
     while a < n:
@@ -62,12 +62,6 @@ def _renew(transfer, mapped, start, n, found, first_node, c, fields, energies):
         affine[p, FIELD_ENERGY] = energy
         fields[uintp(q + OF_POINTS * WIDTH)] = mapped.points.mass[p] * energy
     add_columns(fields, OF_POINTS, n, energies, 0, 1)
-
-
-@pointwise
-def _field(affine, p):
-    C = affine[p]
-    return C[0], C[1], C[2], C[3], C[4], C[5], C[6], C[7], C[8]
 
 
 @pointwise
