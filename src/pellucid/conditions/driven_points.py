@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy import intp, uintp
 
-from pellucid.grid.blocks import about_lanes, find_functions, functions_like
+from pellucid.grid.blocks import about_lanes, fetch, find_functions, functions_like
 from pellucid.grid.lattice import LARGEST_STENCIL
 from pellucid.grid.points import OK, place_of
 from pellucid.grid.stencil import add_shares, node_at
@@ -19,6 +19,7 @@ from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_by_colour, parallel_for
 from pellucid.jit.vector import LANES, load, splat, store, total
+from pellucid.tensors import ZERO_VECTOR
 
 WORK, LOSS, IMPULSE = range(3)  # columns of what a slab takes; impulses x, y, z of each motion from IMPULSE on
 SHARES = LARGEST_STENCIL**3 * LANES  # numbers of the vectors in which the nodes of a run take their shares of its mass
@@ -77,10 +78,11 @@ def _constrain_nodes_slab(s, mapped, drive, nodes):
     if slabs.first[s] == slabs.first[s + 1]:
         return
     found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
+    place, motion, m, shares = numbers(WIDTH * size(ZERO_VECTOR)), indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, points.position, start, n, found, first_node)
+        fetch(index, ZERO_VECTOR, points.position, start, n, place, 0)
+        find_functions(functions, lattice, n, place, 0, found, first_node)
         for q in range(n):
             motion[q] = driven[place_of(index, start + q)]
         end = 0
@@ -134,10 +136,11 @@ def _prescribe_velocities_slab(s, mapped, drive, nodes):
     if slabs.first[s] == slabs.first[s + 1]:
         return
     found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    motion, m, shares = indices(BLOCK), numbers(WIDTH), zeros(SHARES)
+    place, motion, m, shares = numbers(WIDTH * size(ZERO_VECTOR)), indices(BLOCK), numbers(WIDTH), zeros(SHARES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, points.position, start, n, found, first_node)
+        fetch(index, ZERO_VECTOR, points.position, start, n, place, 0)
+        find_functions(functions, lattice, n, place, 0, found, first_node)
         for q in range(n):
             motion[q] = driven[place_of(index, start + q)]
         end = 0

@@ -10,15 +10,16 @@ from typing import Any
 from numpy import uintp
 
 from pellucid.approximants.axis import affine_weights
-from pellucid.grid.blocks import about_lanes, about_point, add_columns, run_end
-from pellucid.grid.points import FIELD_ENERGY, place_of
+from pellucid.grid.blocks import about_lanes, about_point, add_columns, fetch, keep, run_end
+from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.stencil import Stencil, gather_gradient, node_at
-from pellucid.grid.velocity_transfer import HEAT, OLD, Apic, Blend, Flip, affine_of
+from pellucid.grid.velocity_transfer import HEAT, MASS, NEW, OLD, Apic, Blend, Flip
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.jit.columns import WIDTH, put, take, take_lanes
+from pellucid.jit.columns import WIDTH, put, take_lanes
 from pellucid.jit.vector import LANES, nothing
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
+FIELD = IDENTITY, 0.0  # of a point, with its energy
 # columns of a block: fields and their energies before the step and after, weights of four nodes along each axis, m times energy
 BEFORE, AFTER, WEIGHTS, OF_POINTS, COUNT = 0, 10, 20, 32, 33
 
@@ -27,7 +28,7 @@ BEFORE, AFTER, WEIGHTS, OF_POINTS, COUNT = 0, 10, 20, 32, 33
 def renew_affine(
     transfer: Any, mapped: Any, start: int, n: int, found: Any, first_node: Any, c: Any, fields: Any, energies: Any
 ) -> None:
-    """Of APIC: the new affine fields of the n points of a block, and HEAT of its columns `c`, from OLD and NEW.
+    """Of APIC: the new affine fields of the n points of a block, and HEAT of its columns `c`, from OLD, NEW and MASS.
 
     fields: scratch of COUNT columns; energies: a vector to which the kinetic energies of the new fields [J] are added.
     """
@@ -42,9 +43,8 @@ def _no_fields(transfer, mapped, start, n, found, first_node, c, fields, energie
 @point_function(renew_affine, Apic)
 def _renew(transfer, mapped, start, n, found, first_node, c, fields, energies):
     functions, affine, index = mapped.functions, mapped.affine, mapped.index
+    fetch(index, FIELD, affine, start, n, fields, BEFORE * WIDTH)
     for q in range(n):
-        p = place_of(index, start + q)
-        put(fields, q + BEFORE * WIDTH, (affine_of(transfer, affine, p), affine[p, FIELD_ENERGY]))
         put(fields, q + WEIGHTS * WIDTH, _weights(functions, about_point(functions, found, first_node, q)))
     a = 0
     while a < n:
@@ -54,13 +54,9 @@ def _renew(transfer, mapped, start, n, found, first_node, c, fields, energies):
             _renew_lanes(mapped, about_lanes(functions, found, first_node, a), weights, a, c, fields)
             a += LANES
         a = end
+    keep(index, FIELD, affine, start, n, fields, AFTER * WIDTH)
     for q in range(n):
-        p = place_of(index, start + q)
-        C, energy = take((IDENTITY, 0.0), fields, q + AFTER * WIDTH)
-        for d in range(9):
-            affine[p, d] = C[d]
-        affine[p, FIELD_ENERGY] = energy
-        fields[uintp(q + OF_POINTS * WIDTH)] = mapped.points.mass[p] * energy
+        fields[uintp(q + OF_POINTS * WIDTH)] = c[uintp(q + MASS * WIDTH)] * fields[uintp(q + (AFTER + FIELD_ENERGY) * WIDTH)]
     add_columns(fields, OF_POINTS, n, energies, 0, 1)
 
 
@@ -77,8 +73,8 @@ def _weights(functions, about):
 def _renew_lanes(mapped, about, weights, a, c, fields):
     """The fields and the heat of the points from a on that share their nodes with it."""
     lattice, nodes, wx, wy, wz, offset = mapped.lattice, mapped.nodes, about.wx, about.wy, about.wz, about.offset
-    before, kept = take_lanes((IDENTITY, 0.0), fields, a + BEFORE * WIDTH)
-    v, new = take_lanes((ZERO_VECTOR, ZERO_VECTOR), c, a + OLD * WIDTH)
+    before, kept = take_lanes(FIELD, fields, a + BEFORE * WIDTH)
+    v, new = take_lanes(ZERO_VECTOR, c, a + OLD * WIDTH), take_lanes(ZERO_VECTOR, c, a + NEW * WIDTH)
     # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
     velocity = nodes.strain_velocity if max(len(wx), len(wy), len(wz)) == 2 else nodes.velocity
     about_field = Stencil(about.start, offset, wx, wy, wz, weights[0], weights[1], weights[2])

@@ -4,14 +4,59 @@ Points of a block that follow each other in one cell form a run; their nodes are
 vectors of `LANES` points. A vector may reach beyond its run: what it finds for the points there is overwritten by theirs.
 """
 
+from typing import Any
+
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_numbers
-from pellucid.grid.points import place_of
+from pellucid.grid.points import ByIndex, InOrder, place_of
 from pellucid.grid.stencil import functions_at, stencil_of
-from pellucid.jit import pointwise
+from pellucid.jit import generic, point_function, pointwise
 from pellucid.jit.columns import WIDTH, put, take, take_lanes
+from pellucid.jit.rows import keep_row, keep_rows, take_row, take_rows
 from pellucid.jit.vector import LANES, larger, load, store
+from pellucid.tensors import ZERO_VECTOR
+
+
+@generic
+def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
+    """Put the rows that `arrays` hold of the n points which slabs count from `start` on, tuples like `like`, into columns from
+    `at` on."""
+
+
+@generic
+def keep(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
+    """Store such rows from columns."""
+
+
+@point_function(fetch, InOrder)
+def _fetch_in_order(index, like, arrays, start, n, c, at):
+    whole = n // LANES * LANES
+    for q in range(0, whole, LANES):
+        put(c, at + q, take_rows(like, arrays, uintp(start + q)))
+    for q in range(whole, n):
+        put(c, at + q, take_row(like, arrays, uintp(start + q)))
+
+
+@point_function(keep, InOrder)
+def _keep_in_order(index, like, arrays, start, n, c, at):
+    whole = n // LANES * LANES
+    for q in range(0, whole, LANES):
+        keep_rows(arrays, uintp(start + q), take_lanes(like, c, at + q))
+    for q in range(whole, n):
+        keep_row(arrays, uintp(start + q), take(like, c, at + q))
+
+
+@point_function(fetch, ByIndex)
+def _fetch_by_index(index, like, arrays, start, n, c, at):
+    for q in range(n):
+        put(c, at + q, take_row(like, arrays, place_of(index, start + q)))
+
+
+@point_function(keep, ByIndex)
+def _keep_by_index(index, like, arrays, start, n, c, at):
+    for q in range(n):
+        keep_row(arrays, place_of(index, start + q), take(like, c, at + q))
 
 
 @pointwise
@@ -24,10 +69,10 @@ def functions_like(functions):
 
 
 @pointwise
-def find_functions(functions, lattice, index, position, start, n, found, first_node):
-    """Shape functions of the n points that slabs count from `start` on, into columns of `found`, and their first nodes."""
+def find_functions(functions, lattice, n, c, at, found, first_node):
+    """Shape functions of n points, whose places stand in columns from `at` on, into columns of `found`; their first nodes."""
     for q in range(n):
-        first_node[q], numbers = functions_at(functions, lattice, position, place_of(index, start + q))
+        first_node[q], numbers = functions_at(functions, lattice, take(ZERO_VECTOR, c, at + q))
         put(found, q, numbers)
 
 

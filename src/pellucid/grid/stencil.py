@@ -29,13 +29,12 @@ class Stencil(NamedTuple):
 
 
 @pointwise
-def functions_at(functions, lattice, position, p):
-    """Where the first node about point p of `position` [m], shape (points, 3), is stored, and the numbers of its functions
-    along each axis."""
+def functions_at(functions, lattice, place):
+    """Where the first node about a place [m] is stored, and the numbers of its functions along each axis."""
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    i, x = axis_numbers(functions[0], (position[p, 0] - low[0]) * h, n[0])
-    j, y = axis_numbers(functions[1], (position[p, 1] - low[1]) * h, n[1])
-    k, z = axis_numbers(functions[2], (position[p, 2] - low[2]) * h, n[2])
+    i, x = axis_numbers(functions[0], (place[0] - low[0]) * h, n[0])
+    j, y = axis_numbers(functions[1], (place[1] - low[1]) * h, n[1])
+    k, z = axis_numbers(functions[2], (place[2] - low[2]) * h, n[2])
     return int(i * stride[0] + j * stride[1] + k * stride[2]), (x, y, z)
 
 
@@ -51,7 +50,7 @@ def stencil_of(functions, start, numbers):
 @pointwise
 def stencil(functions, lattice, position, p):
     """The nodes about point p of `position` [m], shape (points, 3)."""
-    start, numbers = functions_at(functions, lattice, position, p)
+    start, numbers = functions_at(functions, lattice, (position[p, 0], position[p, 1], position[p, 2]))
     return stencil_of(functions, start, numbers)
 
 

@@ -5,7 +5,16 @@ from typing import Any, NamedTuple
 
 from numpy import intp, uintp
 
-from pellucid.grid.blocks import about_lanes, add_columns, find_functions, functions_like, largest_of_column, run_end
+from pellucid.grid.blocks import (
+    about_lanes,
+    add_columns,
+    fetch,
+    find_functions,
+    functions_like,
+    keep,
+    largest_of_column,
+    run_end,
+)
 from pellucid.grid.points import (
     DISSIPATED,
     HEATING,
@@ -27,6 +36,7 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_for
+from pellucid.jit.rows import keep_row
 from pellucid.jit.vector import LANES, load, total
 from pellucid.materials.law import (
     artificial_heating,
@@ -38,10 +48,10 @@ from pellucid.materials.law import (
     volume_growth,
 )
 from pellucid.materials.point_state import load as load_state
-from pellucid.materials.point_state import store as store_state
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 GIVEN = IDENTITY, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
+MOVED = ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # the last four of these
 # columns of a block: those of GIVEN, in place of some of which comes what was found
 PLACE, IN_CELLS, VOLUME, GROWTH, BAD, FASTEST, STATE = 12, 15, 19, 20, 22, 28, 29
 SUMS = 6  # from BAD on: bad points, points beyond their slab, and of STORED, DISSIPATED, POWER, HEATING
@@ -67,20 +77,6 @@ def gather_motion(mapped, n, found, first_node, c):
             put(c, a, (L, gather(about, mapped.lattice, mapped.nodes.velocity)))
             a += LANES
         a = end
-
-
-@pointwise
-def _fetch_block(mapped, arrays, start, n, c):
-    points, index = mapped.points, mapped.index
-    x, v = points.position, points.velocity
-    for q in range(n):
-        p = place_of(index, start + q)
-        place, velocity = (x[p, 0], x[p, 1], x[p, 2]), (v[p, 0], v[p, 1], v[p, 2])
-        put(c, q + PLACE * WIDTH, (place, velocity, points.mass[p], points.volume[p]))
-    for q in range(n):
-        put(c, q + STATE * WIDTH, load_state(arrays, place_of(index, start + q)))
-    if len(mapped.cells.found) > 0:
-        _shift_growth(mapped, start, n, c)
 
 
 @pointwise
@@ -144,6 +140,16 @@ def _fault(c, q, counts):
     return OK if inside else LOST
 
 
+@pointwise
+def _keep_sound(index, volume, state_like, arrays, start, n, c):
+    """Store volumes and states of a block but for what would turn over: that stays as it was, to be read afterwards."""
+    for q in range(n):
+        if c[uintp(q + GROWTH * WIDTH)] > 0.0:
+            p = place_of(index, start + q)
+            volume[p] = c[uintp(q + VOLUME * WIDTH)]
+            keep_row(arrays, p, take(state_like, c, q + STATE * WIDTH))
+
+
 @kernel(inner=True)
 def _update_stress_slab(s, strained, dt, move):
     mapped, law, arrays = strained.mapped, strained.law, strained.state
@@ -151,17 +157,19 @@ def _update_stress_slab(s, strained, dt, move):
     points, slabs = mapped.points, mapped.slabs
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    x, volume = points.position, points.volume
-    bounds = bounds_of(slabs, s)
+    moved, bounds = (points.position, points.velocity, points.mass, points.volume), bounds_of(slabs, s)
     first_fault = at_fault = 0
     state_like = load_state(arrays, uintp(0))
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = numbers(WIDTH * (STATE + size(state_like))), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, x, start, n, found, first_node)
+        fetch(index, MOVED, moved, start, n, c, PLACE * WIDTH)
+        fetch(index, state_like, arrays, start, n, c, STATE * WIDTH)
+        find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
         gather_motion(mapped, n, found, first_node, c)
-        _fetch_block(mapped, arrays, start, n, c)
+        if len(mapped.cells.found) > 0:
+            _shift_growth(mapped, start, n, c)
         _respond(law, lattice, dt * move, dt, bounds, n, state_like, c)
         add_columns(c, BAD, n, sums, 0, SUMS)
         largest_of_column(c, FASTEST, n, sums, SUMS)
@@ -171,15 +179,13 @@ def _update_stress_slab(s, strained, dt, move):
                 if fault != OK and first_fault == OK:
                     first_fault = fault
                     at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
-        for q in range(n):
-            p = place_of(index, start + q)
-            if c[uintp(q + GROWTH * WIDTH)] > 0.0:  # else the state stays as it was, to be read afterwards
-                volume[p] = c[uintp(q + VOLUME * WIDTH)]
-                store_state(arrays, p, take(state_like, c, q + STATE * WIDTH))
+        if total(load(sums, 0)) == 0.0:
+            keep(index, 0.0, points.volume, start, n, c, VOLUME * WIDTH)
+            keep(index, state_like, arrays, start, n, c, STATE * WIDTH)
+        else:
+            _keep_sound(index, points.volume, state_like, arrays, start, n, c)
         if move:
-            for q in range(n):
-                p = place_of(index, start + q)
-                x[p, 0], x[p, 1], x[p, 2] = take(ZERO_VECTOR, c, q + PLACE * WIDTH)
+            keep(index, ZERO_VECTOR, points.position, start, n, c, PLACE * WIDTH)
     slabs.left_slab[s] = 1 if move and total(load(sums, LANES)) > 0.0 else 0
     slabs.fault[s, 0] = first_fault
     slabs.fault[s, 1] = at_fault

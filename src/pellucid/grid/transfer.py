@@ -10,7 +10,7 @@ from math import inf, sqrt
 
 from numpy import intp
 
-from pellucid.grid.blocks import about_point, find_functions, functions_like
+from pellucid.grid.blocks import about_point, fetch, find_functions, functions_like
 from pellucid.grid.points import (
     KINETIC,
     LOST,
@@ -32,6 +32,7 @@ from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import joint_by_colour, parallel_for
 from pellucid.jit.vector import row
+from pellucid.tensors import ZERO_VECTOR
 
 
 @pointwise
@@ -58,10 +59,11 @@ def _scatter_slab(s, mapped, inertia, force, counted):
     v, in_cells = points.velocity, len(cells.found) > 0
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
+    found, first_node, c = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK), numbers(WIDTH * size(ZERO_VECTOR))
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, points.position, start, n, found, first_node)
+        fetch(index, ZERO_VECTOR, points.position, start, n, c, 0)
+        find_functions(functions, lattice, n, c, 0, found, first_node)
         for q in range(n):
             p = place_of(index, start + q)
             about = about_point(functions, found, first_node, q)

@@ -9,7 +9,7 @@ from numpy import uintp
 
 from pellucid.grid.affine import COUNT as AFFINE_COUNT
 from pellucid.grid.affine import renew_affine
-from pellucid.grid.blocks import about_lanes, about_point, add_columns, find_functions, functions_like, run_end
+from pellucid.grid.blocks import about_lanes, about_point, add_columns, fetch, find_functions, functions_like, keep, run_end
 from pellucid.grid.points import (
     AFFINE,
     GAINED,
@@ -28,7 +28,7 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.stencil import add_inertia, gather, gather_gradient, gather_scalar
 from pellucid.grid.transfer_heat import further_heat, lumping_heat
-from pellucid.grid.velocity_transfer import HEAT, NEW, OLD, inertia_rows, new_velocity
+from pellucid.grid.velocity_transfer import HEAT, MASS, NEW, OLD, inertia_rows, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
 from pellucid.jit.local import indices, numbers, zeros
@@ -36,8 +36,9 @@ from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
 
-# columns of a block after HEAT: gradient of the mean velocity, sums from MOVED on
-GRADIENT, MOVED, WORKED, COUNT = 8, 17, 24, 26
+# columns of a block after HEAT: gradient of the mean velocity, sums from MOVED on, energy, volume, stress, place
+GRADIENT, MOVED, WORKED, ENERGY, PLACE, COUNT = 9, 18, 25, 27, 35, 38
+GIVEN_STRESS = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
 """Of the columns from MOVED on."""
 
@@ -72,19 +73,15 @@ def _gather_block(mapped, strained, n, found, first_node, c):
 @pointwise
 def _take_work(mapped, energy, dt, start, n, c):
     """Add the work on the points of a block to their energies; what was gained, and the heat in it, into columns."""
-    volume, mass, sigma, index = mapped.points.volume, mapped.points.mass, mapped.points.stress, mapped.index
+    points, index, keeps_losses = mapped.points, mapped.index, len(mapped.affine) > 0
+    fetch(index, (0.0, 0.0, GIVEN_STRESS), (energy, points.volume, points.stress), start, n, c, ENERGY * WIDTH)
     for q in range(n):
-        p = place_of(index, start + q)
-        s = (sigma[p, 0], sigma[p, 1], sigma[p, 2], sigma[p, 3], sigma[p, 4], sigma[p, 5])
-        put(c, q + OLD * WIDTH, (volume[p], dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))))
-    for q in range(n):
-        p = place_of(index, start + q)
-        V, work = take((0.0, 0.0), c, q + OLD * WIDTH)
-        heat, m = c[uintp(q + HEAT * WIDTH)], mass[p]
-        kept = heat if heat > 0.0 or len(mapped.affine) > 0 else 0.0
-        more = V / m * work + kept
-        energy[p] += more
-        put(c, q + WORKED * WIDTH, (m * more, m * kept))
+        before, V, s = take((0.0, 0.0, GIVEN_STRESS), c, q + ENERGY * WIDTH)
+        m, heat = c[uintp(q + MASS * WIDTH)], c[uintp(q + HEAT * WIDTH)]
+        kept = heat if heat > 0.0 or keeps_losses else 0.0
+        more = V / m * (dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))) + kept
+        put(c, q + WORKED * WIDTH, (m * more, m * kept, before + more))
+    keep(index, 0.0, energy, start, n, c, ENERGY * WIDTH)
 
 
 @pointwise
@@ -103,36 +100,33 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
     points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    v, heat, worked, in_cells = points.velocity, mapped.heat, len(energy) > 0, len(mapped.cells.found) > 0
+    worked, in_cells = len(energy) > 0, len(mapped.cells.found) > 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = zeros(WIDTH * COUNT), zeros(len(SUMS) * LANES)
     fields, field_energies = numbers(WIDTH * AFFINE_COUNT), zeros(LANES)
     vectors = 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, points.position, start, n, found, first_node)
-        for q in range(n):
-            p = place_of(index, start + q)
-            put(c, q + OLD * WIDTH, (v[p, 0], v[p, 1], v[p, 2]))
+        fetch(index, (ZERO_VECTOR, 0.0), (points.velocity, points.mass), start, n, c, OLD * WIDTH)
+        fetch(index, ZERO_VECTOR, points.position, start, n, c, PLACE * WIDTH)
+        find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
         vectors += _gather_block(mapped, worked or in_cells, n, found, first_node, c)
         renew_affine(transfer, mapped, start, n, found, first_node, c, fields, field_energies)
-        for q in range(n):
-            p = place_of(index, start + q)
-            v[p, 0], v[p, 1], v[p, 2] = take(ZERO_VECTOR, c, q + NEW * WIDTH)
-            heat[p] = c[uintp(q + HEAT * WIDTH)]
+        keep(index, ZERO_VECTOR, points.velocity, start, n, c, NEW * WIDTH)
+        keep(index, 0.0, mapped.heat, start, n, c, HEAT * WIDTH)
         if in_cells:
             _add_rates(mapped, start, n, c)
         if worked:
             _take_work(mapped, energy, dt, start, n, c)
         for q in range(n):
             (x, y, z), lumping, lost = take((ZERO_VECTOR, 0.0, 0.0), c, q + NEW * WIDTH)
-            m, vv = points.mass[place_of(index, start + q)], x * x + y * y + z * z
+            m, vv = c[uintp(q + MASS * WIDTH)], x * x + y * y + z * z
             put(c, q + MOVED * WIDTH, (0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * lost))
         add_columns(c, MOVED, n, sums, 0, len(SUMS))
         if remap:
             for q in range(n):
-                p = place_of(index, start + q)
-                rows = inertia_rows(transfer, points.mass[p], take(ZERO_VECTOR, c, q + NEW * WIDTH), affine, p, 0.0)
+                p, m = place_of(index, start + q), c[uintp(q + MASS * WIDTH)]
+                rows = inertia_rows(transfer, m, take(ZERO_VECTOR, c, q + NEW * WIDTH), affine, p, 0.0)
                 add_inertia(about_point(functions, found, first_node, q), lattice, nodes.inertia, transfer, rows)
     for number, column in enumerate(SUMS):
         slabs.sums[s, column] = total(load(sums, number * LANES))

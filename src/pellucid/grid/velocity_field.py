@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.grid import clearing
-from pellucid.grid.lattice import Grid
+from pellucid.grid.lattice import Grid, aligned_rows
 from pellucid.grid.momentum import NO_FORCES, ExternalAction, NodalMomentum, Supports
 from pellucid.grid.nodal_impulses import add_impulses
 
@@ -28,7 +28,7 @@ class VelocityField:
         """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
         keep heat, beside others that do not."""
         if not len(self._apart):
-            self._apart = np.zeros((self.grid.n_nodes, 4))
+            self._apart = aligned_rows(self.grid.n_nodes)
         return self._apart
 
     def set_actions(

@@ -31,8 +31,9 @@ class Apic(NamedTuple):
 
 VelocityTransfer = Flip | Blend | Apic
 
-OLD, NEW, BY_LUMPING, HEAT = 0, 3, 6, 7
-"""Columns of a block of points: velocity before the step and after, heats of unit mass, by lumping and in all."""
+OLD, MASS, NEW, BY_LUMPING, HEAT = 0, 3, 4, 7, 8
+"""Columns of a block of points: velocity before the step, mass, velocity after the step, heats of unit mass, by lumping and in
+all."""
 
 
 @generic

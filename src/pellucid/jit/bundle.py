@@ -2,6 +2,9 @@
 
 Numba takes a tuple apart at every call, member by member, with code of its own in every kernel that Python calls. A `Bundle` is
 taken apart once, into memory that it keeps; kernels take the address, and read the members by name.
+
+How long the rows of arrays are is part of the compiled type. Where that is a number at run time, LLVM makes no vectors of loops
+over rows.
 """
 
 from functools import cache
@@ -23,6 +26,8 @@ from numba.extending import (
 from numba.np.numpy_support import as_dtype
 
 ADDRESS = ir.IntType(8).as_pointer()
+ROWS = 3, 6, 9, 10
+"""Lengths of rows of doubles that kernels are compiled for: vectors, symmetric and other tensors, affine fields."""
 
 
 class Bundle:
@@ -44,9 +49,10 @@ class Bundle:
 class BundleType(types.Type):
     """The compiled type of a `Bundle`."""
 
-    def __init__(self, content: types.Type) -> None:
+    def __init__(self, content: types.Type, rows: Any) -> None:
         self.content: Any = content
-        super().__init__(name=f"Bundle({content})")
+        self.rows = rows  # as `_rows_of` gives them
+        super().__init__(name=f"Bundle({content}, rows={rows})")
 
 
 @typeof_impl.register(Bundle)
@@ -55,7 +61,7 @@ def _typeof(value: Bundle, context: Any) -> BundleType:
         content = typeof_impl(value.content, context)
         value.memory = np.array(_native(value.content, content), dtype=_layout(content))
         value.address = value.memory.ctypes.data
-        value.compiled_type = BundleType(content)
+        value.compiled_type = BundleType(content, _rows_of(value.content))
         value.type_name = value.compiled_type.name
     return value.compiled_type
 
@@ -87,7 +93,35 @@ class _Members(AttributeTemplate):  # type: ignore[misc]
 def _member(context: Any, builder: Any, bundle: BundleType, address: Any, name: str) -> Any:
     place = bundle.content.fields.index(name)
     content = builder.bitcast(address, context.get_data_type(bundle.content).as_pointer())
-    return context.unpack_value(builder, bundle.content[place], cgutils.gep_inbounds(builder, content, 0, place))
+    value = context.unpack_value(builder, bundle.content[place], cgutils.gep_inbounds(builder, content, 0, place))
+    return _with_rows(context, builder, bundle.content[place], value, bundle.rows[place])
+
+
+def _rows_of(value: Any) -> Any:
+    """Length and strides of the rows of an array, where kernels are compiled for them; of a tuple those of its parts."""
+    if isinstance(value, tuple):
+        return tuple(_rows_of(part) for part in value)
+    if not (isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype == np.float64 and value.shape[1] in ROWS):
+        return None
+    # numpy says of an array without rows that its strides are zero
+    strides = (value.itemsize * value.shape[1], value.itemsize) if value.flags.c_contiguous else value.strides
+    return value.shape[1], *strides
+
+
+def _with_rows(context: Any, builder: Any, kind: Any, value: Any, rows: Any) -> Any:
+    """A member with the lengths of rows as constants."""
+    if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
+        for place, (part, inner) in enumerate(zip(kind, rows, strict=True)):
+            if inner is not None:
+                found = _with_rows(context, builder, part, builder.extract_value(value, place), inner)
+                value = builder.insert_value(value, found, place)
+    elif rows is not None:
+        length, *strides = (context.get_constant(types.intp, number) for number in rows)
+        array = context.make_array(kind)(context, builder, value)
+        array.shape = cgutils.pack_array(builder, [builder.extract_value(array.shape, 0), length])
+        array.strides = cgutils.pack_array(builder, strides)
+        return array._getvalue()
+    return value
 
 
 @cache

@@ -20,19 +20,21 @@ BLOCK = 32
 WIDTH = BLOCK + LANES
 
 
-def _is_tuple(kind: Any) -> bool:
+def is_tuple(kind: Any) -> bool:
+    """Whether values of a compiled type have parts."""
     return isinstance(kind, types.BaseTuple)  # type: ignore[attr-defined]
 
 
-def _leaves(kind: Any) -> int:
-    return sum(_leaves(part) for part in kind) if _is_tuple(kind) else 1
+def leaves(kind: Any) -> int:
+    """How many numbers a value of a compiled type has."""
+    return sum(leaves(part) for part in kind) if is_tuple(kind) else 1
 
 
-def _lanes_of(kind: Any) -> Any:
+def lanes_of(kind: Any) -> Any:
     """The type of a tuple with a vector in place of each number."""
-    if not _is_tuple(kind):
+    if not is_tuple(kind):
         return VECTOR
-    parts = [_lanes_of(part) for part in kind]
+    parts = [lanes_of(part) for part in kind]
     if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         uniform = all(part == parts[0] for part in parts)
         make: Any = types.NamedUniTuple if uniform else types.NamedTuple  # type: ignore[attr-defined]
@@ -46,7 +48,7 @@ def _column(builder: Any, data: Any, at: Any, column: int) -> Any:
 
 @intrinsic
 def _size(typing: Any, like: Any) -> Any:
-    size = _leaves(like)
+    size = leaves(like)
     return types.intp(like), lambda context, builder, signature, values: ir.IntType(64)(size)
 
 
@@ -58,7 +60,7 @@ def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
 
         def store(kind: Any, value: Any) -> None:
             nonlocal column
-            if _is_tuple(kind):
+            if is_tuple(kind):
                 for place, part in enumerate(kind):
                     store(part, builder.extract_value(value, place))
                 return
@@ -76,7 +78,7 @@ def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
 
 
 def _taking(kind: Any, lanes: bool) -> Any:
-    wanted = _lanes_of(kind) if lanes else kind
+    wanted = lanes_of(kind) if lanes else kind
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         data = context.make_array(signature.args[1])(context, builder, given[1]).data
@@ -84,7 +86,7 @@ def _taking(kind: Any, lanes: bool) -> Any:
 
         def load(kind: Any) -> Any:
             nonlocal column
-            if _is_tuple(kind):
+            if is_tuple(kind):
                 return context.make_tuple(builder, kind, [load(part) for part in kind])
             place = _column(builder, data, given[2], column)
             column += 1
@@ -107,38 +109,40 @@ def _take_lanes(typing: Any, like: Any, array: Any, at: Any) -> Any:
     return wanted(like, array, types.intp), emit
 
 
-def _numbers(value: Any) -> Iterator[Any]:
+def numbers_in(value: Any) -> Iterator[Any]:
+    """The numbers, or vectors, of tuples within tuples, in order."""
     if isinstance(value, tuple):
         for part in value:
-            yield from _numbers(part)
+            yield from numbers_in(part)
     else:
         yield value
 
 
 def _plain_size(like: Any) -> int:
-    return sum(1 for _ in _numbers(like))
+    return sum(1 for _ in numbers_in(like))
 
 
 def _plain_put(array: np.ndarray, at: int, values: Any) -> None:
-    for column, value in enumerate(_numbers(values)):
+    for column, value in enumerate(numbers_in(values)):
         start = at + column * WIDTH
         array[start : start + np.size(value)] = value
 
 
-def _rebuilt(like: Any, values: Iterator[Any]) -> Any:
+def rebuilt(like: Any, values: Iterator[Any]) -> Any:
+    """A tuple like another, of these numbers or vectors."""
     if not isinstance(like, tuple):
         return next(values)
-    parts = [_rebuilt(part, values) for part in like]
+    parts = [rebuilt(part, values) for part in like]
     return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
 
 
 def _plain_take(like: Any, array: np.ndarray, at: int) -> Any:
-    return _rebuilt(like, (float(array[at + column * WIDTH]) for column in range(_plain_size(like))))
+    return rebuilt(like, (float(array[at + column * WIDTH]) for column in range(_plain_size(like))))
 
 
 def _plain_take_lanes(like: Any, array: np.ndarray, at: int) -> Any:
     starts = (at + column * WIDTH for column in range(_plain_size(like)))
-    return _rebuilt(like, (array[start : start + LANES].copy() for start in starts))
+    return rebuilt(like, (array[start : start + LANES].copy() for start in starts))
 
 
 _PLAIN = _plain_size, _plain_put, _plain_take, _plain_take_lanes

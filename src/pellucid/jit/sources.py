@@ -94,7 +94,8 @@ def described(kind: types.Type) -> str:
         return f"{kind.instance_class.__module__}.{kind.instance_class.__qualname__}({inner})"
     if isinstance(kind, types.Dispatcher):
         return lead_of(kind.dispatcher.py_func).digest
-    return f"{type(kind).__name__}({inner})" if inner else str(kind)
+    rows = getattr(kind, "rows", "")  # of a bundle
+    return f"{type(kind).__name__}({inner}){rows}" if inner else str(kind)
 
 
 @cache

@@ -31,7 +31,7 @@ from pellucid.bodies.membrane_points.blocks import (
     weaken_points,
 )
 from pellucid.bodies.membrane_points.point import in_frame
-from pellucid.grid.blocks import add_columns, find_functions, functions_like, largest_of_column
+from pellucid.grid.blocks import add_columns, fetch, find_functions, functions_like, keep, largest_of_column
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
 from pellucid.grid.straining import gather_motion
 from pellucid.grid.transfer import bounds_of, placed
@@ -42,7 +42,7 @@ from pellucid.jit.parallel import joint_for, parallel_for
 from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
-STRAINED = IDENTITY, ZERO_VECTOR  # velocity gradient and velocity
+VELOCITY, PLACE = 9, 12  # columns of a block after the velocity gradient
 CHUNK = 1024  # triangles that a thread takes at a time
 
 
@@ -55,17 +55,16 @@ def _gather_slab(s, mapped, gradient, dt, move):
     bounds = bounds_of(slabs, s)
     left_slab = first_fault = at_fault = 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    c = numbers(WIDTH * size(STRAINED))
+    c = numbers(WIDTH * (PLACE + size(ZERO_VECTOR)))
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        find_functions(functions, lattice, index, x, start, n, found, first_node)
+        fetch(index, ZERO_VECTOR, x, start, n, c, PLACE * WIDTH)
+        find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
         gather_motion(mapped, n, found, first_node, c)
-        for q in range(n):
-            p = place_of(index, start + q)
-            L, v = take(STRAINED, c, q)
-            for d in range(9):
-                gradient[p, d] = L[d]
-            if move:
+        keep(index, IDENTITY, gradient, start, n, c, 0)
+        if move:
+            for q in range(n):
+                p, v = place_of(index, start + q), take(ZERO_VECTOR, c, q + VELOCITY * WIDTH)
                 fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], bounds)
                 left_slab |= beyond
                 if fault != OK and first_fault == OK:

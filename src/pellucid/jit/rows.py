@@ -1,0 +1,167 @@
+"""Rows of arrays, one for each point, in vectors of `LANES` points and for each point.
+
+Rows lie in memory one after the other, so that those of four points are read by loads of whole vectors and sorted into one
+vector for each component by shuffles. What is taken or kept is a tuple, within tuples, of numbers or vectors; the arrays are an
+array, or a tuple of arrays for its parts: shape (points,) or (points, components) in C order, and with as many components as
+the part has numbers.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.extending import intrinsic
+
+from pellucid.jit.columns import is_tuple, lanes_of, leaves, numbers_in, rebuilt
+from pellucid.jit.vector import LANES
+
+DOUBLE = ir.DoubleType()
+
+
+def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
+    return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
+
+
+def _joined(builder: Any, vectors: list[Any]) -> Any:
+    """Vectors as one."""
+    joined = vectors[0]
+    for more in vectors[1:]:
+        count = joined.type.count
+        wide = _lanes(builder, more, more, [*range(LANES), *[0] * (count - LANES)])
+        joined = _lanes(builder, joined, wide, list(range(count + LANES)))
+    return joined
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, count: int) -> Any:
+    """Where the row of point p begins, as the address of `count` doubles."""
+    if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
+        raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
+    data = context.make_array(kind)(context, builder, array).data
+    place = builder.gep(data, [builder.mul(p, p.type(length))], inbounds=True)
+    return builder.bitcast(place, (ir.VectorType(DOUBLE, count) if count > 1 else DOUBLE).as_pointer())
+
+
+def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any, Any, Any], Any]) -> Iterator[Any]:
+    """What `visit` gives for each array and the part of `like` that it holds."""
+    if not is_tuple(kind):
+        yield visit(like, kind, arrays)
+        return
+    for place, (part, inner) in enumerate(zip(like, kind, strict=True)):
+        yield from _walk(builder, part, inner, builder.extract_value(arrays, place), visit)
+
+
+def _built(context: Any, builder: Any, kind: Any, values: Iterator[Any]) -> Any:
+    if is_tuple(kind):
+        return context.make_tuple(builder, kind, [_built(context, builder, part, values) for part in kind])
+    return next(values)
+
+
+def _flat(builder: Any, kind: Any, value: Any) -> Iterator[Any]:
+    if is_tuple(kind):
+        for place, part in enumerate(kind):
+            yield from _flat(builder, part, builder.extract_value(value, place))
+    else:
+        yield value
+
+
+@intrinsic
+def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+    wanted = lanes_of(like)
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        def visit(part: Any, kind: Any, array: Any) -> list[Any]:
+            length = leaves(part)
+            rows = builder.load(_address(context, builder, kind, array, given[2], length, LANES * length), align=8)
+            lanes = [[component + length * lane for lane in range(LANES)] for component in range(length)]
+            return [_lanes(builder, rows, rows, places) for places in lanes] if length > 1 else [rows]
+
+        found = _walk(builder, like, arrays, given[1], visit)
+        return _built(context, builder, wanted, (vector for vectors in found for vector in vectors))
+
+    return wanted(like, arrays, types.uintp), emit
+
+
+@intrinsic
+def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        def visit(part: Any, kind: Any, array: Any) -> list[Any]:
+            length = leaves(part)
+            first = _address(context, builder, kind, array, given[2], length, 1)
+            return [builder.load(builder.gep(first, [given[2].type(place)], inbounds=True)) for place in range(length)]
+
+        found = _walk(builder, like, arrays, given[1], visit)
+        return _built(context, builder, like, (number for numbers in found for number in numbers))
+
+    return like(like, arrays, types.uintp), emit
+
+
+@intrinsic
+def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        kept = _flat(builder, values, given[2])
+
+        def visit(part: Any, kind: Any, array: Any) -> None:
+            length = leaves(part)
+            rows = _joined(builder, [next(kept) for _ in range(length)])
+            if length > 1:
+                places = [component * LANES + lane for lane in range(LANES) for component in range(length)]
+                rows = _lanes(builder, rows, rows, places)
+            builder.store(rows, _address(context, builder, kind, array, given[1], length, LANES * length), align=8)
+
+        list(_walk(builder, values, arrays, given[0], visit))
+        return context.get_dummy_value()
+
+    return types.none(arrays, types.uintp, values), emit
+
+
+@intrinsic
+def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        kept = _flat(builder, values, given[2])
+
+        def visit(part: Any, kind: Any, array: Any) -> None:
+            first = _address(context, builder, kind, array, given[1], leaves(part), 1)
+            for place in range(leaves(part)):
+                builder.store(next(kept), builder.gep(first, [given[1].type(place)], inbounds=True))
+
+        list(_walk(builder, values, arrays, given[0], visit))
+        return context.get_dummy_value()
+
+    return types.none(arrays, types.uintp, values), emit
+
+
+def _plain_walk(like: Any, arrays: Any) -> Iterator[tuple[Any, np.ndarray]]:
+    if isinstance(arrays, tuple):
+        for part, inner in zip(like, arrays, strict=True):
+            yield from _plain_walk(part, inner)
+    else:
+        yield like, arrays
+
+
+def _plain_take_rows(like: Any, arrays: Any, p: int) -> Any:
+    rows = [array[int(p) : int(p) + LANES].reshape(LANES, -1) for _, array in _plain_walk(like, arrays)]
+    return rebuilt(like, iter([column.copy() for part in rows for column in part.T]))
+
+
+def _plain_take_row(like: Any, arrays: Any, p: int) -> Any:
+    return rebuilt(like, iter([float(value) for _, array in _plain_walk(like, arrays) for value in np.atleast_1d(array[p])]))
+
+
+def _plain_keep_rows(arrays: Any, p: int, values: Any) -> None:
+    for part, array in _plain_walk(values, arrays):
+        array[int(p) : int(p) + LANES] = np.stack(list(numbers_in(part)), axis=1).reshape(LANES, *array.shape[1:])
+
+
+def _plain_keep_row(arrays: Any, p: int, values: Any) -> None:
+    for part, array in _plain_walk(values, arrays):
+        array[p] = part if array.ndim == 1 else list(numbers_in(part))
+
+
+_PLAIN = _plain_take_rows, _plain_take_row, _plain_keep_rows, _plain_keep_row
+_COMPILED = _take_rows, _take_row, _keep_rows, _keep_row
+# take_rows(like, arrays, p), keep_rows(arrays, p, values): of the LANES points from p on, in vectors.
+# take_row(like, arrays, p), keep_row(arrays, p, values): of point p, in numbers.
+take_rows, take_row, keep_rows, keep_row = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
