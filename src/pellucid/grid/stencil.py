@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_numbers, axis_values
-from pellucid.grid.velocity_transfer import row_of_line, row_of_node
+from pellucid.grid.velocity_transfer import row_of_node, rows_of_line
 from pellucid.jit import pointwise
 from pellucid.jit.vector import LANES, load, nothing, store
 
@@ -160,11 +160,10 @@ def add_inertia(about, lattice, inertia, transfer, rows):
     wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
     for a in range(len(wx)):
         for b in range(len(wy)):
-            w = wx[a] * wy[b]
-            line = row_of_line(transfer, rows, (offset[0] + a) * h, (offset[1] + b) * h)
+            line = rows_of_line(transfer, rows, wx[a] * wy[b], (offset[0] + a) * h, (offset[1] + b) * h)
             for c in range(len(wz)):
                 I = 4 * node_at(about, lattice, a, b, c)
-                store(inertia, I, load(inertia, I) + (w * wz[c]) * row_of_node(transfer, rows, line, (offset[2] + c) * h))
+                store(inertia, I, load(inertia, I) + wz[c] * row_of_node(transfer, line, (offset[2] + c) * h))
 
 
 @pointwise

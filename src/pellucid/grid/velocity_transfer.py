@@ -53,13 +53,13 @@ def inertia_rows(transfer: Any, m: float, v: Any, affine: Any, p: int, counted: 
 
 
 @generic
-def row_of_line(transfer: Any, rows: Any, dx: float, dy: float) -> Any:
-    """Of that, what a line of nodes along z gets at these distances [m]."""
+def rows_of_line(transfer: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
+    """Of that, the share w that a line of nodes along z gets at these distances [m]."""
 
 
 @generic
-def row_of_node(transfer: Any, rows: Any, line: Any, dz: float) -> Any:
-    """Of that of its line, what a node gets at the distance dz [m]."""
+def row_of_node(transfer: Any, line: Any, dz: float) -> Any:
+    """Of that of its line, the row for a node at the distance dz [m]."""
 
 
 @point_function(new_velocity, Flip)
@@ -104,15 +104,15 @@ def _rigid_rows(transfer, m, v, affine, p, counted):
     return row(m * v[0], m * v[1], m * v[2], counted * m)
 
 
-@point_function(row_of_line, Flip)
-@point_function(row_of_line, Blend)
-def _rigid_line(transfer, rows, dx, dy):
-    return rows
+@point_function(rows_of_line, Flip)
+@point_function(rows_of_line, Blend)
+def _rigid_line(transfer, rows, w, dx, dy):
+    return w * rows
 
 
 @point_function(row_of_node, Flip)
 @point_function(row_of_node, Blend)
-def _rigid_node(transfer, rows, line, dz):
+def _rigid_node(transfer, line, dz):
     return line
 
 
@@ -127,14 +127,14 @@ def _affine_rows(transfer, m, v, affine, p, counted):
     )
 
 
-@point_function(row_of_line, Apic)
-def _affine_line(transfer, rows, dx, dy):
-    return rows[0] + dx * rows[1] + dy * rows[2]
+@point_function(rows_of_line, Apic)
+def _affine_line(transfer, rows, w, dx, dy):
+    return w * (rows[0] + dx * rows[1] + dy * rows[2]), w * rows[3]
 
 
 @point_function(row_of_node, Apic)
-def _affine_node(transfer, rows, line, dz):
-    return line + dz * rows[3]
+def _affine_node(transfer, line, dz):
+    return line[0] + dz * line[1]
 
 
 # by the name in the case file; each takes the case's flip fraction
