@@ -10,23 +10,32 @@ from small_cases import box, place, simulation
 from pellucid.grid.blocks import (
     about_lanes,
     add_columns,
+    fetch,
     find_functions,
     functions_like,
+    keep,
     largest_of_column,
     run_end,
 )
+from pellucid.grid.points import ByIndex, InOrder
 from pellucid.grid.stencil import gather, stencil
 from pellucid.jit import kernel
 from pellucid.jit.columns import BLOCK, WIDTH, put, size
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.vector import LANES, load, total
+from pellucid.tensors import ZERO_VECTOR
 
 
 @kernel()
 def by_vectors(mapped, field, n, out):
     functions, lattice = mapped.functions, mapped.lattice
-    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    find_functions(functions, lattice, mapped.index, mapped.points.position, 0, n, found, first_node)
+    found, first_node, place = (
+        numbers(WIDTH * size(functions_like(functions))),
+        indices(BLOCK),
+        numbers(WIDTH * size(ZERO_VECTOR)),
+    )
+    fetch(mapped.index, ZERO_VECTOR, mapped.points.position, 0, n, place, 0)
+    find_functions(functions, lattice, n, place, 0, found, first_node)
     a = 0
     while a < n:
         end = run_end(first_node, a, n)
@@ -73,3 +82,26 @@ def test_sums_and_the_largest_are_of_the_points_alone(n):
     c, sums = columns.reshape(-1).copy(), np.zeros(3 * LANES)
     assert sums_of(c, n, sums) == pytest.approx(columns[:2, :n].sum(axis=1), rel=1e-14)
     assert sums[2 * LANES :].max() == columns[2, :n].max()
+
+
+@kernel()
+def back_and_forth(index, source, target, start, n, c):
+    fetch(index, (0.0, ZERO_VECTOR), source, start, n, c, WIDTH)
+    keep(index, (0.0, ZERO_VECTOR), target, start, n, c, WIDTH)
+
+
+@pytest.mark.parametrize("n", [1, 4, 7, BLOCK])
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_rows_of_a_block_go_into_columns_and_back(n, shuffled):
+    """Of points in order and of others; what lies beyond the block is left alone."""
+    rng = np.random.default_rng(4)
+    m, x = rng.random(50), rng.random((50, 3))
+    order = rng.permutation(50) if shuffled else np.arange(50)
+    index, start, c = ByIndex(order) if shuffled else InOrder(), 5, np.zeros(5 * WIDTH)
+    kept = np.zeros(50), np.zeros((50, 3))
+    back_and_forth(index, (m, x), kept, start, n, c)
+    taken = order[start : start + n]
+    assert np.array_equal(c.reshape(5, WIDTH)[1:, :n], np.column_stack([m, x])[taken].T)
+    m[np.setdiff1d(np.arange(50), taken)] = 0.0
+    assert np.array_equal(kept[0], m)
+    assert np.array_equal(kept[1], np.where(m[:, None] > 0.0, x, 0.0))

@@ -10,6 +10,7 @@ import pytest
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
+from pellucid.jit.sources import sources_of
 
 
 class Inner(NamedTuple):
@@ -130,3 +131,33 @@ def test_what_cannot_be_kept_is_refused():
 
     with pytest.raises(Exception, match="a bundle cannot hold"):
         nothing(Bundle(Named("text")))
+
+
+class Rows(NamedTuple):
+    table: np.ndarray
+
+
+@kernel()
+def add_up(bundle):
+    table, total = bundle.table, 0.0
+    for p in range(table.shape[0]):
+        for d in range(table.shape[1]):
+            total += (1.0 + d) * table[p, d]
+    return total
+
+
+def test_kernels_are_compiled_for_the_length_and_the_strides_of_rows():
+    table = np.arange(20.0).reshape(5, 4)
+    for rows in (np.ascontiguousarray(table[:, :3]), table[:, :3], table[:, 1:], table, np.ascontiguousarray(table[:, :2])):
+        assert add_up(Bundle(Rows(rows))) == np.sum(rows * np.arange(1.0, 1.0 + rows.shape[1]))
+
+
+def test_arrays_with_and_without_rows_have_one_type():
+    """Of transfers without affine fields: kernels are compiled once for both."""
+    kinds = {numba.typeof(Bundle(Rows(np.zeros((n, 10))))) for n in (0, 1, 5)}
+    assert len(kinds) == 1
+
+
+def test_code_for_rows_of_one_length_is_not_kept_for_another():
+    digests = [sources_of([add_up.py_func], [numba.typeof(Bundle(Rows(np.zeros((2, n)))))]).digest for n in (3, 6, 3)]
+    assert digests[0] == digests[2] != digests[1]
