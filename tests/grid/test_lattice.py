@@ -1,0 +1,14 @@
+"""The memory of a grid."""
+
+import pytest
+
+from pellucid.grid.lattice import LINE, aligned_rows
+
+
+@pytest.mark.parametrize("n", [1, 7, 1000])
+def test_rows_of_nodes_lie_within_lines_of_the_cache(n):
+    rows = aligned_rows(n)
+    assert rows.shape == (n, 4)
+    assert rows.ctypes.data % LINE == 0
+    assert rows.flags.c_contiguous
+    assert not rows.any()
