@@ -141,21 +141,21 @@ def _plain_walk(like: Any, arrays: Any) -> Iterator[tuple[Any, np.ndarray]]:
         yield like, arrays
 
 
-def _plain_take_rows(like: Any, arrays: Any, p: int) -> Any:
+def _plain_take_rows(like: Any, arrays: Any, p: Any) -> Any:
     rows = [array[int(p) : int(p) + LANES].reshape(LANES, -1) for _, array in _plain_walk(like, arrays)]
     return rebuilt(like, iter([column.copy() for part in rows for column in part.T]))
 
 
-def _plain_take_row(like: Any, arrays: Any, p: int) -> Any:
+def _plain_take_row(like: Any, arrays: Any, p: Any) -> Any:
     return rebuilt(like, iter([float(value) for _, array in _plain_walk(like, arrays) for value in np.atleast_1d(array[p])]))
 
 
-def _plain_keep_rows(arrays: Any, p: int, values: Any) -> None:
+def _plain_keep_rows(arrays: Any, p: Any, values: Any) -> None:
     for part, array in _plain_walk(values, arrays):
         array[int(p) : int(p) + LANES] = np.stack(list(numbers_in(part)), axis=1).reshape(LANES, *array.shape[1:])
 
 
-def _plain_keep_row(arrays: Any, p: int, values: Any) -> None:
+def _plain_keep_row(arrays: Any, p: Any, values: Any) -> None:
     for part, array in _plain_walk(values, arrays):
         array[p] = part if array.ndim == 1 else list(numbers_in(part))
 
