@@ -3,7 +3,7 @@
 A class decorated with `register` is a kind of what its base class says: a material, an equation of state, a load, an initial
 field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`,
 `finite_strain`, `hyperelastic` and `decoupled` decorate laws, `point_state` their states, `point_function` what they do at a
-point.
+point; `log`, `exp` and `power` are faster there than those of `math`.
 """
 
 from pellucid.bodies.initial.contract import InitialField
@@ -11,6 +11,7 @@ from pellucid.case.probe import quantity, reduction
 from pellucid.conditions.loads.contract import Load, PointsView
 from pellucid.conditions.signals.contract import SignalModel
 from pellucid.jit import point_function
+from pellucid.jit.elementary import exp, log, power
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.decoupled import DecoupledMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial
@@ -37,11 +38,14 @@ __all__ = [
     "SignalModel",
     "Vector",
     "decoupled",
+    "exp",
     "finite_strain",
     "hyperelastic",
+    "log",
     "parameter",
     "point_function",
     "point_state",
+    "power",
     "quantity",
     "rate_type",
     "reduction",

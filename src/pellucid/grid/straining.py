@@ -51,10 +51,9 @@ from pellucid.materials.point_state import load as load_state
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 GIVEN = IDENTITY, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
-GIVEN_POINT = ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # the last four of these
-MOVED = *GIVEN_POINT, ZERO_VECTOR, 0.0  # with the place in cells, and the growth of the volume
-# columns of a block: those of GIVEN and MOVED, then what is judged
-PLACE, VOLUME, IN_CELLS, GROWTH, MAGNITUDE, BAD, FASTEST, STATE = 12, 19, 20, 23, 24, 25, 31, 32
+MOVED = ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # the last four of these
+# columns of a block: those of GIVEN, in place of some of which comes what was found
+PLACE, IN_CELLS, VOLUME, GROWTH, BAD, FASTEST, STATE = 12, 15, 19, 20, 22, 28, 29
 SUMS = 6  # from BAD on: bad points, points beyond their slab, and of STORED, DISSIPATED, POWER, HEATING
 
 
@@ -93,29 +92,18 @@ def _shift_growth(mapped, start, n, c):
 
 
 @pointwise
-def _respond(law, lattice, step, dt, n, state_like, c):
-    """New places, volumes and states of a block. A loop that writes nothing but columns becomes vectors."""
-    h, low = lattice.inverse_cell, lattice.lower
+def _respond(law, lattice, step, dt, bounds, n, state_like, c):
+    """The law at the points of a block. A loop that writes nothing but columns becomes vectors."""
+    h, low, counts = lattice.inverse_cell, lattice.lower, lattice.counts
     for q in range(n):
-        L, (ux, uy, uz), (x, y, z), velocity, m, V = take(GIVEN, c, q)
+        L, (ux, uy, uz), (x, y, z), (vx, vy, vz), m, V = take(GIVEN, c, q)
         x, y, z = x + step * ux, y + step * uy, z + step * uz
         X, Y, Z = (x - low[0]) * h, (y - low[1]) * h, (z - low[2]) * h
+        beyond = strays(lattice, X, Y, Z, bounds)
         growth = volume_growth(law, L, dt)
         V *= growth
-        state = update(law, take(state_like, c, q + STATE * WIDTH), m / V, L, dt, lattice.cell)
-        put(c, q + PLACE * WIDTH, ((x, y, z), velocity, m, V, (X, Y, Z), growth))
-        put(c, q + STATE * WIDTH, state)
-
-
-@pointwise
-def _judge(law, lattice, dt, bounds, n, state_like, c):
-    """Faults, what is summed, and the bound on the step, of a block. A loop of its own: one long chain of operations for each
-    point leaves the processor less to do at the same time."""
-    h, counts = lattice.inverse_cell, lattice.counts
-    for q in range(n):
-        L = take(IDENTITY, c, q)
-        _, (vx, vy, vz), m, V, (X, Y, Z), growth = take(MOVED, c, q + PLACE * WIDTH)
-        state, density = take(state_like, c, q + STATE * WIDTH), m / V
+        density = m / V
+        state = update(law, take(state_like, c, q + STATE * WIDTH), density, L, dt, lattice.cell)
         energy = stored_energy(law, state, density)
         speed = sqrt(vx * vx + vy * vy + vz * vz)
         signal = signal_speed(law, state, density, L, lattice.cell)
@@ -135,14 +123,15 @@ def _judge(law, lattice, dt, bounds, n, state_like, c):
             V * end_stress_power(state.stress, L, dt),
             m * artificial_heating(law, state, density, L, lattice.cell),
         )
-        beyond = strays(lattice, X, Y, Z, bounds)
-        put(c, q + MAGNITUDE * WIDTH, (magnitude, bad, beyond, sums, rate if rate > viscous else viscous))
+        faults = growth, magnitude, bad, beyond
+        found = (x, y, z), (X, Y, Z), m, V, faults, sums, rate if rate > viscous else viscous, state
+        put(c, q + PLACE * WIDTH, found)
 
 
 @pointwise
 def _fault(c, q, counts):
     """What is wrong with point q of a block."""
-    (X, Y, Z), growth, magnitude = take((ZERO_VECTOR, 0.0, 0.0), c, q + IN_CELLS * WIDTH)
+    (X, Y, Z), _, _, growth, magnitude = take((ZERO_VECTOR, 0.0, 0.0, 0.0, 0.0), c, q + IN_CELLS * WIDTH)
     if growth <= 0.0:
         return INVERTED
     if not (growth > 0.0 and magnitude < inf and abs(X + Y + Z) < inf):
@@ -168,21 +157,20 @@ def _update_stress_slab(s, strained, dt, move):
     points, slabs = mapped.points, mapped.slabs
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    given, bounds = (points.position, points.velocity, points.mass, points.volume), bounds_of(slabs, s)
+    moved, bounds = (points.position, points.velocity, points.mass, points.volume), bounds_of(slabs, s)
     first_fault = at_fault = 0
     state_like = load_state(arrays, uintp(0))
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = numbers(WIDTH * (STATE + size(state_like))), zeros((SUMS + 1) * LANES)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
-        fetch(index, GIVEN_POINT, given, start, n, c, PLACE * WIDTH)
+        fetch(index, MOVED, moved, start, n, c, PLACE * WIDTH)
         fetch(index, state_like, arrays, start, n, c, STATE * WIDTH)
         find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
         gather_motion(mapped, n, found, first_node, c)
         if len(mapped.cells.found) > 0:
             _shift_growth(mapped, start, n, c)
-        _respond(law, lattice, dt * move, dt, n, state_like, c)
-        _judge(law, lattice, dt, bounds, n, state_like, c)
+        _respond(law, lattice, dt * move, dt, bounds, n, state_like, c)
         add_columns(c, BAD, n, sums, 0, SUMS)
         largest_of_column(c, FASTEST, n, sums, SUMS)
         if first_fault == OK and total(load(sums, 0)) > 0.0:

@@ -2,10 +2,12 @@
 
 import inspect
 from collections.abc import Callable
+from importlib import import_module
 from types import FunctionType
 from typing import Any, NamedTuple
 
 _helpers: dict[Callable[..., Any], None] = {}
+_replaced: dict[Callable[..., Any], str] = {}
 _generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that dispatches in plain Python
 kernels: dict[tuple[str, str], Any] = {}
 """What is compiled, by module and name; of functions made anew under one name the last."""
@@ -105,6 +107,19 @@ def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
+def compiled_by(module: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Mark a function of one argument in place of which kernels call the intrinsic of its name in a module, which is imported
+    with the first kernel."""
+
+    def mark(function: Callable[..., Any]) -> Callable[..., Any]:
+        _replaced[function] = module
+        if _active:
+            _replace(function)
+        return function
+
+    return mark
+
+
 def is_operation(value: Any) -> bool:
     """Whether this is a function declared with `@generic`."""
     return isinstance(value, FunctionType) and value in _generics
@@ -130,6 +145,15 @@ def activate() -> None:
         _compile_helper(helper)
     for dispatch in _generics:
         _compile_generic(dispatch)
+    for function in _replaced:
+        _replace(function)
+
+
+def _replace(function: Callable[..., Any]) -> None:
+    from numba.extending import overload
+
+    intrinsic = getattr(import_module(_replaced[function]), function.__name__)
+    overload(function, jit_options=IN_KERNELS)(lambda x: lambda x: intrinsic(x))
 
 
 def _compile_helper(function: Callable[..., Any]) -> None:

@@ -7,6 +7,7 @@ strain, and has the same Lamé constants at rest.
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.jit.elementary import power
 from pellucid.materials.decoupled import (
     DecoupledMaterial,
     decoupled,
@@ -46,16 +47,16 @@ class DecoupledNeoHookeanMaterial(ElasticMaterial, DecoupledMaterial):
 
 @point_function(isochoric_energy, DecoupledNeoHookean)
 def _isochoric_energy(law, F):
-    return 0.5 * law.mu * (determinant(F) ** (-2.0 / 3.0) * trace(left_cauchy_green(F)) - 3.0)
+    return 0.5 * law.mu * (power(determinant(F), -2.0 / 3.0) * trace(left_cauchy_green(F)) - 3.0)
 
 
 @point_function(isochoric_stress, DecoupledNeoHookean)
 def _isochoric_stress(law, F):
-    return scale(law.mu * determinant(F) ** (-2.0 / 3.0), deviator(left_cauchy_green(F)))
+    return scale(law.mu * power(determinant(F), -2.0 / 3.0), deviator(left_cauchy_green(F)))
 
 
 @point_function(isochoric_stiffness, DecoupledNeoHookean)
 def _isochoric_stiffness(law, F):
     b = left_cauchy_green(F)
     high, low = principal_bounds(b)
-    return law.mu * determinant(F) ** (-2.0 / 3.0) * linear_stiffness(high, low, trace(b))
+    return law.mu * power(determinant(F), -2.0 / 3.0) * linear_stiffness(high, low, trace(b))

@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 from pydantic import field_validator
 
 from pellucid.jit import point_function, pointwise
+from pellucid.jit.elementary import power
 from pellucid.materials.decoupled import (
     BulkMaterial,
     decoupled,
@@ -89,7 +90,7 @@ def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric
 @pointwise
 def _structure(law: HolzapfelGasserOgden, b: Symmetric, F: Tensor, J: float, family: int) -> tuple[Symmetric, float]:
     """h = d b̄ + (1-3d) ā⊗ā of a family and its strain E = tr h - 1, exactly 0 at rest."""
-    d, factor = law.dispersion, J ** (-2.0 / 3.0)
+    d, factor = law.dispersion, power(J, -2.0 / 3.0)
     fibre, one = _along(F, law.fibres, family)
     strain = d * (factor * trace(b) - 3.0) + (1.0 - 3.0 * d) * (factor * trace(fibre) - one)
     return add(scale(d * factor, b), scale((1.0 - 3.0 * d) * factor, fibre)), strain
@@ -98,7 +99,7 @@ def _structure(law: HolzapfelGasserOgden, b: Symmetric, F: Tensor, J: float, fam
 @point_function(isochoric_energy, HolzapfelGasserOgden)
 def _isochoric_energy(law, F):
     J, b = determinant(F), left_cauchy_green(F)
-    total = 0.5 * law.mu * (J ** (-2.0 / 3.0) * trace(b) - 3.0)
+    total = 0.5 * law.mu * (power(J, -2.0 / 3.0) * trace(b) - 3.0)
     for family in range(len(law.fibres) // 3):
         _, strain = _structure(law, b, F, J, family)
         if strain > 0.0:
@@ -109,7 +110,7 @@ def _isochoric_energy(law, F):
 @point_function(isochoric_stress, HolzapfelGasserOgden)
 def _isochoric_stress(law, F):
     J, b = determinant(F), left_cauchy_green(F)
-    stress = scale(law.mu * J ** (-2.0 / 3.0), b)
+    stress = scale(law.mu * power(J, -2.0 / 3.0), b)
     for family in range(len(law.fibres) // 3):
         h, strain = _structure(law, b, F, J, family)
         if strain > 0.0:
@@ -123,7 +124,7 @@ def _isochoric_stiffness(law, F):
     # end of a step
     J, b = determinant(F), left_cauchy_green(F)
     high, low = principal_bounds(b)
-    total = law.mu * J ** (-2.0 / 3.0) * linear_stiffness(high, low, trace(b))
+    total = law.mu * power(J, -2.0 / 3.0) * linear_stiffness(high, low, trace(b))
     for family in range(len(law.fibres) // 3):
         h, strain = _structure(law, b, F, J, family)
         square = strain * strain if strain > 0.0 else 0.0

@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function
+from pellucid.jit.elementary import power
 from pellucid.materials.decoupled import (
     BulkMaterial,
     decoupled,
@@ -58,16 +59,16 @@ class MooneyRivlinMaterial(BulkMaterial):
 @point_function(isochoric_energy, MooneyRivlin)
 def _isochoric_energy(law, F):
     J = determinant(F)
-    first = J ** (-2.0 / 3.0) * trace(left_cauchy_green(F))
-    second = J ** (-4.0 / 3.0) * trace(left_cauchy_green(cofactor(F)))
+    first = power(J, -2.0 / 3.0) * trace(left_cauchy_green(F))
+    second = power(J, -4.0 / 3.0) * trace(left_cauchy_green(cofactor(F)))
     return law.c1 * (first - 3.0) + law.c2 * (second - 3.0)
 
 
 @point_function(isochoric_stress, MooneyRivlin)
 def _isochoric_stress(law, F):
     J = determinant(F)
-    first = scale(2.0 * law.c1 * J ** (-2.0 / 3.0), deviator(left_cauchy_green(F)))
-    second = scale(-2.0 * law.c2 * J ** (-4.0 / 3.0), deviator(left_cauchy_green(cofactor(F))))
+    first = scale(2.0 * law.c1 * power(J, -2.0 / 3.0), deviator(left_cauchy_green(F)))
+    second = scale(-2.0 * law.c2 * power(J, -4.0 / 3.0), deviator(left_cauchy_green(cofactor(F))))
     return add(first, second)
 
 
@@ -79,4 +80,4 @@ def _isochoric_stiffness(law, F):
     first = linear_stiffness(high, low, trace(b))
     high, low = principal_bounds(B)
     second = max(5.0 / 3.0 * high - trace(B) / 9.0, high) + 2.0 / 3.0 * (high - low)
-    return 2.0 * law.c1 * J ** (-2.0 / 3.0) * first + 2.0 * law.c2 * J ** (-4.0 / 3.0) * second
+    return 2.0 * law.c1 * power(J, -2.0 / 3.0) * first + 2.0 * law.c2 * power(J, -4.0 / 3.0) * second

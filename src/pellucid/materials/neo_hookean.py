@@ -3,10 +3,11 @@
 Source: Bonet & Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., eq. 6.28.
 """
 
-from math import log, sqrt
+from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.jit.elementary import log
 from pellucid.materials.elastic import ElasticMaterial, lame
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
 from pellucid.materials.law import cauchy_stress, energy, volumetric_energy, volumetric_stress, wave_speed

@@ -20,6 +20,7 @@ from math import sqrt
 from typing import Annotated, Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.jit.elementary import power
 from pellucid.materials.contract import MATERIALS
 from pellucid.materials.decoupled import DecoupledMaterial, isochoric_stiffness, isochoric_stress
 from pellucid.materials.hyperelastic import HyperelasticMaterial, finite_strain
@@ -98,7 +99,7 @@ class PronyMaterial(ViscoelasticMaterial):
 def _update(law, state, density, L, dt, length):
     F0 = state.deformation_gradient
     F, f = deformed(L, dt, F0), deformed(L, dt, IDENTITY)
-    r = determinant(f) ** (-1.0 / 3.0)
+    r = power(determinant(f), -1.0 / 3.0)
     carry = (r * f[0], r * f[1], r * f[2], r * f[3], r * f[4], r * f[5], r * f[6], r * f[7], r * f[8])
     old = rotate(carry, isochoric_stress(law.elastic, F0))
     new = isochoric_stress(law.elastic, F)

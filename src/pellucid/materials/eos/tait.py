@@ -4,6 +4,7 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
+from pellucid.jit.elementary import power
 from pellucid.materials.eos.contract import EquationOfStateModel
 from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
@@ -34,7 +35,8 @@ class TaitCase(EquationOfStateModel):
 @point_function(pressure_line, Tait)
 def _pressure_line(eos, density):
     stiffness = eos.rho0 * eos.c0 * eos.c0 / eos.n
-    return eos.p0 + stiffness * ((density / eos.rho0) ** eos.n - 1.0), 0.0
+    ratio = density / eos.rho0
+    return eos.p0 + stiffness * (ratio * power(ratio, eos.n - 1.0) - 1.0), 0.0  # the power that the sound speed takes too
 
 
 @point_function(lowest_pressure, Tait)
@@ -44,4 +46,4 @@ def _lowest_pressure(eos):
 
 @point_function(sound_speed, Tait)
 def _sound_speed(eos, density, energy):
-    return eos.c0 * sqrt((density / eos.rho0) ** (eos.n - 1.0))
+    return eos.c0 * sqrt(power(density / eos.rho0, eos.n - 1.0))

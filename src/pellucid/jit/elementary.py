@@ -1,0 +1,89 @@
+"""Logarithm, exponential and power by arithmetic alone: LLVM makes vectors of them, as it does not of calls of the library.
+
+With x = m 2ᵏ, √½ ≤ m < √2, f = m - 1, s = f / (2 + f) and h = f²/2 it is ln m = f - (h - s (h + R(s²))); with x = k ln 2 + r,
+|r| ≤ ½ ln 2, and c = r - P(r²) it is exp(r) = 1 + r + r c / (2 - c). Source of both and of the polynomials R and P: fdlibm,
+e_log.c and e_exp.c (Sun Microsystems 1993), whose error is below one unit in the last place.
+"""
+
+from math import frexp, inf, nan, sqrt
+
+from numpy import floor
+
+from pellucid.jit.registry import compiled_by, pointwise
+
+LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+"""The first ends with zeros, so that its product with k is exact."""
+INVERSE_LN2 = 1.44269504088896338700
+R1, R2, R3, R4, R5, R6, R7 = (
+    6.666666666666735130e-01,
+    3.999999999940941908e-01,
+    2.857142874366239149e-01,
+    2.222219843214978396e-01,
+    1.818357216161805012e-01,
+    1.531383769920937332e-01,
+    1.479819860511658591e-01,
+)
+P1, P2, P3, P4, P5 = (
+    1.66666666666666019037e-01,
+    -2.77777777770155933842e-03,
+    6.61375632143793436117e-05,
+    -1.65339022054652515390e-06,
+    4.13813679705723846039e-08,
+)
+LEAST, WIDE, WIDE_BITS = 2.2250738585072014e-308, 2.0**54, 54.0
+"""The least number that has all its digits, and what makes such a number of a smaller one."""
+LOWEST, HIGHEST = -745.1332191019412, 709.782712893384
+"""Of what lies beyond, the exponential is no number above 0, or none at all."""
+
+
+@compiled_by("pellucid.jit.exponent")
+def exponent_and_rest(x: float) -> tuple[float, float]:
+    """k and m of a positive number that has all its digits."""
+    m, k = frexp(x)
+    return (float(k - 1), 2.0 * m) if m < sqrt(0.5) else (float(k), m)
+
+
+@compiled_by("pellucid.jit.exponent")
+def two_to(k: float) -> float:
+    """2ᵏ for a whole number k between -1022 and 1023."""
+    return 2.0**k
+
+
+@pointwise
+def log(x: float) -> float:
+    """ln x: -inf of 0, and not a number of what is below."""
+    is_small, is_number = x < LEAST, x < inf
+    usable = x if x > 0.0 and is_number else 1.0
+    k, m = exponent_and_rest(usable * WIDE if is_small else usable)
+    k = k - WIDE_BITS if is_small else k
+    f = m - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    r = z * (R1 + z * (R2 + z * (R3 + z * (R4 + z * (R5 + z * (R6 + z * R7))))))
+    h = 0.5 * f * f
+    found = k * LN2_HIGH - ((h - (s * (h + r) + k * LN2_LOW)) - f)
+    found = found if is_number else x
+    found = found if x >= 0.0 else nan
+    return -inf if x == 0.0 else found
+
+
+@pointwise
+def exp(x: float) -> float:
+    """The exponential of x."""
+    usable = x if LOWEST <= x <= HIGHEST else 0.0
+    k = floor(usable * INVERSE_LN2 + 0.5)
+    high, low = usable - k * LN2_HIGH, k * LN2_LOW
+    r = high - low
+    t = r * r
+    c = r - t * (P1 + t * (P2 + t * (P3 + t * (P4 + t * P5))))
+    near_one = 1.0 - ((low - (r * c) / (2.0 - c)) - high)
+    half = floor(0.5 * k)
+    found = (near_one * two_to(half)) * two_to(k - half)
+    found = found if x <= HIGHEST else (inf if x > HIGHEST else x)
+    return 0.0 if x < LOWEST else found
+
+
+@pointwise
+def power(x: float, y: float) -> float:
+    """x to the power y, for x above 0, to a relative error of 1 + 1.5 |y ln x| times that of a rounded number, 2.2e-16."""
+    return exp(y * log(x))

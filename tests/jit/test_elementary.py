@@ -1,0 +1,97 @@
+"""Logarithm, exponential and power beside numpy's, compiled and plain."""
+
+import math
+import re
+
+import numba
+import numpy as np
+import pytest
+
+from pellucid.jit import kernel
+from pellucid.jit.elementary import exp, log, power
+from pellucid.jit.registry import IN_KERNELS
+
+SPECIAL = [0.0, -0.0, -1.0, np.inf, -np.inf, np.nan, 1.0, 5e-324, 1e-310, 2.3e-308, 1.7e308]
+
+
+@kernel()
+def logs(x, out):
+    for i in range(len(x)):
+        out[i] = log(x[i])
+
+
+@kernel()
+def exps(x, out):
+    for i in range(len(x)):
+        out[i] = exp(x[i])
+
+
+@kernel()
+def powers(x, y, out):
+    for i in range(len(x)):
+        out[i] = power(x[i], y)
+
+
+def compiled(function, x, *more):
+    out = np.empty_like(x)
+    function(x, *more, out)
+    return out
+
+
+def units_apart(found, exact):
+    return np.max(np.abs(found - exact) / np.spacing(np.abs(exact)))
+
+
+def positive(rng):
+    near_one, small, wide = 1e-3 * rng.normal(size=20_000), rng.random(20_000), 100.0 * rng.normal(size=20_000)
+    return np.concatenate([1.0 + near_one, 3.0 * small, np.exp(wide)])
+
+
+def test_logarithms_are_right_to_the_last_digit():
+    """The method errs by less than one unit in it; numpy's by half of one."""
+    x = positive(np.random.default_rng(1))
+    assert units_apart(compiled(logs, x), np.log(x)) <= 1.5
+    assert max(abs(log(v) - math.log(v)) / np.spacing(abs(math.log(v))) for v in x[::500]) <= 1.5
+
+
+def test_exponentials_are_right_to_the_last_digit():
+    rng = np.random.default_rng(2)
+    x = np.concatenate([1e-3 * rng.normal(size=20_000), rng.normal(size=20_000), rng.uniform(-700.0, 709.0, 20_000)])
+    assert units_apart(compiled(exps, x), np.exp(x)) <= 1.5
+    assert max(abs(exp(v) - math.exp(v)) / np.spacing(math.exp(v)) for v in x[::500]) <= 1.5
+
+
+@pytest.mark.parametrize("y", [-4.0 / 3.0, -2.0 / 3.0, 6.0, 7.0])
+def test_powers_are_as_good_as_they_say(y):
+    x = np.random.default_rng(3).uniform(0.2, 5.0, 20_000)
+    exact = x**y
+    roundings = np.abs(compiled(powers, x, y) / exact - 1.0) / np.finfo(float).eps
+    assert np.all(roundings <= 1.0 + 1.5 * np.abs(y * np.log(x)) + 1.0), "numpy's and the quotient's are in it too"
+    assert power(1.0, y) == 1.0
+
+
+def test_what_is_no_positive_number_has_the_limits_of_the_functions():
+    x = np.array(SPECIAL)
+    with np.errstate(all="ignore"):
+        exact = np.log(x)
+    assert compiled(logs, x) == pytest.approx(exact, rel=1e-15, nan_ok=True)
+    assert [log(v) for v in SPECIAL] == pytest.approx(exact, rel=1e-15, nan_ok=True)
+
+
+def test_exponentials_beyond_all_numbers_are_infinite_or_nothing():
+    x = np.array([np.inf, 1e300, 710.0, 709.7, -744.0, -746.0, -1e300, -np.inf, np.nan, 0.0])
+    with np.errstate(all="ignore"):
+        exact = np.exp(x)
+    found = compiled(exps, x)
+    assert np.array_equal(np.isfinite(found), np.isfinite(exact))
+    assert found == pytest.approx(exact, rel=1e-14, abs=1e-323, nan_ok=True)
+    assert [exp(v) for v in x] == pytest.approx(exact, rel=1e-14, abs=1e-323, nan_ok=True)
+
+
+@pytest.mark.parametrize("function", [logs, exps])
+def test_a_loop_over_them_calls_nothing_and_becomes_vectors(function):
+    anew = numba.njit(**{**IN_KERNELS, "no_cpython_wrapper": False})(function.py_func)  # of kept code there is no text
+    compiled(anew, np.ones(8))
+    (code,) = anew.inspect_llvm().values()
+    assert re.search(r"fdiv (contract )?<\d+ x double>", code)
+    assert not re.search(r"@(llvm\.)?(log|exp)[.(]", code)
