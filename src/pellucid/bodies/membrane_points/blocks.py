@@ -9,9 +9,11 @@ from math import inf, sqrt
 from numpy import uintp
 
 from pellucid.bodies.membrane_points.point import in_frame, in_space, spun, turned
+from pellucid.grid.blocks import fetch, keep
 from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, place_of
 from pellucid.jit import pointwise
 from pellucid.jit.columns import WIDTH, put, take
+from pellucid.jit.rows import keep_row
 from pellucid.materials.damage import dissipate, driving_strain, has_failed, upright, weaken
 from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed, stretched
 from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, end_stress_power
@@ -21,7 +23,7 @@ NO_SHAPE = (0.0, 0.0, 0.0, 0.0)
 # stretching, cosine of its old normal with the new, the strain that drives damage
 GRADIENT, FRAME, NORMALS, SHARE, SHAPE, BEARS, STRETCHING, COSINE, STRAIN = 0, 9, 18, 21, 22, 26, 27, 30, 31
 # mass, strain energy, speed, volume, stress in the frame, shares of the stiffness left and kept, what the law says
-MASS, ENERGY, VOLUME, PLANE_STRESS, LEFT, KEPT, RATIO = 32, 33, 35, 36, 39, 40, 41
+MASS, ENERGY, SPEED, VOLUME, PLANE_STRESS, LEFT, KEPT, RATIO = 32, 33, 34, 35, 36, 39, 40, 41
 # stress in space; what tells faults; bad points, STORED and POWER, and the fastest signal
 STRESS, MAGNITUDE, BAD, FASTEST, COLUMNS = 44, 50, 51, 54, 55
 SUMS = 3  # from BAD on
@@ -30,14 +32,20 @@ SUMS = 3  # from BAD on
 @pointwise
 def fetch_shapes(surface, start, n, c):
     """Frames and shapes of the n points that slabs count from `start` on, and the gradients that strain them."""
-    index, damage, record, gradient = surface.index, surface.damage, surface.record, surface.gradient
-    frame, shape = surface.state.frame, surface.state.in_plane
+    index, damage, record, state = surface.index, surface.damage, surface.record, surface.state
+    fetch(index, (IDENTITY, IDENTITY), (surface.gradient, state.frame), start, n, c, GRADIENT * WIDTH)
+    fetch(index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
     for q in range(n):
-        p = place_of(index, start + q)
-        g, t, f = gradient[p], frame[p], shape[p]
-        L, Q = (g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8]), (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8])
-        put(c, q + GRADIENT * WIDTH, (L, Q))
-        put(c, q + SHAPE * WIDTH, (f[0], f[1], f[2], f[3], 0.0 if has_failed(damage, record, p) else 1.0))
+        c[uintp(q + BEARS * WIDTH)] = 0.0 if has_failed(damage, record, place_of(index, start + q)) else 1.0
+
+
+@pointwise
+def all_bear(c, n):
+    """Whether all points of a block bear stress."""
+    bearing = 0.0
+    for q in range(n):
+        bearing += c[uintp(q + BEARS * WIDTH)]
+    return bearing == n
 
 
 @pointwise
@@ -86,25 +94,26 @@ def turn_and_stretch(surface, dt, start, n, c):
 def keep_shapes(surface, start, n, c):
     """Bring the frames and shapes back."""
     index, frame, shape = surface.index, surface.state.frame, surface.state.in_plane
+    if all_bear(c, n):
+        keep(index, IDENTITY, frame, start, n, c, FRAME * WIDTH)
+        keep(index, NO_SHAPE, shape, start, n, c, SHAPE * WIDTH)
+        return
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:
             p = place_of(index, start + q)
-            Q, F = take(IDENTITY, c, q + FRAME * WIDTH), take(NO_SHAPE, c, q + SHAPE * WIDTH)
-            for d in range(9):
-                frame[p, d] = Q[d]
-            for d in range(4):
-                shape[p, d] = F[d]
+            keep_row((frame, shape), p, (take(IDENTITY, c, q + FRAME * WIDTH), take(NO_SHAPE, c, q + SHAPE * WIDTH)))
 
 
 @pointwise
 def fetch_stresses(surface, start, n, c):
     """What the points had before their stresses are found."""
-    index, points = surface.index, surface.points
-    v, energy, old = points.velocity, surface.state.strain_energy, surface.state.plane_stress
+    index, points, state = surface.index, surface.points, surface.state
+    fetch(index, (0.0, 0.0), (points.mass, state.strain_energy), start, n, c, MASS * WIDTH)
+    fetch(index, (0.0, ZERO_VECTOR), (points.volume, state.plane_stress), start, n, c, VOLUME * WIDTH)
+    fetch(index, ZERO_VECTOR, points.velocity, start, n, c, STRESS * WIDTH)
     for q in range(n):
-        p = place_of(index, start + q)
-        speed = sqrt(v[p, 0] * v[p, 0] + v[p, 1] * v[p, 1] + v[p, 2] * v[p, 2])
-        put(c, q + MASS * WIDTH, (points.mass[p], energy[p], speed, points.volume[p], (old[p, 0], old[p, 1], old[p, 2])))
+        x, y, z = take(ZERO_VECTOR, c, q + STRESS * WIDTH)
+        c[uintp(q + SPEED * WIDTH)] = sqrt(x * x + y * y + z * z)
 
 
 @pointwise
@@ -169,15 +178,17 @@ def fault_in(c, q):
 @pointwise
 def keep_stresses(surface, start, n, c):
     """Bring volumes, stresses and energies back."""
-    index, damage, record, points = surface.index, surface.damage, surface.record, surface.points
-    volume, stress, energy, in_plane = points.volume, points.stress, surface.state.strain_energy, surface.state.plane_stress
+    index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
+    found = state.strain_energy, points.volume, state.plane_stress, points.stress
+    whole = all_bear(c, n)
+    if whole:
+        keep(index, 0.0, state.strain_energy, start, n, c, ENERGY * WIDTH)
+        keep(index, (0.0, ZERO_VECTOR), (points.volume, state.plane_stress), start, n, c, VOLUME * WIDTH)
+        keep(index, NO_STRESS, points.stress, start, n, c, STRESS * WIDTH)
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:
-            p = place_of(index, start + q)
-            new, work = take(NO_STRESS, c, q + STRESS * WIDTH), c[uintp(q + ENERGY * WIDTH)]
-            for d in range(6):
-                stress[p, d] = new[d]
-            in_plane[p, 0], in_plane[p, 1], in_plane[p, 2] = take(ZERO_VECTOR, c, q + PLANE_STRESS * WIDTH)
-            volume[p] = c[uintp(q + VOLUME * WIDTH)]
-            energy[p] = work
+            p, work = place_of(index, start + q), c[uintp(q + ENERGY * WIDTH)]
+            if not whole:
+                V, in_plane = take((0.0, ZERO_VECTOR), c, q + VOLUME * WIDTH)
+                keep_row(found, p, (work, V, in_plane, take(NO_STRESS, c, q + STRESS * WIDTH)))
             dissipate(damage, record, p, work, c[uintp(q + KEPT * WIDTH)])
