@@ -12,8 +12,8 @@ from pellucid.approximants.axis import axis_numbers
 from pellucid.grid.points import ByIndex, InOrder, place_of
 from pellucid.grid.stencil import functions_at, stencil_of
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.jit.columns import WIDTH, put, take, take_lanes
-from pellucid.jit.rows import keep_row, keep_rows, take_row, take_rows
+from pellucid.jit.columns import BLOCK, WIDTH, put, take, take_lanes
+from pellucid.jit.rows import expect_rows, keep_row, keep_rows, take_row, take_rows
 from pellucid.jit.vector import LANES, larger, load, store
 from pellucid.tensors import ZERO_VECTOR
 
@@ -27,6 +27,15 @@ def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: in
 @generic
 def keep(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
     """Store such rows from columns."""
+
+
+@generic
+def expect(index: Any, like: Any, arrays: Any, q: int) -> None:
+    """Let the memory bring rows of the LANES points nearer that lie a block after number q.
+
+    Called for each vector of a block, so that the rows of the next come while this one is worked on. Asked for at once, they
+    would keep the processor waiting as long as the first look at them does.
+    """
 
 
 @point_function(fetch, InOrder)
@@ -45,6 +54,16 @@ def _keep_in_order(index, like, arrays, start, n, c, at):
         keep_rows(arrays, uintp(start + q), take_lanes(like, c, at + q))
     for q in range(whole, n):
         keep_row(arrays, uintp(start + q), take(like, c, at + q))
+
+
+@point_function(expect, InOrder)
+def _expect_in_order(index, like, arrays, q):
+    expect_rows(like, arrays, uintp(q + BLOCK))
+
+
+@point_function(expect, ByIndex)
+def _expect_nothing(index, like, arrays, q):
+    pass
 
 
 @point_function(fetch, ByIndex)

@@ -8,6 +8,7 @@ from numpy import intp, uintp
 from pellucid.grid.blocks import (
     about_lanes,
     add_columns,
+    expect,
     fetch,
     find_functions,
     functions_like,
@@ -66,12 +67,16 @@ class StrainedPoints(NamedTuple):
 
 
 @pointwise
-def gather_motion(mapped, n, found, first_node, c):
-    """Velocity gradients and velocities of the nodes at the n points of a block, into its first columns."""
+def gather_motion(mapped, like, arrays, start, n, found, first_node, c):
+    """Velocity gradients and velocities of the nodes at the n points of a block, into its first columns.
+
+    arrays: those of which rows like `like` will be fetched for the next block.
+    """
     a = 0
     while a < n:
         end = run_end(first_node, a, n)
         while a < end:
+            expect(mapped.index, like, arrays, start + a)
             about = about_lanes(mapped.functions, found, first_node, a)
             L = gather_gradient(about, mapped.lattice, mapped.nodes.strain_velocity)
             put(c, a, (L, gather(about, mapped.lattice, mapped.nodes.velocity)))
@@ -167,7 +172,7 @@ def _update_stress_slab(s, strained, dt, move):
         fetch(index, MOVED, moved, start, n, c, PLACE * WIDTH)
         fetch(index, state_like, arrays, start, n, c, STATE * WIDTH)
         find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
-        gather_motion(mapped, n, found, first_node, c)
+        gather_motion(mapped, (MOVED, state_like), (moved, arrays), start, n, found, first_node, c)
         if len(mapped.cells.found) > 0:
             _shift_growth(mapped, start, n, c)
         _respond(law, lattice, dt * move, dt, bounds, n, state_like, c)

@@ -8,8 +8,18 @@ from math import sqrt
 from numpy import uintp
 
 from pellucid.grid.affine import COUNT as AFFINE_COUNT
-from pellucid.grid.affine import renew_affine
-from pellucid.grid.blocks import about_lanes, about_point, add_columns, fetch, find_functions, functions_like, keep, run_end
+from pellucid.grid.affine import FIELD, renew_affine
+from pellucid.grid.blocks import (
+    about_lanes,
+    about_point,
+    add_columns,
+    expect,
+    fetch,
+    find_functions,
+    functions_like,
+    keep,
+    run_end,
+)
 from pellucid.grid.points import (
     AFFINE,
     GAINED,
@@ -34,24 +44,31 @@ from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.vector import LANES, load, total
-from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
+from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, stress_power
 
 # columns of a block after HEAT: gradient of the mean velocity, sums from MOVED on, energy, volume, stress, place
 GRADIENT, MOVED, WORKED, ENERGY, PLACE, COUNT = 9, 18, 25, 27, 35, 38
-GIVEN_STRESS = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+WORKED_ON = 0.0, 0.0, NO_STRESS  # energy, volume, stress
 SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
 """Of the columns from MOVED on."""
 
 
 @pointwise
-def _gather_block(mapped, strained, n, found, first_node, c):
+def _gather_block(mapped, energy, strained, start, n, found, first_node, c):
     """New velocities, heats and gradients of the mean velocity of a block; how many vectors of points these took."""
+    points, index = mapped.points, mapped.index
     functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
     a = vectors = 0
     while a < n:
         end = run_end(first_node, a, n)
         vectors += (end - a + LANES - 1) // LANES
         while a < end:
+            expect(index, (ZERO_VECTOR, ZERO_VECTOR, 0.0), (points.position, points.velocity, points.mass), start + a)
+            expect(index, 0.0, mapped.heat, start + a)
+            if len(mapped.affine) > 0:
+                expect(index, FIELD, mapped.affine, start + a)
+            if len(energy) > 0:
+                expect(index, WORKED_ON, (energy, points.volume, points.stress), start + a)
             about = about_lanes(functions, found, first_node, a)
             v = take_lanes(ZERO_VECTOR, c, a + OLD * WIDTH)
             change, mean = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
@@ -74,9 +91,9 @@ def _gather_block(mapped, strained, n, found, first_node, c):
 def _take_work(mapped, energy, dt, start, n, c):
     """Add the work on the points of a block to their energies; what was gained, and the heat in it, into columns."""
     points, index, keeps_losses = mapped.points, mapped.index, len(mapped.affine) > 0
-    fetch(index, (0.0, 0.0, GIVEN_STRESS), (energy, points.volume, points.stress), start, n, c, ENERGY * WIDTH)
+    fetch(index, WORKED_ON, (energy, points.volume, points.stress), start, n, c, ENERGY * WIDTH)
     for q in range(n):
-        before, V, s = take((0.0, 0.0, GIVEN_STRESS), c, q + ENERGY * WIDTH)
+        before, V, s = take(WORKED_ON, c, q + ENERGY * WIDTH)
         m, heat = c[uintp(q + MASS * WIDTH)], c[uintp(q + HEAT * WIDTH)]
         kept = heat if heat > 0.0 or keeps_losses else 0.0
         more = V / m * (dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))) + kept
@@ -110,7 +127,7 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
         fetch(index, (ZERO_VECTOR, 0.0), (points.velocity, points.mass), start, n, c, OLD * WIDTH)
         fetch(index, ZERO_VECTOR, points.position, start, n, c, PLACE * WIDTH)
         find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
-        vectors += _gather_block(mapped, worked or in_cells, n, found, first_node, c)
+        vectors += _gather_block(mapped, energy, worked or in_cells, start, n, found, first_node, c)
         renew_affine(transfer, mapped, start, n, found, first_node, c, fields, field_energies)
         keep(index, ZERO_VECTOR, points.velocity, start, n, c, NEW * WIDTH)
         keep(index, 0.0, mapped.heat, start, n, c, HEAT * WIDTH)

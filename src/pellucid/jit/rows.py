@@ -12,13 +12,15 @@ from typing import Any
 import numba
 import numpy as np
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 from pellucid.jit.columns import is_tuple, lanes_of, leaves, numbers_in, rebuilt
+from pellucid.jit.local import LINE
 from pellucid.jit.vector import LANES
 
 DOUBLE = ir.DoubleType()
+SIZE = 8  # bytes of one
 
 
 def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
@@ -133,6 +135,33 @@ def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
     return types.none(arrays, types.uintp, values), emit
 
 
+@intrinsic
+def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
+    byte, flag = ir.IntType(8).as_pointer(), ir.IntType(32)
+    kind = ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag])
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        prefetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        to_read, to_stay, of_data = flag(0), flag(3), flag(1)
+
+        def visit(part: Any, kind: Any, array: Any) -> None:
+            length = leaves(part)
+            data = builder.bitcast(context.make_array(kind)(context, builder, array).data, byte)
+            first = builder.mul(given[2], given[2].type(length * SIZE))
+            for line in range(0, LANES * length * SIZE, LINE):  # the last may lie beyond the array: that is no fault
+                place = builder.gep(data, [builder.add(first, first.type(line))])
+                builder.call(prefetch, [place, to_read, to_stay, of_data])
+
+        list(_walk(builder, like, arrays, given[1], visit))
+        return context.get_dummy_value()
+
+    return types.none(like, arrays, types.uintp), emit
+
+
+def _plain_expect_rows(like: Any, arrays: Any, p: int) -> None:
+    pass
+
+
 def _plain_walk(like: Any, arrays: Any) -> Iterator[tuple[Any, np.ndarray]]:
     if isinstance(arrays, tuple):
         for part, inner in zip(like, arrays, strict=True):
@@ -160,8 +189,9 @@ def _plain_keep_row(arrays: Any, p: Any, values: Any) -> None:
         array[p] = part if array.ndim == 1 else list(numbers_in(part))
 
 
-_PLAIN = _plain_take_rows, _plain_take_row, _plain_keep_rows, _plain_keep_row
-_COMPILED = _take_rows, _take_row, _keep_rows, _keep_row
+_PLAIN = _plain_take_rows, _plain_take_row, _plain_keep_rows, _plain_keep_row, _plain_expect_rows
+_COMPILED = _take_rows, _take_row, _keep_rows, _keep_row, _expect_rows
 # take_rows(like, arrays, p), keep_rows(arrays, p, values): of the LANES points from p on, in vectors.
 # take_row(like, arrays, p), keep_row(arrays, p, values): of point p, in numbers.
-take_rows, take_row, keep_rows, keep_row = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+# expect_rows(like, arrays, p): let the memory bring those of the LANES points from p on nearer.
+take_rows, take_row, keep_rows, keep_row, expect_rows = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

@@ -60,7 +60,7 @@ def _gather_slab(s, mapped, gradient, dt, move):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch(index, ZERO_VECTOR, x, start, n, c, PLACE * WIDTH)
         find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
-        gather_motion(mapped, n, found, first_node, c)
+        gather_motion(mapped, (ZERO_VECTOR, IDENTITY), (x, gradient), start, n, found, first_node, c)
         keep(index, IDENTITY, gradient, start, n, c, 0)
         if move:
             for q in range(n):
