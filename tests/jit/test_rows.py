@@ -8,7 +8,7 @@ import pytest
 from pellucid.jit import kernel
 from pellucid.jit.columns import WIDTH, put, take_lanes
 from pellucid.jit.local import numbers
-from pellucid.jit.rows import keep_row, keep_rows, take_row, take_rows
+from pellucid.jit.rows import expect_rows, keep_row, keep_rows, take_row, take_rows
 from pellucid.jit.vector import LANES
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
@@ -81,3 +81,16 @@ def test_arrays_in_another_order_are_refused():
     source = array, np.zeros(COUNT), State(np.zeros((COUNT, 6)), np.zeros(COUNT)), np.zeros((COUNT, 10))
     with pytest.raises(Exception, match="arrays of doubles in C order"):
         one_by_one(source, source, 0, np.zeros(21 * WIDTH))
+
+
+@kernel()
+def look_ahead(arrays, p):
+    expect_rows(LIKE, arrays, np.uintp(p))
+
+
+@pytest.mark.parametrize("p", [0, COUNT - 1, 1000 * COUNT])
+def test_to_expect_rows_changes_nothing_and_may_lead_beyond_the_arrays(p):
+    arrays = arrays_of(np.random.default_rng(1))
+    before = columns_of(arrays)
+    look_ahead(arrays, p)
+    assert np.array_equal(columns_of(arrays), before)

@@ -158,7 +158,7 @@ def _expect_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     return types.none(like, arrays, types.uintp), emit
 
 
-def _plain_expect_rows(like: Any, arrays: Any, p: int) -> None:
+def _plain_expect_rows(like: Any, arrays: Any, p: Any) -> None:
     pass
 
 
