@@ -2,7 +2,8 @@
 
 import pytest
 
-from pellucid.grid.lattice import LINE, aligned_rows
+from pellucid.grid.lattice import aligned_rows
+from pellucid.jit.kernels import LINE
 
 
 @pytest.mark.parametrize("n", [1, 7, 1000])

@@ -79,6 +79,17 @@ def _keep_by_index(index, like, arrays, start, n, c, at):
 
 
 @pointwise
+def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
+    """Store such rows of the points whose number in the column `flags` is above 0; all_set: whether that is known of all n."""
+    if all_set:
+        keep(index, like, arrays, start, n, c, at)
+        return
+    for q in range(n):
+        if c[uintp(q + flags * WIDTH)] > 0.0:
+            keep_row(arrays, place_of(index, start + q), take(like, c, at + q))
+
+
+@pointwise
 def functions_like(functions):
     """What the columns of shape functions hold of a point, along each axis."""
     _, x = axis_numbers(functions[0], 0.0, 1)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.grid.model import GridCase
+from pellucid.jit.kernels import LINE
 
 PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
 LARGEST_STENCIL = 4
-LINE = 64  # bytes of a line of the cache
 
 
 class Lattice(NamedTuple):

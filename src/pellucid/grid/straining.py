@@ -13,6 +13,7 @@ from pellucid.grid.blocks import (
     find_functions,
     functions_like,
     keep,
+    keep_where,
     largest_of_column,
     run_end,
 )
@@ -37,7 +38,6 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_for
-from pellucid.jit.rows import keep_row
 from pellucid.jit.vector import LANES, load, total
 from pellucid.materials.law import (
     artificial_heating,
@@ -145,16 +145,6 @@ def _fault(c, q, counts):
     return OK if inside else LOST
 
 
-@pointwise
-def _keep_sound(index, volume, state_like, arrays, start, n, c):
-    """Store volumes and states of a block but for what would turn over: that stays as it was, to be read afterwards."""
-    for q in range(n):
-        if c[uintp(q + GROWTH * WIDTH)] > 0.0:
-            p = place_of(index, start + q)
-            volume[p] = c[uintp(q + VOLUME * WIDTH)]
-            keep_row(arrays, p, take(state_like, c, q + STATE * WIDTH))
-
-
 @kernel(inner=True)
 def _update_stress_slab(s, strained, dt, move):
     mapped, law, arrays = strained.mapped, strained.law, strained.state
@@ -184,11 +174,10 @@ def _update_stress_slab(s, strained, dt, move):
                 if fault != OK and first_fault == OK:
                     first_fault = fault
                     at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
-        if total(load(sums, 0)) == 0.0:
-            keep(index, 0.0, points.volume, start, n, c, VOLUME * WIDTH)
-            keep(index, state_like, arrays, start, n, c, STATE * WIDTH)
-        else:
-            _keep_sound(index, points.volume, state_like, arrays, start, n, c)
+        # what would turn over stays as it was, to be read afterwards
+        sound = total(load(sums, 0)) == 0.0
+        keep_where(GROWTH, sound, index, 0.0, points.volume, start, n, c, VOLUME * WIDTH)
+        keep_where(GROWTH, sound, index, state_like, arrays, start, n, c, STATE * WIDTH)
         if move:
             keep(index, ZERO_VECTOR, points.position, start, n, c, PLACE * WIDTH)
     slabs.left_slab[s] = 1 if move and total(load(sums, LANES)) > 0.0 else 0

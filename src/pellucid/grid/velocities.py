@@ -48,6 +48,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, stress_power
 
 # columns of a block after HEAT: gradient of the mean velocity, sums from MOVED on, energy, volume, stress, place
 GRADIENT, MOVED, WORKED, ENERGY, PLACE, COUNT = 9, 18, 25, 27, 35, 38
+MOVED_POINT = ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # place, velocity, mass, heat
 WORKED_ON = 0.0, 0.0, NO_STRESS  # energy, volume, stress
 SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
 """Of the columns from MOVED on."""
@@ -63,8 +64,7 @@ def _gather_block(mapped, energy, strained, start, n, found, first_node, c):
         end = run_end(first_node, a, n)
         vectors += (end - a + LANES - 1) // LANES
         while a < end:
-            expect(index, (ZERO_VECTOR, ZERO_VECTOR, 0.0), (points.position, points.velocity, points.mass), start + a)
-            expect(index, 0.0, mapped.heat, start + a)
+            expect(index, MOVED_POINT, (points.position, points.velocity, points.mass, mapped.heat), start + a)
             if len(mapped.affine) > 0:
                 expect(index, FIELD, mapped.affine, start + a)
             if len(energy) > 0:

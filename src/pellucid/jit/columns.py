@@ -42,6 +42,22 @@ def lanes_of(kind: Any) -> Any:
     return types.Tuple(parts)  # type: ignore[attr-defined]
 
 
+def built(context: Any, builder: Any, kind: Any, values: Iterator[Any]) -> Any:
+    """In compiled code: a tuple of a type, of these numbers or vectors."""
+    if is_tuple(kind):
+        return context.make_tuple(builder, kind, [built(context, builder, part, values) for part in kind])
+    return next(values)
+
+
+def flat(builder: Any, kind: Any, value: Any) -> Iterator[tuple[Any, Any]]:
+    """In compiled code: the numbers, or vectors, of a tuple with their types, in order."""
+    if is_tuple(kind):
+        for place, part in enumerate(kind):
+            yield from flat(builder, part, builder.extract_value(value, place))
+    else:
+        yield kind, value
+
+
 def _column(builder: Any, data: Any, at: Any, column: int) -> Any:
     return builder.gep(data, [builder.add(at, at.type(column * WIDTH))], inbounds=True)
 
@@ -56,22 +72,12 @@ def _size(typing: Any, like: Any) -> Any:
 def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, given[0]).data
-        column = 0
-
-        def store(kind: Any, value: Any) -> None:
-            nonlocal column
-            if is_tuple(kind):
-                for place, part in enumerate(kind):
-                    store(part, builder.extract_value(value, place))
-                return
+        for column, (kind, value) in enumerate(flat(builder, signature.args[2], given[2])):
             place = _column(builder, data, given[1], column)
             if kind is VECTOR:
                 builder.store(value, vector_at(builder, place), align=8)
             else:
                 builder.store(context.cast(builder, value, kind, types.float64), place)
-            column += 1
-
-        store(signature.args[2], given[2])
         return context.get_dummy_value()
 
     return types.none(array, types.intp, values), emit
@@ -82,17 +88,9 @@ def _taking(kind: Any, lanes: bool) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         data = context.make_array(signature.args[1])(context, builder, given[1]).data
-        column = 0
-
-        def load(kind: Any) -> Any:
-            nonlocal column
-            if is_tuple(kind):
-                return context.make_tuple(builder, kind, [load(part) for part in kind])
-            place = _column(builder, data, given[2], column)
-            column += 1
-            return builder.load(vector_at(builder, place), align=8) if lanes else builder.load(place)
-
-        return load(wanted)
+        places = (_column(builder, data, given[2], column) for column in range(leaves(kind)))
+        values = (builder.load(vector_at(builder, place), align=8) if lanes else builder.load(place) for place in places)
+        return built(context, builder, wanted, values)
 
     return wanted, emit
 

@@ -9,6 +9,8 @@ from pellucid.errors import UsageError
 from pellucid.jit.registry import IN_KERNELS, activate, kernels
 
 MOST_PER_CORE = 16
+LINE = 64
+"""Bytes of a line of the cache, on which arrays of kernels begin."""
 
 # Waiting threads look for work some tenths of a millisecond, as long as what lies between two kernels takes, and then sleep:
 # woken each time, two would be slower than one below 50 000 points, and those that never sleep bring a busy machine to a crawl.

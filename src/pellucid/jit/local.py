@@ -13,8 +13,7 @@ from numba.core import types
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
-LINE = 64
-"""Bytes of a cache line, on which the arrays begin."""
+from pellucid.jit.kernels import LINE
 
 
 def _maker(kind: Any, cleared: bool) -> Any:

@@ -15,8 +15,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from pellucid.jit.columns import is_tuple, lanes_of, leaves, numbers_in, rebuilt
-from pellucid.jit.local import LINE
+from pellucid.jit.columns import built, flat, is_tuple, lanes_of, leaves, numbers_in, rebuilt
+from pellucid.jit.kernels import LINE
 from pellucid.jit.vector import LANES
 
 DOUBLE = ir.DoubleType()
@@ -55,20 +55,6 @@ def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any,
         yield from _walk(builder, part, inner, builder.extract_value(arrays, place), visit)
 
 
-def _built(context: Any, builder: Any, kind: Any, values: Iterator[Any]) -> Any:
-    if is_tuple(kind):
-        return context.make_tuple(builder, kind, [_built(context, builder, part, values) for part in kind])
-    return next(values)
-
-
-def _flat(builder: Any, kind: Any, value: Any) -> Iterator[Any]:
-    if is_tuple(kind):
-        for place, part in enumerate(kind):
-            yield from _flat(builder, part, builder.extract_value(value, place))
-    else:
-        yield value
-
-
 @intrinsic
 def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     wanted = lanes_of(like)
@@ -81,7 +67,7 @@ def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
             return [_lanes(builder, rows, rows, places) for places in lanes] if length > 1 else [rows]
 
         found = _walk(builder, like, arrays, given[1], visit)
-        return _built(context, builder, wanted, (vector for vectors in found for vector in vectors))
+        return built(context, builder, wanted, (vector for vectors in found for vector in vectors))
 
     return wanted(like, arrays, types.uintp), emit
 
@@ -95,7 +81,7 @@ def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
             return [builder.load(builder.gep(first, [given[2].type(place)], inbounds=True)) for place in range(length)]
 
         found = _walk(builder, like, arrays, given[1], visit)
-        return _built(context, builder, like, (number for numbers in found for number in numbers))
+        return built(context, builder, like, (number for numbers in found for number in numbers))
 
     return like(like, arrays, types.uintp), emit
 
@@ -103,7 +89,7 @@ def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
 @intrinsic
 def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        kept = _flat(builder, values, given[2])
+        kept = (value for _, value in flat(builder, values, given[2]))
 
         def visit(part: Any, kind: Any, array: Any) -> None:
             length = leaves(part)
@@ -122,7 +108,7 @@ def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
 @intrinsic
 def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        kept = _flat(builder, values, given[2])
+        kept = (value for _, value in flat(builder, values, given[2]))
 
         def visit(part: Any, kind: Any, array: Any) -> None:
             first = _address(context, builder, kind, array, given[1], leaves(part), 1)

@@ -9,11 +9,10 @@ from math import inf, sqrt
 from numpy import uintp
 
 from pellucid.bodies.membrane_points.point import in_frame, in_space, spun, turned
-from pellucid.grid.blocks import fetch, keep
+from pellucid.grid.blocks import fetch, keep_where
 from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, place_of
 from pellucid.jit import pointwise
 from pellucid.jit.columns import WIDTH, put, take
-from pellucid.jit.rows import keep_row
 from pellucid.materials.damage import dissipate, driving_strain, has_failed, upright, weaken
 from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed, stretched
 from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, end_stress_power
@@ -42,10 +41,10 @@ def fetch_shapes(surface, start, n, c):
 @pointwise
 def all_bear(c, n):
     """Whether all points of a block bear stress."""
-    bearing = 0.0
-    for q in range(n):
-        bearing += c[uintp(q + BEARS * WIDTH)]
-    return bearing == n
+    q = 0
+    while q < n and c[uintp(q + BEARS * WIDTH)] > 0.0:
+        q += 1
+    return q == n
 
 
 @pointwise
@@ -93,15 +92,9 @@ def turn_and_stretch(surface, dt, start, n, c):
 @pointwise
 def keep_shapes(surface, start, n, c):
     """Bring the frames and shapes back."""
-    index, frame, shape = surface.index, surface.state.frame, surface.state.in_plane
-    if all_bear(c, n):
-        keep(index, IDENTITY, frame, start, n, c, FRAME * WIDTH)
-        keep(index, NO_SHAPE, shape, start, n, c, SHAPE * WIDTH)
-        return
-    for q in range(n):
-        if c[uintp(q + BEARS * WIDTH)] > 0.0:
-            p = place_of(index, start + q)
-            keep_row((frame, shape), p, (take(IDENTITY, c, q + FRAME * WIDTH), take(NO_SHAPE, c, q + SHAPE * WIDTH)))
+    index, state, whole = surface.index, surface.state, all_bear(c, n)
+    keep_where(BEARS, whole, index, IDENTITY, state.frame, start, n, c, FRAME * WIDTH)
+    keep_where(BEARS, whole, index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
 
 
 @pointwise
@@ -179,16 +172,11 @@ def fault_in(c, q):
 def keep_stresses(surface, start, n, c):
     """Bring volumes, stresses and energies back."""
     index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
-    found = state.strain_energy, points.volume, state.plane_stress, points.stress
-    whole = all_bear(c, n)
-    if whole:
-        keep(index, 0.0, state.strain_energy, start, n, c, ENERGY * WIDTH)
-        keep(index, (0.0, ZERO_VECTOR), (points.volume, state.plane_stress), start, n, c, VOLUME * WIDTH)
-        keep(index, NO_STRESS, points.stress, start, n, c, STRESS * WIDTH)
+    of_plane, whole = (points.volume, state.plane_stress), all_bear(c, n)
+    keep_where(BEARS, whole, index, 0.0, state.strain_energy, start, n, c, ENERGY * WIDTH)
+    keep_where(BEARS, whole, index, (0.0, ZERO_VECTOR), of_plane, start, n, c, VOLUME * WIDTH)
+    keep_where(BEARS, whole, index, NO_STRESS, points.stress, start, n, c, STRESS * WIDTH)
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:
-            p, work = place_of(index, start + q), c[uintp(q + ENERGY * WIDTH)]
-            if not whole:
-                V, in_plane = take((0.0, ZERO_VECTOR), c, q + VOLUME * WIDTH)
-                keep_row(found, p, (work, V, in_plane, take(NO_STRESS, c, q + STRESS * WIDTH)))
-            dissipate(damage, record, p, work, c[uintp(q + KEPT * WIDTH)])
+            work, kept = c[uintp(q + ENERGY * WIDTH)], c[uintp(q + KEPT * WIDTH)]
+            dissipate(damage, record, place_of(index, start + q), work, kept)
