@@ -8,7 +8,8 @@ from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import CHUNK, ExternalAction, NodalMomentum
+from pellucid.grid.momentum import CHUNK, ExternalAction
+from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.velocity_field import VelocityField
 
 DT, SMALL = 0.25, 1e-3

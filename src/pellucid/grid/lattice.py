@@ -28,7 +28,11 @@ class Nodes(NamedTuple):
 
     inertia: np.ndarray  # (4 n,) rows of momentum x, y, z and mass, as points give them to the nodes
     forces: np.ndarray  # (4 n,) rows of internal force x, y, z and nothing
-    mass: np.ndarray  # (n,) [kg]; this and the next two are views of the rows
+    velocities: np.ndarray  # (4 n,) rows of `velocity` and a number without meaning,
+    increments: np.ndarray  # (4 n,) of `velocity_increment` and `increment_energy`,
+    strain_velocities: np.ndarray  # (4 n,) of `strain_velocity` and
+    mean_velocities: np.ndarray  # (4 n,) `mean_velocity`, each with a number without meaning
+    mass: np.ndarray  # (n,) [kg]; this and the next seven are views of the rows
     momentum: np.ndarray  # (n, 3) mapped from the points [kg m/s]
     force: np.ndarray  # (n, 3) internal force [N]
     velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
@@ -75,19 +79,22 @@ class Grid:
         self.cell_volume = case.cell ** (3 - sum(thin)) * self.slice_thickness ** sum(thin)
         self.volume = self.cell_volume * float(np.prod(counts))
         """Of the cells [m³], those of the slice where axes are thin."""
-        inertia, forces = aligned_rows(n), aligned_rows(n)
-        velocity, velocity_increment, strain_velocity, mean_velocity = (np.zeros((n, 3)) for _ in range(4))
+        inertia, forces, velocities, increments, strain_velocities, mean_velocities = (aligned_rows(n) for _ in range(6))
         self.nodes = Nodes(
             inertia=inertia.reshape(-1),
             forces=forces.reshape(-1),
+            velocities=velocities.reshape(-1),
+            increments=increments.reshape(-1),
+            strain_velocities=strain_velocities.reshape(-1),
+            mean_velocities=mean_velocities.reshape(-1),
             mass=inertia[:, 3],
             momentum=inertia[:, :3],
             force=forces[:, :3],
-            velocity=velocity,
-            velocity_increment=velocity_increment,
-            strain_velocity=strain_velocity,
-            mean_velocity=mean_velocity,
-            increment_energy=np.zeros(n),
+            velocity=velocities[:, :3],
+            velocity_increment=increments[:, :3],
+            strain_velocity=strain_velocities[:, :3],
+            mean_velocity=mean_velocities[:, :3],
+            increment_energy=increments[:, 3],
             constrained=np.zeros((n, 3), np.int16),
         )
 

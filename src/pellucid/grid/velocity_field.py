@@ -5,8 +5,9 @@ import numpy as np
 from pellucid.energy import StepWork
 from pellucid.grid import clearing
 from pellucid.grid.lattice import Grid, aligned_rows
-from pellucid.grid.momentum import NO_FORCES, ExternalAction, NodalMomentum, Supports
+from pellucid.grid.momentum import NO_FORCES, ExternalAction, Supports
 from pellucid.grid.nodal_impulses import add_impulses
+from pellucid.grid.nodal_momentum import NodalMomentum
 
 
 class VelocityField:

@@ -1,0 +1,94 @@
+"""Advances the momentum of the nodes of a velocity field, and finds the works of the step."""
+
+import numpy as np
+
+from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
+from pellucid.grid.lattice import Nodes
+from pellucid.grid.momentum import CHUNK, NO_FORCES, NOTHING, AdvancedNodes, ExternalAction, Supports, advance, project
+from pellucid.grid.nodal_works import count_works, sum_strain_lag
+from pellucid.jit.bundle import Bundle
+from pellucid.reductions import ordered_sum
+
+
+class NodalMomentum:
+    """Advances the momentum of the nodes of one velocity field.
+
+    supports: their velocities [m/s] are read at every step, and so is `external`; small_mass [kg]: nodes with less do not
+    strain points by their internal forces; flip: share of FLIP in the transfer to the points.
+    """
+
+    def __init__(
+        self,
+        nodes: Nodes,
+        supports: Supports,
+        gravity: tuple[float, float, float],
+        small_mass: float,
+        flip: float,
+        external: ExternalAction,
+        apart: np.ndarray = NO_FORCES[:, :3],
+    ) -> None:
+        self.small_mass = small_mass
+        self.flip = flip
+        self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
+        self._columns = FIRST_LOAD + len(external.loads)
+        self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
+        load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
+        self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
+        self._gravity = self._full_gravity.copy()
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, apart, self._sums))
+
+    def share_gravity(self, share: float) -> None:
+        """Let a share of gravity act."""
+        self._gravity_share, self._gravity[:] = share, share * self._full_gravity
+
+    def advance(self, dt: float) -> None:
+        """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""
+        self._sums.fill(0.0)
+        advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
+
+    def works(self, dt: float) -> StepWork:
+        """Works of the step dt [s] and impulses of the supports, when nothing changes the velocities of the nodes any more.
+
+        Forces do work along the mean of the velocities before and after the step, so that all works together are the change of
+        kinetic energy of points that take these increments, but for what lumping loses of it (`transfer_heat`). Where a node is
+        led by a support or driven points, they work along its velocity, and the impact of what arrives there is heat. Nodes of
+        hardly any mass, where both are large and opposite, do without: there forces but gravity work along the velocity before
+        the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy.
+        """
+        count_works(self._chunks, self._bundle, dt, self.small_mass)
+        done = step_work(ordered_sum(self._sums), self._columns)
+        return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
+
+    def strain_lag_work(self, dt: float) -> float:
+        """Of what lumping took of the kinetic energy in a step dt [s], that which the stress of points without heat works less
+        along `strain_velocity` than their forces did along the mean velocity [J]."""
+        sums = np.zeros((self._chunks, 1))
+        sum_strain_lag(self._chunks, self._bundle, dt, self.small_mass, sums)
+        return float(ordered_sum(sums)[0])
+
+    def slowed_work(self, momentum: np.ndarray, dt: float) -> float:
+        """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
+        its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
+        nodes = self._bundle.nodes
+        moves = (nodes.mass[:, None] >= NOTHING) & (nodes.constrained == 0)
+        slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
+        return self.half_work(slice(None), slower, dt)
+
+    def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
+        """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
+        nodes, apart = self._bundle.nodes, self._bundle.apart
+        force = nodes.force[node] - apart[node] if len(apart) else nodes.force[node]
+        return 0.5 * dt * float(np.sum(force * increment))
+
+    def impulse_velocity(self) -> np.ndarray:
+        """The mean velocity along which impulses work that nodes got after their momentum was advanced [m/s]: that
+        of forces, but where driven points lead a node in part, since the impulses came after these."""
+        nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
+        if not len(driven):
+            return np.asarray(nodes.mean_velocity)
+        led = (driven > 0.0) & (nodes.constrained == 0)
+        return np.where(led, nodes.velocity - 0.5 * nodes.velocity_increment, nodes.mean_velocity)
+
+    def project(self) -> None:
+        """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""
+        project(self._chunks, self._bundle)
