@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
 from pellucid.approximants.axis import GridFunction as GridFunction
 from pellucid.approximants.axis import GridFunctions as GridFunctions
 from pellucid.approximants.cubic_bspline import CubicBSpline
@@ -22,4 +23,4 @@ GRID_FUNCTIONS: dict[str, Callable[[int], GridFunction]] = {
 def grid_functions(name: str, per_cell: tuple[int, int, int], thin: tuple[bool, bool, bool]) -> GridFunctions:
     """The functions along x, y, z, whose product is the shape function; flat along thin axes."""
     x, y, z = (Flat() if flat else GRID_FUNCTIONS[name](n) for n, flat in zip(per_cell, thin, strict=True))
-    return x, y, z
+    return LinearFunctions(x, y, z) if max(x.stencil, y.stencil, z.stencil) <= 2 else CurvedFunctions(x, y, z)

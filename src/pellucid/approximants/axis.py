@@ -5,7 +5,7 @@ fields, and makes the wall's node interpolate there (Steffen, Kirby & Berzins 20
 the same boundary functions for cubic splines).
 """
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from pellucid.jit import default_function, generic, pointwise
 
@@ -20,8 +20,24 @@ class GridFunction(Protocol):
     def stencil(self) -> int: ...
 
 
-GridFunctions = tuple[GridFunction, GridFunction, GridFunction]
-"""Functions along x, y, z, whose product is the shape function."""
+class LinearFunctions(NamedTuple):
+    """Functions along x, y, z, whose product is the shape function, of two nodes along an axis or one: they are linear, and
+    their slopes the same for all points that share their nodes."""
+
+    x: GridFunction
+    y: GridFunction
+    z: GridFunction
+
+
+class CurvedFunctions(NamedTuple):
+    """Other functions along x, y, z."""
+
+    x: GridFunction
+    y: GridFunction
+    z: GridFunction
+
+
+GridFunctions = LinearFunctions | CurvedFunctions
 
 
 @generic

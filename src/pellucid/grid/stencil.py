@@ -55,10 +55,16 @@ def stencil(functions, lattice, position, p):
 
 
 @pointwise
+def node_behind(lattice, first, a, b, c):
+    """Index of the node that lies a, b, c nodes behind the first one along the axes."""
+    stride = lattice.strides
+    return uintp(first + a * stride[0] + b * stride[1] + c * stride[2])
+
+
+@pointwise
 def node_at(about, lattice, a, b, c):
     """Index of the node (a, b, c) of a stencil."""
-    stride = lattice.strides
-    return uintp(about.start + a * stride[0] + b * stride[1] + c * stride[2])
+    return node_behind(lattice, about.start, a, b, c)
 
 
 @pointwise
@@ -167,11 +173,11 @@ def add_inertia(about, lattice, inertia, transfer, rows):
 
 
 @pointwise
-def add_internal_force(about, lattice, force, volume, stress):
-    """Add -V σ ∇N_I to each node's row of `force`; stress: the columns of σ as rows of four."""
+def add_internal_force(about, lattice, force, stress):
+    """Add -V σ ∇N_I to each node's row of `force`; stress: the columns of -V σ as rows of four."""
     wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-    V = -volume * lattice.inverse_cell
-    sx, sy, sz = V * stress[0], V * stress[1], V * stress[2]
+    h = lattice.inverse_cell
+    sx, sy, sz = h * stress[0], h * stress[1], h * stress[2]
     for a in range(len(wx)):
         for b in range(len(wy)):
             t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy

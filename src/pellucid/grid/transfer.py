@@ -10,7 +10,7 @@ from math import inf, sqrt
 
 from numpy import intp
 
-from pellucid.grid.blocks import about_point, fetch, find_functions, functions_like
+from pellucid.grid.blocks import fetch, find_functions, functions_like
 from pellucid.grid.points import (
     KINETIC,
     LOST,
@@ -19,62 +19,31 @@ from pellucid.grid.points import (
     MOMENTUM_Z,
     NOT_FINITE,
     OK,
-    PRESSURE,
     SPEED,
-    cell_of,
     place_of,
 )
-from pellucid.grid.stencil import add_inertia, add_internal_force, gather, stencil
-from pellucid.grid.velocity_transfer import inertia_rows
+from pellucid.grid.scatter import WEIGHTS, add_block
+from pellucid.grid.stencil import gather, stencil
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import joint_by_colour, parallel_for
-from pellucid.jit.vector import row
 from pellucid.tensors import ZERO_VECTOR
-
-
-@pointwise
-def _stress_rows(stress, p):
-    """The columns of the stress of point p as rows of four."""
-    xx, yy, zz, yz, xz, xy = stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5]
-    return row(xx, xy, xz, 0.0), row(xy, yy, yz, 0.0), row(xz, yz, zz, 0.0)
-
-
-@pointwise
-def _less_pressure(rows, pressure):
-    """The columns of a stress less that of a pressure."""
-    return (
-        rows[0] + row(pressure, 0.0, 0.0, 0.0),
-        rows[1] + row(0.0, pressure, 0.0, 0.0),
-        rows[2] + row(0.0, 0.0, pressure, 0.0),
-    )
 
 
 @kernel(inner=True)
 def _scatter_slab(s, mapped, inertia, force, counted):
-    functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
-    points, slabs, affine, index, cells = mapped.points, mapped.slabs, mapped.affine, mapped.index, mapped.cells
-    v, in_cells = points.velocity, len(cells.found) > 0
+    functions, lattice, points, slabs, index = mapped.functions, mapped.lattice, mapped.points, mapped.slabs, mapped.index
     if slabs.first[s] == slabs.first[s + 1]:
         return
     found, first_node, c = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK), numbers(WIDTH * size(ZERO_VECTOR))
+    weights = numbers(WIDTH * WEIGHTS)
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch(index, ZERO_VECTOR, points.position, start, n, c, 0)
         find_functions(functions, lattice, n, c, 0, found, first_node)
-        for q in range(n):
-            p = place_of(index, start + q)
-            about = about_point(functions, found, first_node, q)
-            if inertia:
-                rows = inertia_rows(transfer, points.mass[p], (v[p, 0], v[p, 1], v[p, 2]), affine, p, counted)
-                add_inertia(about, lattice, nodes.inertia, transfer, rows)
-            if force:
-                rows = _stress_rows(points.stress, p)
-                if in_cells:
-                    rows = _less_pressure(rows, cells.found[cell_of(lattice, points.position, p), PRESSURE])
-                add_internal_force(about, lattice, nodes.forces, points.volume[p], rows)
+        add_block(functions, mapped, start, n, found, first_node, weights, (inertia, force, counted))
 
 
 @kernel()

@@ -11,7 +11,6 @@ from pellucid.grid.affine import COUNT as AFFINE_COUNT
 from pellucid.grid.affine import FIELD, renew_affine
 from pellucid.grid.blocks import (
     about_lanes,
-    about_point,
     add_columns,
     expect,
     fetch,
@@ -36,9 +35,10 @@ from pellucid.grid.points import (
     cell_of,
     place_of,
 )
-from pellucid.grid.stencil import add_inertia, gather, gather_gradient, gather_scalar
+from pellucid.grid.scatter import WEIGHTS, add_block
+from pellucid.grid.stencil import gather, gather_gradient, gather_scalar
 from pellucid.grid.transfer_heat import further_heat, lumping_heat
-from pellucid.grid.velocity_transfer import HEAT, MASS, NEW, OLD, inertia_rows, new_velocity
+from pellucid.grid.velocity_transfer import HEAT, MASS, NEW, OLD, new_velocity
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
 from pellucid.jit.local import indices, numbers, zeros
@@ -113,15 +113,15 @@ def _add_rates(mapped, start, n, c):
 
 @kernel(inner=True)
 def _update_velocities_slab(s, mapped, energy, dt, remap):
-    functions, transfer, lattice, nodes = mapped.functions, mapped.transfer, mapped.lattice, mapped.nodes
-    points, slabs, affine, index = mapped.points, mapped.slabs, mapped.affine, mapped.index
+    functions, transfer, lattice = mapped.functions, mapped.transfer, mapped.lattice
+    points, slabs, index = mapped.points, mapped.slabs, mapped.index
     if slabs.first[s] == slabs.first[s + 1]:
         return
     worked, in_cells = len(energy) > 0, len(mapped.cells.found) > 0
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = zeros(WIDTH * COUNT), zeros(len(SUMS) * LANES)
     fields, field_energies = numbers(WIDTH * AFFINE_COUNT), zeros(LANES)
-    vectors = 0
+    weights, vectors = numbers(WIDTH * WEIGHTS), 0
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch(index, (ZERO_VECTOR, 0.0), (points.velocity, points.mass), start, n, c, OLD * WIDTH)
@@ -141,10 +141,7 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
             put(c, q + MOVED * WIDTH, (0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * lost))
         add_columns(c, MOVED, n, sums, 0, len(SUMS))
         if remap:
-            for q in range(n):
-                p, m = place_of(index, start + q), c[uintp(q + MASS * WIDTH)]
-                rows = inertia_rows(transfer, m, take(ZERO_VECTOR, c, q + NEW * WIDTH), affine, p, 0.0)
-                add_inertia(about_point(functions, found, first_node, q), lattice, nodes.inertia, transfer, rows)
+            add_block(functions, mapped, start, n, found, first_node, weights, (1, 0, 0.0))
     for number, column in enumerate(SUMS):
         slabs.sums[s, column] = total(load(sums, number * LANES))
     slabs.sums[s, AFFINE], slabs.sums[s, VECTORS] = total(load(field_energies, 0)), vectors

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function
+from pellucid.jit.point_rows import tensor_at_point
 from pellucid.jit.vector import row
 
 
@@ -42,14 +43,9 @@ def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float
 
 
 @generic
-def affine_of(transfer: Any, affine: Any, p: int) -> Any:
-    """The affine field C of point p as a 9-tuple [1/s], zero but for APIC."""
-
-
-@generic
 def inertia_rows(transfer: Any, m: float, v: Any, affine: Any, p: int, counted: float) -> Any:
-    """What point p of mass m [kg] and velocity v [m/s] gives to nodes, as rows of momentum x, y, z [kg m/s] and mass: at its
-    place and, for APIC, by distance along x, y, z. The mass is taken `counted` times, 0 or 1."""
+    """What point p of mass m [kg] and velocity v [m/s], a row of four, gives to nodes, as rows of momentum x, y, z [kg m/s] and
+    mass: at its place and, for APIC, by distance along x, y, z. The mass is taken `counted` times, 0 or 1."""
 
 
 @generic
@@ -77,31 +73,10 @@ def _apic(transfer, v, mapped, change):
     return mapped
 
 
-@point_function(affine_of, Flip)
-@point_function(affine_of, Blend)
-def _no_affine(transfer, affine, p):
-    return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@point_function(affine_of, Apic)
-def _affine(transfer, affine, p):
-    return (
-        affine[p, 0],
-        affine[p, 1],
-        affine[p, 2],
-        affine[p, 3],
-        affine[p, 4],
-        affine[p, 5],
-        affine[p, 6],
-        affine[p, 7],
-        affine[p, 8],
-    )
-
-
 @point_function(inertia_rows, Flip)
 @point_function(inertia_rows, Blend)
 def _rigid_rows(transfer, m, v, affine, p, counted):
-    return row(m * v[0], m * v[1], m * v[2], counted * m)
+    return m * (v + row(0.0, 0.0, 0.0, counted))
 
 
 @point_function(rows_of_line, Flip)
@@ -118,13 +93,9 @@ def _rigid_node(transfer, line, dz):
 
 @point_function(inertia_rows, Apic)
 def _affine_rows(transfer, m, v, affine, p, counted):
-    C = affine_of(transfer, affine, p)
-    return (
-        row(m * v[0], m * v[1], m * v[2], counted * m),
-        row(m * C[0], m * C[3], m * C[6], 0.0),
-        row(m * C[1], m * C[4], m * C[7], 0.0),
-        row(m * C[2], m * C[5], m * C[8], 0.0),
-    )
+    x, y, z = tensor_at_point(affine, p)
+    of_momentum = row(m, m, m, 0.0)
+    return m * (v + row(0.0, 0.0, 0.0, counted)), of_momentum * x, of_momentum * y, of_momentum * z
 
 
 @point_function(rows_of_line, Apic)

@@ -75,7 +75,8 @@ def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
     return types.none(array, types.intp, VECTOR), emit
 
 
-def _repeat(builder: Any, number: Any) -> Any:
+def repeat(builder: Any, number: Any) -> Any:
+    """In compiled code: a vector with a number in all lanes."""
     empty = ir.Constant(_DOUBLES, ir.Undefined)
     first = builder.insert_element(empty, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, empty, ir.Constant(_NUMBERS, [0] * LANES))
@@ -83,14 +84,14 @@ def _repeat(builder: Any, number: Any) -> Any:
 
 @intrinsic
 def _splat(typing: Any, number: Any) -> Any:
-    return VECTOR(types.float64), lambda context, builder, signature, values: _repeat(builder, values[0])
+    return VECTOR(types.float64), lambda context, builder, signature, values: repeat(builder, values[0])
 
 
 @intrinsic
 def _spread(typing: Any, array: Any, index: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
-        return _repeat(builder, builder.load(builder.gep(data, [values[1]])))
+        return repeat(builder, builder.load(builder.gep(data, [values[1]])))
 
     return VECTOR(types.Array(types.float64, 1, "C"), types.intp), emit
 

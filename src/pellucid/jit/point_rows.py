@@ -1,0 +1,92 @@
+"""Rows of an array, one for each point, as vectors: that of one point.
+
+`vector_at_point(array, p)`: a row of three numbers, and a zero. `symmetric_at_point(array, p)`: of a row of six (xx, yy, zz,
+yz, xz, xy) the three columns of the tensor. `tensor_at_point(array, p)`: the same of a row of ten, nine of a tensor row by row
+and one more. What the last lanes of columns hold has no meaning.
+"""
+
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+from pellucid.jit.vector import LANES, VECTOR
+
+DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
+FLAGS, NUMBERS = ir.VectorType(ir.IntType(1), LANES), ir.VectorType(ir.IntType(32), LANES)
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, first: int) -> Any:
+    """Of four doubles of the row of point p, from number `first` of it on."""
+    if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
+        raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
+    data = context.make_array(kind)(context, builder, array).data
+    at = builder.add(builder.mul(p, p.type(length)), p.type(first))
+    return builder.bitcast(builder.gep(data, [at], inbounds=True), DOUBLES.as_pointer())
+
+
+@intrinsic
+def _vector_at_point(typing: Any, array: Any, p: Any) -> Any:
+    kind = ir.FunctionType(DOUBLES, [DOUBLES.as_pointer(), ir.IntType(32), FLAGS, DOUBLES])
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        masked = cgutils.get_or_insert_function(builder.module, kind, "llvm.masked.load.v4f64.p0")
+        place = _address(context, builder, signature.args[0], *given, length=3, first=0)
+        # beyond the row of the last point nothing may be read
+        mask, rest = ir.Constant(FLAGS, [1, 1, 1, 0]), ir.Constant(DOUBLES, [0.0] * LANES)
+        return builder.call(masked, [place, ir.IntType(32)(8), mask, rest])
+
+    return VECTOR(array, types.uintp), emit
+
+
+@intrinsic
+def _symmetric_at_point(typing: Any, array: Any, p: Any) -> Any:
+    columns = types.UniTuple(VECTOR, 3)
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        places = (_address(context, builder, signature.args[0], *given, length=6, first=first) for first in (0, 2))
+        xx_yy_zz_yz, zz_yz_xz_xy = (builder.load(place, align=8) for place in places)
+        lanes = (0, 7, 6, 0), (7, 1, 3, 0), (6, 3, 2, 0)
+        found = [builder.shuffle_vector(xx_yy_zz_yz, zz_yz_xz_xy, ir.Constant(NUMBERS, column)) for column in lanes]
+        return context.make_tuple(builder, columns, found)
+
+    return columns(array, types.uintp), emit
+
+
+@intrinsic
+def _tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
+    columns = types.UniTuple(VECTOR, 3)
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        places = (_address(context, builder, signature.args[0], *given, length=10, first=first) for first in (0, 3, 6))
+        one, two, three = (builder.load(place, align=8) for place in places)
+        pairs = (builder.shuffle_vector(one, two, ir.Constant(NUMBERS, [d, 4 + d, 0, 0])) for d in range(3))
+        lanes = ([0, 1, 4 + d, 0] for d in range(3))
+        found = [
+            builder.shuffle_vector(pair, three, ir.Constant(NUMBERS, column)) for pair, column in zip(pairs, lanes, strict=True)
+        ]
+        return context.make_tuple(builder, columns, found)
+
+    return columns(array, types.uintp), emit
+
+
+def _plain_vector_at_point(array: np.ndarray, p: Any) -> np.ndarray:
+    return np.append(array[p], 0.0)
+
+
+def _plain_symmetric_at_point(array: np.ndarray, p: Any) -> Any:
+    xx, yy, zz, yz, xz, xy = array[p]
+    return np.array([xx, xy, xz, xx]), np.array([xy, yy, yz, xx]), np.array([xz, yz, zz, xx])
+
+
+def _plain_tensor_at_point(array: np.ndarray, p: Any) -> Any:
+    columns = array[p, :9].reshape(3, 3).T
+    return tuple(np.append(column, column[0]) for column in columns)
+
+
+_PLAIN = _plain_vector_at_point, _plain_symmetric_at_point, _plain_tensor_at_point
+_COMPILED = _vector_at_point, _symmetric_at_point, _tensor_at_point
+vector_at_point, symmetric_at_point, tensor_at_point = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
