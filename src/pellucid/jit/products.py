@@ -21,7 +21,7 @@ FUSED = ("contract",)
 
 @intrinsic
 def _outer(typing: Any, a: Any, b: Any) -> Any:
-    made = types.UniTuple(types.float64, len(a) * len(b))
+    made = types.UniTuple(types.float64, len(a) * len(b))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         first, second = ([value for _, value in flat(builder, *pair)] for pair in zip((a, b), given, strict=True))
@@ -32,7 +32,7 @@ def _outer(typing: Any, a: Any, b: Any) -> Any:
 
 @intrinsic
 def _no_sums(typing: Any, like: Any) -> Any:
-    made = types.UniTuple(VECTOR, len(like))
+    made = types.UniTuple(VECTOR, len(like))  # type: ignore[attr-defined]
     return made(like), lambda context, builder, signature, given: context.get_constant_null(made)
 
 
@@ -52,7 +52,7 @@ def _plus(typing: Any, sums: Any, weights: Any, vectors: Any) -> Any:
 
 @intrinsic
 def _moved(typing: Any, vectors: Any, like: Any, step: Any) -> Any:
-    made = types.UniTuple(VECTOR, len(vectors) * len(like))
+    made = types.UniTuple(VECTOR, len(vectors) * len(like))  # type: ignore[attr-defined]
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         last = [value for _, value in flat(builder, vectors, given[0])]
