@@ -57,6 +57,11 @@ class ActiveConditions:
         for member in members.values():
             member.body.complete()
 
+    @property
+    def give_impulses(self) -> bool:
+        """Whether any gives impulses to the nodes."""
+        return any(type(part).act_on_nodes is not ActiveCondition.act_on_nodes for part in self._active)
+
     def begin(self, time: float, dt: float) -> None:
         """Set the actions of the step that begins at `time` [s]."""
         for actions in self.actions:

@@ -81,7 +81,8 @@ def is_free(constrained, I):
 
 
 @kernel(inner=True)
-def _advance_chunk(chunk, field, dt, small, flip):
+def advance_chunk(chunk, field, dt, small, flip):
+    """p + dt (f + m g) on the nodes of a chunk, then the supports; see `NodalMomentum`."""
     nodes, walls, mirror, gravity = field.nodes, field.supports.velocity, field.supports.mirror, field.gravity
     external, work = field.external, field.work
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
@@ -149,35 +150,6 @@ def _advance_chunk(chunk, field, dt, small, flip):
             strain_velocity[I, d] = new if m > small or s > 0 else light
     work[chunk, SUPPORT] = pushed
     work[chunk, IMPACT] = lost
-
-
-@kernel(inner=True)
-def _sum_loads_chunk(chunk, field):
-    loads = field.external.loads
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
-        for d in range(3):
-            load = 0.0
-            for k in range(len(loads)):
-                load += loads[k, I, d]
-            field.load[I, d] = load
-
-
-@kernel(inner=True)
-def _add_apart_chunk(chunk, field):
-    force, apart = field.nodes.force, field.apart
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(apart))):
-        for d in range(3):
-            force[I, d] += apart[I, d]
-
-
-@kernel()
-def advance(chunks, field, dt, small, flip):
-    """p + dt (f + m g) on every node, then the supports; see `NodalMomentum`."""
-    if len(field.apart) > 0:
-        parallel_for(_add_apart_chunk, chunks, field)
-    if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
-        parallel_for(_sum_loads_chunk, chunks, field)
-    parallel_for(_advance_chunk, chunks, field, dt, small, flip)
 
 
 @kernel(inner=True)

@@ -4,8 +4,8 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import CHUNK, NO_FORCES, NOTHING, AdvancedNodes, ExternalAction, Supports, advance, project
-from pellucid.grid.nodal_works import count_works, sum_strain_lag
+from pellucid.grid.momentum import CHUNK, NO_FORCES, NOTHING, AdvancedNodes, ExternalAction, Supports, project
+from pellucid.grid.nodal_works import advance, count_works, sum_strain_lag
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
@@ -41,10 +41,14 @@ class NodalMomentum:
         """Let a share of gravity act."""
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
-    def advance(self, dt: float) -> None:
-        """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity."""
+    def advance(self, dt: float, last: bool = False) -> None:
+        """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity.
+
+        last: whether nothing else changes the velocities of the nodes in this step, so that works are counted at once.
+        """
         self._sums.fill(0.0)
-        advance(self._chunks, self._bundle, dt, self.small_mass, self.flip)
+        advance(self._chunks, self._bundle, dt, self.small_mass, self.flip, int(last))
+        self._counted = last
 
     def works(self, dt: float) -> StepWork:
         """Works of the step dt [s] and impulses of the supports, when nothing changes the velocities of the nodes any more.
@@ -55,7 +59,8 @@ class NodalMomentum:
         hardly any mass, where both are large and opposite, do without: there forces but gravity work along the velocity before
         the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy.
         """
-        count_works(self._chunks, self._bundle, dt, self.small_mass)
+        if not self._counted:
+            count_works(self._chunks, self._bundle, dt, self.small_mass)
         done = step_work(ordered_sum(self._sums), self._columns)
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 

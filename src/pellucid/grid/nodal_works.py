@@ -1,7 +1,7 @@
-"""Works of a step at the nodes, along the means of their velocities before and after it."""
+"""A step of the nodes, and the works along the means of their velocities before and after it."""
 
 from pellucid.energy import ABSORBED, FIRST_LOAD, GRAVITY, IMPACT, INTERNAL, MOTION
-from pellucid.grid.momentum import CHUNK, NOTHING, driven_velocity, following, is_acted_on, is_free
+from pellucid.grid.momentum import CHUNK, NOTHING, advance_chunk, driven_velocity, following, is_acted_on, is_free
 from pellucid.jit import kernel
 from pellucid.jit.local import numbers
 from pellucid.jit.parallel import parallel_for
@@ -81,6 +81,42 @@ def _count_works_chunk(chunk, field, dt, small):
 def count_works(chunks, field, dt, small):
     """Works of the step and impulses on nodes, with mean velocities; see `NodalMomentum.works`."""
     parallel_for(_count_works_chunk, chunks, field, dt, small)
+
+
+@kernel(inner=True)
+def _sum_loads_chunk(chunk, field):
+    loads = field.external.loads
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
+        for d in range(3):
+            load = 0.0
+            for k in range(len(loads)):
+                load += loads[k, I, d]
+            field.load[I, d] = load
+
+
+@kernel(inner=True)
+def _add_apart_chunk(chunk, field):
+    force, apart = field.nodes.force, field.apart
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(apart))):
+        for d in range(3):
+            force[I, d] += apart[I, d]
+
+
+@kernel(inner=True)
+def _advance_chunk(chunk, field, dt, small, flip, counted):
+    advance_chunk(chunk, field, dt, small, flip)
+    if counted:
+        _count_works_chunk(chunk, field, dt, small)
+
+
+@kernel()
+def advance(chunks, field, dt, small, flip, counted):
+    """The momentum equation of all nodes; where `counted`, their works too, while the nodes are at hand."""
+    if len(field.apart) > 0:
+        parallel_for(_add_apart_chunk, chunks, field)
+    if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
+        parallel_for(_sum_loads_chunk, chunks, field)
+    parallel_for(_advance_chunk, chunks, field, dt, small, flip, counted)
 
 
 @kernel(inner=True)

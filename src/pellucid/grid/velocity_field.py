@@ -72,10 +72,10 @@ class VelocityField:
         """See `NodalMomentum.slowed_work`."""
         return self._momentum.slowed_work(self._slowed, dt) if len(self._slowed) else 0.0
 
-    def advance(self, dt: float) -> None:
-        """Advance the momentum of the nodes without contact and impulses of conditions."""
+    def advance(self, dt: float, last: bool = False) -> None:
+        """Advance the momentum of the nodes without contact and impulses of conditions; last: whether none come after it."""
         self._given: list[tuple[np.ndarray, int, float]] = []
-        self._momentum.advance(dt)
+        self._momentum.advance(dt, last)
         if not self.moves_points:
             self.grid.nodes.velocity_increment.fill(0.0)
             self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact

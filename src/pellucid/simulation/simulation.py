@@ -95,6 +95,7 @@ class Simulation:
         pairs = pairs_of(self.velocity_fields, built, case.contact)
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
+        self._forces_alone = not (self.has_contact or self.conditions.give_impulses)  # move the nodes, and no impulses
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
@@ -175,7 +176,7 @@ class Simulation:
     def advance(self, dt: float) -> None:
         """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
         for field in self.velocity_fields:
-            field.advance(dt)
+            field.advance(dt, last=self._forces_alone)
         self.conditions.act_on_nodes(dt)
         self.contact_pairs.resolve()
         works = [field.works(dt) for field in self.velocity_fields]
