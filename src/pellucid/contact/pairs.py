@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.contact import impulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.surface import ContactBody
-from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, row_length, step_work, total_work
+from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
@@ -169,6 +169,9 @@ class ContactWork(NamedTuple):
         """With what was done after it."""
         more = {name: self.impulses[name] + impulse for name, impulse in other.impulses.items()}
         return ContactWork(total_work([self.work, other.work], len(self.work.works)), self.impulses | more)
+
+
+NO_CONTACT = ContactWork(no_work(0, 0), {})
 
 
 class ContactPairs:

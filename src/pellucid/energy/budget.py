@@ -99,25 +99,27 @@ class EnergyBudget:
 
         weight: what its impulses count in the reactions, where the time of the loads is not that of the steps.
         """
-        kinetic, stored = self._energies(bodies)
+        totals = [body.totals for body in bodies]
+        kinetic, stored, half_power, heating, size = (
+            sum(numbers)
+            for numbers in zip(*((t.kinetic, t.stored, t.half_power, t.heating, t.momentum_size) for t in totals), strict=True)
+        )
         works = done.works.tolist()
-        internal, external = works[INTERNAL], 0.0
+        internal, external, exchanged = works[INTERNAL], 0.0, abs(stored - self.initial["stored"])
         for channel, column in self.channels.items():
             amount = works[column]
-            self.sums[channel.name] += amount
+            self.sums[channel.name] = so_far = self.sums[channel.name] + amount
             external += channel.sign * amount
+            exchanged += abs(so_far)
         self.transfer += kinetic - self.kinetic - (internal + external)
-        half_power = self._half_power(bodies)
         staggering = dt * (half_power - self.half_power)
         self.time_integration += stored - self.stored + staggering + internal
-        self.artificial_heat += dt * sum(body.totals.heating for body in bodies)
+        self.artificial_heat += dt * heating
         self.kinetic, self.stored, self.half_power = kinetic, stored, half_power
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.staggering += staggering
         self._record_impulses(done, contact_impulses, dt, weight)
-        exchanged = abs(stored - self.initial["stored"]) + sum(abs(amount) for amount in self.sums.values())
         self.moved = max(self.moved, kinetic + exchanged)
-        size = sum(body.totals.momentum_size for body in bodies)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
     def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:

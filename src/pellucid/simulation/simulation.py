@@ -11,7 +11,7 @@ import numpy as np
 
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
-from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.pairs import NO_CONTACT, ContactPairs
 from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
@@ -95,6 +95,7 @@ class Simulation:
         pairs = pairs_of(self.velocity_fields, built, case.contact)
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
+        self._contact = NO_CONTACT
         self._forces_alone = not (self.has_contact or self.conditions.give_impulses)  # move the nodes, and no impulses
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
@@ -178,12 +179,15 @@ class Simulation:
         for field in self.velocity_fields:
             field.advance(dt, last=self._forces_alone)
         self.conditions.act_on_nodes(dt)
-        self.contact_pairs.resolve()
+        if self.has_contact:
+            self.contact_pairs.resolve()
         works = [field.works(dt) for field in self.velocity_fields]
+        self._works = [work for work in works if work is not None]
         for pressure in self._cell_pressures:
             pressure.find_growth()
-        self._contact = self.contact_pairs.work()
-        self._works = [*(work for work in works if work is not None), self._contact.work]
+        if self.has_contact:
+            self._contact = self.contact_pairs.work()
+            self._works.append(self._contact.work)
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""
@@ -211,8 +215,9 @@ class Simulation:
         if self.has_contact:
             lost.append(contact_lag_work(self.contact_pairs))
         won = -sum(float(work.works[TRANSFER]) for work in lost)
-        works = [*self._works, *self.conditions.works(), *lost, return_heat(self.grid_bodies, won), *own]
-        done = total_work(works, self._columns)
+        if won > 0.0:
+            lost += return_heat(self.grid_bodies, won)
+        done = total_work([*self._works, *self.conditions.works(), *lost, *own], self._columns)
         self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
 

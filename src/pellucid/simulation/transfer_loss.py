@@ -70,7 +70,7 @@ def contact_lag_work(pairs: ContactPairs) -> StepWork:
     return done
 
 
-def return_heat(bodies: Iterable[GridBody], won: float) -> StepWork:
+def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
     """Where the transfers above have won energy [J] in a step, let fluids give it back from the heat that they kept in it.
 
     That is where a fluid shares its velocity field with others: it keeps h_p of its points, which is a part of L of the forces
@@ -78,10 +78,10 @@ def return_heat(bodies: Iterable[GridBody], won: float) -> StepWork:
     """
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)
-    done = no_work(TRANSFER + 1, 0)
-    if won > 0.0 and kept > 0.0:
-        share = min(won / kept, 1.0)
-        for body in keeping:
-            body.return_heat(share)
-        done.works[[INTERNAL, TRANSFER]] = share * kept
-    return done
+    if kept <= 0.0:
+        return []
+    done, share = no_work(TRANSFER + 1, 0), min(won / kept, 1.0)
+    for body in keeping:
+        body.return_heat(share)
+    done.works[[INTERNAL, TRANSFER]] = share * kept
+    return [done]
