@@ -13,13 +13,15 @@ import pytest
 from rich.console import Console
 
 from pellucid import Simulation
-from pellucid.bench import bench, peers, table
+from pellucid.approximants import GRID_FUNCTIONS
+from pellucid.bench import bench, peers, table, whole
 from pellucid.bench.bandwidth import triad_bandwidth
 from pellucid.bench.contact import WHICH, contact_case
 from pellucid.bench.measure import measure
-from pellucid.bench.problem import MATERIALS, bench_case
+from pellucid.bench.problem import MATERIALS, bench_case, case_of
 from pellucid.errors import UsageError
 
+SOME_VARIANTS = [{"body": "ideal-gas", "functions": "trilinear", "transfer": "apic"}, {"body": "membrane-elements"}]
 PEER_SCRIPTS = Path(__file__).parents[1] / "benchmarks" / "peers"
 
 
@@ -37,8 +39,10 @@ def block() -> ModuleType:
 
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
-    """A benchmark of a thousand points."""
-    return bench(points=[1000], steps=2, threads=1)
+    """A benchmark of a thousand points, with two of the variants, which compile kernels of their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(whole, "VARIANTS", SOME_VARIANTS)
+        return bench(points=[1000], steps=2, threads=1)
 
 
 def shown(result: dict[str, Any]) -> str:
@@ -76,8 +80,24 @@ def test_every_body_is_measured(result: dict[str, Any]) -> None:
         assert row["bytes_per_point"] >= 0.0
 
 
+def test_other_functions_transfers_and_membranes_are_measured(result: dict[str, Any]) -> None:
+    found = [(row["body"], row["functions"], row["transfer"]) for row in result["variants"]]
+    assert found == [("ideal-gas", "trilinear", "apic"), ("membrane-elements", "trilinear", "flip")]
+    assert all(row["points"] == pytest.approx(1000, rel=0.05) for row in result["variants"])
+
+
+@pytest.mark.parametrize("variant", whole.VARIANTS, ids=lambda variant: "-".join(variant.values()))
+def test_variants_are_cases_of_about_the_points_asked_for(variant: dict[str, str]) -> None:
+    sim = Simulation(case_of(points=1000, **variant))
+    assert sim.bodies[0].n_points == pytest.approx(1000, rel=0.05)
+
+
+def test_variants_have_every_function() -> None:
+    assert {variant.get("functions", "trilinear") for variant in whole.VARIANTS} == set(GRID_FUNCTIONS)
+
+
 def test_parts_make_up_the_step(result: dict[str, Any]) -> None:
-    for row in result["bodies"]:
+    for row in [*result["bodies"], *result["variants"]]:
         assert {"sort", "scatter", "grid"} <= set(row["parts"])
         assert all(share >= 0.0 for share in row["parts"].values())
         assert sum(row["parts"].values()) == pytest.approx(1.0)
@@ -130,6 +150,8 @@ def test_result_is_json_and_has_a_table(result: dict[str, Any]) -> None:
     text = shown(result)
     assert "M point-steps/s" in text
     assert all(body in text for body in MATERIALS)
+    assert "a sheet of membrane" in text
+    assert "membrane-elements" in text
     assert "a block that presses on a sheet" in text
     assert "forces of a meshless solid" in text
     assert "a film in space" in text
@@ -148,13 +170,11 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert {row["peer"] for row in rows} == set(peers.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
     assert "not run" in shown(
-        {"machine": MACHINE, "bodies": [], "contact": CONTACT, "solid": SOLID, "films": [], "peers": rows}
+        {"machine": MACHINE, "bodies": [], "variants": [], "contact": CONTACT, "solid": SOLID, "films": [], "peers": rows}
     )
 
 
 def test_ratio_to_a_peer_is_of_equal_problems(monkeypatch: pytest.MonkeyPatch) -> None:
-    from pellucid.bench import whole
-
     row = {"body": "hypoelastic", "points": 1000, "point_steps_per_second": 30.0}
     peer = {"peer": "taichi", "law": "hypoelastic", "points": 1000, "point_steps_per_second": 5.0, "threads": 2}
     assert whole._with_ratio(peer, [row])["ratio"] == 6.0

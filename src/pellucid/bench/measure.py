@@ -6,18 +6,21 @@ import time
 from typing import Any
 
 from pellucid.bench.memory import peak_bytes
-from pellucid.bench.problem import bench_case
+from pellucid.bench.problem import case_of
 from pellucid.simulation.simulation import Simulation
 
 WARM_UP_STEPS = 3
 BLOCKS = 3
 
 
-def measure(body: str, points: int, steps: int, threads: int | None) -> dict[str, Any]:
+def measure(
+    body: str, points: int, steps: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
+) -> dict[str, Any]:
     """Step the benchmark problem `BLOCKS` times `steps` steps; the fastest block counts. Keys as in `bench`."""
-    Simulation(bench_case(body, 1000), threads=threads).step()  # compiles the kernels or loads them
+    what = body, functions, transfer
+    Simulation(case_of(1000, *what), threads=threads).step()  # compiles the kernels or loads them
     before = peak_bytes()
-    simulation = Simulation(bench_case(body, points), threads=threads, timed=True)
+    simulation = Simulation(case_of(points, *what), threads=threads, timed=True)
     n = sum(b.n_points for b in simulation.bodies)
     _advance(simulation, WARM_UP_STEPS)
     simulation.timers.clear()
@@ -25,6 +28,8 @@ def measure(body: str, points: int, steps: int, threads: int | None) -> dict[str
     seconds, processor_seconds = min(blocks)
     return {
         "body": body,
+        "functions": functions,
+        "transfer": transfer,
         "points": n,
         "steps": steps,
         "seconds_per_step": seconds / steps,

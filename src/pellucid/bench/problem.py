@@ -1,4 +1,4 @@
-"""The problem that is measured: a closed box full of points, eight a cell, through which a sine wave runs."""
+"""The problems that are measured: a closed box full of points, eight a cell, through which a sine wave runs; a free sheet."""
 
 import math
 from typing import Any
@@ -24,10 +24,16 @@ MATERIALS: dict[str, dict[str, Any]] = {
     "hypoelastic": {"kind": "linear-elastic", **SOLID},
     "neo-hookean": {"kind": "neo-hookean", **SOLID},
 }
+MEMBRANES = "membrane-points", "membrane-elements"
 SPEED = {"ideal-gas": 3.0, "hypoelastic": 0.5, "neo-hookean": 0.5}  # m/s, amplitude of the wave
 
 
-def bench_case(body: str, points: int, **time: Any) -> Case:
+def case_of(points: int, body: str, functions: str = "trilinear", transfer: str = "flip") -> Case:
+    """The problem of a body of `MATERIALS` or of `MEMBRANES`."""
+    return sheet_case(body, points) if body in MEMBRANES else bench_case(body, points, functions, transfer=transfer)
+
+
+def bench_case(body: str, points: int, functions: str = "trilinear", **time: Any) -> Case:
     """A cube of about `points` points of the material called `body`; `time` holds further fields of `[time]`."""
     cells = max(2, round((points / POINTS_PER_CELL) ** (1 / 3)))
     edge = cells * CELL
@@ -36,7 +42,7 @@ def bench_case(body: str, points: int, **time: Any) -> Case:
         {
             "schema": 1,
             "title": f"Benchmark: {body}",
-            "grid": {"lower": [0.0, 0.0, 0.0], "upper": corner, "cell": CELL},
+            "grid": {"lower": [0.0, 0.0, 0.0], "upper": corner, "cell": CELL, "functions": functions},
             "time": {"end": 1.0, **time},
             "energy": {
                 "warn": 1e9,
@@ -56,5 +62,37 @@ def bench_case(body: str, points: int, **time: Any) -> Case:
                 }
             ],
             "support": [{"where": f"{axis}-{end}", "fix": "normal"} for axis in "xyz" for end in ("lower", "upper")],
+        }
+    )
+
+
+def sheet_case(kind: str, points: int) -> Case:
+    """A square sheet of about `points` membrane points or nodes of elements, half a cell apart, that moves freely."""
+    along = max(3, round(points**0.5))
+    edge = 0.5 * (along - 1) * CELL
+    corner, high = [2.0 * CELL, 2.0 * CELL, 0.0], (math.ceil((along - 1) / 2) + 4) * CELL
+    rectangle = {
+        "corner": corner,
+        "first_edge": [edge, 0.0, 0.0],
+        "second_edge": [0.0, edge, 0.0],
+        "points": [along, along],
+    }
+    return Case.model_validate(
+        {
+            "schema": 1,
+            "title": f"Benchmark: {kind}",
+            "grid": {"lower": [0.0, 0.0, -4.0 * CELL], "upper": [high, high, 4.0 * CELL], "cell": CELL},
+            "time": {"end": 1.0},
+            "energy": {"warn": 1e9, "stop": 1e9},
+            "body": [
+                {
+                    "kind": kind,
+                    "name": "sheet",
+                    "surface": {"rectangle": rectangle},
+                    "thickness": 0.1 * CELL,
+                    "material": {"kind": "linear-membrane", **SOLID},
+                    "velocity": [0.0, 0.0, 0.1],
+                }
+            ],
         }
     )

@@ -7,14 +7,14 @@ from rich.table import Table
 
 
 def table(result: dict[str, Any]) -> RenderableType:
-    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, contact, a meshless
-    solid, films, the peers."""
+    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, other functions and
+    transfers and membranes, contact, a meshless solid, films, the peers."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
-    shown: list[RenderableType] = [head, _bodies(result["bodies"]), _contact(result["contact"]), _solid(result["solid"])]
-    shown.append(_films(result["films"]))
+    shown: list[RenderableType] = [head, _bodies(result["bodies"]), _variants(result["variants"])]
+    shown += [_contact(result["contact"]), _solid(result["solid"]), _films(result["films"])]
     if result["peers"]:
         shown.append(_peers(result["peers"]))
     return Group(*shown)
@@ -35,6 +35,22 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
             f"{row['cores']:.1f}",
             f"{row['bytes_per_point']:.0f}",
             *(f"{row['parts'][part]:.0%}" if part in row["parts"] else "" for part in parts),
+        )
+    return shown
+
+
+def _variants(rows: list[dict[str, Any]]) -> Table:
+    shown = Table(title="the same with other functions and transfers, and of a sheet of membrane")
+    for heading in ("body", "functions", "transfer"):
+        shown.add_column(heading)
+    for heading in ("points", "M point-steps/s", "ns/point"):
+        shown.add_column(heading, justify="right")
+    for row in rows:
+        shown.add_row(
+            *(row[key] for key in ("body", "functions", "transfer")),
+            f"{row['points']:,}",
+            f"{row['point_steps_per_second'] / 1e6:.1f}",
+            f"{1e9 / row['point_steps_per_second']:.0f}",
         )
     return shown
 

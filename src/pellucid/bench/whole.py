@@ -9,7 +9,7 @@ from typing import Any
 
 import pellucid
 from pellucid.bench.peers import run_peers
-from pellucid.bench.problem import MATERIALS
+from pellucid.bench.problem import MATERIALS, MEMBRANES
 from pellucid.errors import RunStopped, UsageError
 
 POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
@@ -18,6 +18,13 @@ CONTACT_POINTS, CONTACT_STEPS = 200_000, 50
 SOLID_POINTS, SOLID_STEPS = 200_000, 50
 FILM_NODES, FILM_STEPS = (642, 2_562, 10_242, 40_962), 30
 PEER_POINTS = 1_000_000
+VARIANT_POINTS = 100_000
+VARIANTS = [
+    *({"body": "ideal-gas", "functions": functions} for functions in ("gimp", "quadratic-bspline", "cubic-bspline")),
+    *({"body": "ideal-gas", "functions": functions, "transfer": "apic"} for functions in ("trilinear", "quadratic-bspline")),
+    *({"body": body} for body in MEMBRANES),
+]
+"""What is measured beside the bodies with trilinear functions and FLIP."""
 
 
 def bench(
@@ -30,8 +37,9 @@ def bench(
     `cores` is how many cores the body really had: fewer than the threads on a machine with other work.
     Raises RunStopped where a measurement ends badly, such as for want of memory.
 
-    Returns {"machine": {...}, "bodies": [{body, points, steps, seconds_per_step, point_steps_per_second,
-    cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "contact": {elements, points, steps,
+    Returns {"machine": {...}, "bodies": [{body, functions, transfer, points, steps, seconds_per_step, point_steps_per_second,
+    cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "variants":
+    [the same of VARIANTS], "contact": {elements, points, steps,
     seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
     build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
     point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "films": [{points, steps, build_seconds,
@@ -54,7 +62,9 @@ def bench(
         "numba": numba.__version__,
         "pellucid": pellucid.__version__,
     }
-    bodies = [_measured(body, n, steps or _steps(n), threads) for body in MATERIALS for n in points or POINTS]
+    bodies = [_measured({"body": body}, n, steps or _steps(n), threads) for body in MATERIALS for n in points or POINTS]
+    size = min(max(points or POINTS), VARIANT_POINTS)
+    variants = [_measured(variant, size, steps or _steps(size), threads) for variant in VARIANTS]
     size = min(max(points or POINTS), CONTACT_POINTS)
     contact = _in_a_process("contact", {"points": size, "steps": steps or CONTACT_STEPS, "threads": threads})
     size = min(max(points or POINTS), SOLID_POINTS)
@@ -64,8 +74,8 @@ def bench(
         for n in FILM_NODES
         if n <= max(points or POINTS) or n == FILM_NODES[0]
     ]
-    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "contact": contact, "solid": solid, "films": films}
-    result["peers"] = []
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "variants": variants}
+    result |= {"contact": contact, "solid": solid, "films": films, "peers": []}
     if peers:
         size = PEER_POINTS if points is None else max(points)
         result["peers"] = [_with_ratio(peer, bodies) for peer in run_peers(size, steps or _steps(size), threads)]
@@ -77,8 +87,8 @@ def _steps(points: int) -> int:
     return max(20, min(500, 20_000_000 // points))
 
 
-def _measured(body: str, points: int, steps: int, threads: int) -> dict[str, Any]:
-    return _in_a_process("measure", {"body": body, "points": points, "steps": steps, "threads": threads})
+def _measured(what: dict[str, str], points: int, steps: int, threads: int) -> dict[str, Any]:
+    return _in_a_process("measure", {**what, "points": points, "steps": steps, "threads": threads})
 
 
 def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
