@@ -42,6 +42,7 @@ def result() -> dict[str, Any]:
     """A benchmark of a thousand points, with two of the variants, which compile kernels of their own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(whole, "VARIANTS", SOME_VARIANTS)
+        patch.setattr(whole, "THREADS_POINTS", (1000,))
         return bench(points=[1000], steps=2, threads=1)
 
 
@@ -84,6 +85,14 @@ def test_other_functions_transfers_and_membranes_are_measured(result: dict[str, 
     found = [(row["body"], row["functions"], row["transfer"]) for row in result["variants"]]
     assert found == [("ideal-gas", "trilinear", "apic"), ("membrane-elements", "trilinear", "flip")]
     assert all(row["points"] == pytest.approx(1000, rel=0.05) for row in result["variants"])
+
+
+def test_the_gas_is_measured_with_numbers_of_threads(result: dict[str, Any]) -> None:
+    assert [(row["body"], row["points"], row["threads"]) for row in result["threads"]] == [("ideal-gas", 1000, 1)]
+    rows = [
+        {**result["threads"][0], "threads": number, "seconds_per_step": seconds} for number, seconds in ((1, 0.5), (2, 0.4))
+    ]
+    assert "1.25" in shown({**result, "threads": rows}).split("times one thread")[1]
 
 
 @pytest.mark.parametrize("variant", whole.VARIANTS, ids=lambda variant: "-".join(variant.values()))
@@ -170,7 +179,16 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert {row["peer"] for row in rows} == set(peers.PEERS)
     assert all("No module named" in row["missing"] for row in rows)
     assert "not run" in shown(
-        {"machine": MACHINE, "bodies": [], "variants": [], "contact": CONTACT, "solid": SOLID, "films": [], "peers": rows}
+        {
+            "machine": MACHINE,
+            "bodies": [],
+            "variants": [],
+            "threads": [],
+            "contact": CONTACT,
+            "solid": SOLID,
+            "films": [],
+            "peers": rows,
+        }
     )
 
 

@@ -31,6 +31,7 @@ def measure(
         "functions": functions,
         "transfer": transfer,
         "points": n,
+        "threads": threads,
         "steps": steps,
         "seconds_per_step": seconds / steps,
         "point_steps_per_second": n * steps / seconds,

@@ -8,12 +8,14 @@ from rich.table import Table
 
 def table(result: dict[str, Any]) -> RenderableType:
     """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, other functions and
-    transfers and membranes, contact, a meshless solid, films, the peers."""
+    transfers and membranes, numbers of threads, contact, a meshless solid, films, the peers."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
     shown: list[RenderableType] = [head, _bodies(result["bodies"]), _variants(result["variants"])]
+    if result["threads"]:
+        shown.append(_threads(result["threads"]))
     shown += [_contact(result["contact"]), _solid(result["solid"]), _films(result["films"])]
     if result["peers"]:
         shown.append(_peers(result["peers"]))
@@ -51,6 +53,22 @@ def _variants(rows: list[dict[str, Any]]) -> Table:
             f"{row['points']:,}",
             f"{row['point_steps_per_second'] / 1e6:.1f}",
             f"{1e9 / row['point_steps_per_second']:.0f}",
+        )
+    return shown
+
+
+def _threads(rows: list[dict[str, Any]]) -> Table:
+    alone = {row["points"]: row["seconds_per_step"] for row in rows if row["threads"] == 1}
+    shown = Table(title="the ideal gas with some numbers of threads")
+    for heading in ("points", "threads", "cores", "M point-steps/s", "times one thread"):
+        shown.add_column(heading, justify="right")
+    for row in rows:
+        shown.add_row(
+            f"{row['points']:,}",
+            str(row["threads"]),
+            f"{row['cores']:.1f}",
+            f"{row['point_steps_per_second'] / 1e6:.1f}",
+            f"{alone[row['points']] / row['seconds_per_step']:.2f}",
         )
     return shown
 

@@ -11,6 +11,7 @@ import pellucid
 from pellucid.bench.peers import run_peers
 from pellucid.bench.problem import MATERIALS, MEMBRANES
 from pellucid.errors import RunStopped, UsageError
+from pellucid.simulation.threads import numbers_up_to
 
 POINTS = (10_000, 100_000, 1_000_000, 4_000_000)
 MOST_POINTS = 1_000_000_000
@@ -25,6 +26,8 @@ VARIANTS = [
     *({"body": body} for body in MEMBRANES),
 ]
 """What is measured beside the bodies with trilinear functions and FLIP."""
+THREADS_POINTS = 20_000, 100_000, 1_000_000
+"""Sizes of the gas that is measured with one thread, two, four, and all."""
 
 
 def bench(
@@ -37,9 +40,9 @@ def bench(
     `cores` is how many cores the body really had: fewer than the threads on a machine with other work.
     Raises RunStopped where a measurement ends badly, such as for want of memory.
 
-    Returns {"machine": {...}, "bodies": [{body, functions, transfer, points, steps, seconds_per_step, point_steps_per_second,
-    cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "variants":
-    [the same of VARIANTS], "contact": {elements, points, steps,
+    Returns {"machine": {...}, "bodies": [{body, functions, transfer, points, threads, steps, seconds_per_step,
+    point_steps_per_second, cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...],
+    "variants": [the same of VARIANTS], "threads": [the same of a gas with 1 to `threads`], "contact": {elements, points, steps,
     seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
     build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
     point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "films": [{points, steps, build_seconds,
@@ -74,7 +77,10 @@ def bench(
         for n in FILM_NODES
         if n <= max(points or POINTS) or n == FILM_NODES[0]
     ]
-    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "variants": variants}
+    sizes = [n for n in THREADS_POINTS if n <= max(points or POINTS)]
+    gas = {"body": "ideal-gas"}
+    by_threads = [_measured(gas, n, steps or _steps(n), number) for n in sizes for number in numbers_up_to(threads)]
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "variants": variants, "threads": by_threads}
     result |= {"contact": contact, "solid": solid, "films": films, "peers": []}
     if peers:
         size = PEER_POINTS if points is None else max(points)
