@@ -78,7 +78,7 @@ class PointsOnGrid(GridBody):
         if isinstance(velocity_transfer, Apic):
             arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
-        self._heat = np.zeros(len(arrays["mass"]))
+        self._heat = np.zeros(len(arrays["mass"]) if self.keeps_heat else 0)
         self._goes_on = False
         self.totals = Totals()
         self.bind()

@@ -125,7 +125,7 @@ class MappedPoints(NamedTuple):
     points: PointArrays
     slabs: Slabs
     affine: np.ndarray  # (n, 10) affine velocity fields [1/s] and FIELD_ENERGY; no rows where the transfer has no use for them
-    heat: np.ndarray  # (n,) kinetic energy that the transfer of this step lost about a point [J/kg]
+    heat: np.ndarray  # (n,) kinetic energy that the transfer of this step lost about a point [J/kg]; no rows where none is kept
     index: Any  # `InOrder` or `ByIndex`
     cells: FullCells
 

@@ -48,7 +48,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, stress_power
 
 # columns of a block after HEAT: gradient of the mean velocity, sums from MOVED on, energy, volume, stress, place
 GRADIENT, MOVED, WORKED, ENERGY, PLACE, COUNT = 9, 18, 25, 27, 35, 38
-MOVED_POINT = ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # place, velocity, mass, heat
+MOVED_POINT = ZERO_VECTOR, ZERO_VECTOR, 0.0  # place, velocity, mass
 WORKED_ON = 0.0, 0.0, NO_STRESS  # energy, volume, stress
 SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS, GAINED, KEPT
 """Of the columns from MOVED on."""
@@ -64,11 +64,11 @@ def _gather_block(mapped, energy, strained, start, n, found, first_node, c):
         end = run_end(first_node, a, n)
         vectors += (end - a + LANES - 1) // LANES
         while a < end:
-            expect(index, MOVED_POINT, (points.position, points.velocity, points.mass, mapped.heat), start + a)
+            expect(index, MOVED_POINT, (points.position, points.velocity, points.mass), start + a)
             if len(mapped.affine) > 0:
                 expect(index, FIELD, mapped.affine, start + a)
             if len(energy) > 0:
-                expect(index, WORKED_ON, (energy, points.volume, points.stress), start + a)
+                expect(index, (*WORKED_ON, 0.0), (energy, points.volume, points.stress, mapped.heat), start + a)
             about = about_lanes(functions, found, first_node, a)
             v = take_lanes(ZERO_VECTOR, c, a + OLD * WIDTH)
             change, mean = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
@@ -89,7 +89,8 @@ def _gather_block(mapped, energy, strained, start, n, found, first_node, c):
 
 @pointwise
 def _take_work(mapped, energy, dt, start, n, c):
-    """Add the work on the points of a block to their energies; what was gained, and the heat in it, into columns."""
+    """Add the work on the points of a block to their energies, and keep their heat; what was gained, and of it the heat, into
+    columns."""
     points, index, keeps_losses = mapped.points, mapped.index, len(mapped.affine) > 0
     fetch(index, WORKED_ON, (energy, points.volume, points.stress), start, n, c, ENERGY * WIDTH)
     for q in range(n):
@@ -99,6 +100,7 @@ def _take_work(mapped, energy, dt, start, n, c):
         more = V / m * (dt * stress_power(s, take(IDENTITY, c, q + GRADIENT * WIDTH))) + kept
         put(c, q + WORKED * WIDTH, (m * more, m * kept, before + more))
     keep(index, 0.0, energy, start, n, c, ENERGY * WIDTH)
+    keep(index, 0.0, mapped.heat, start, n, c, HEAT * WIDTH)
 
 
 @pointwise
@@ -130,7 +132,6 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
         vectors += _gather_block(mapped, energy, worked or in_cells, start, n, found, first_node, c)
         renew_affine(transfer, mapped, start, n, found, first_node, c, fields, field_energies)
         keep(index, ZERO_VECTOR, points.velocity, start, n, c, NEW * WIDTH)
-        keep(index, 0.0, mapped.heat, start, n, c, HEAT * WIDTH)
         if in_cells:
             _add_rates(mapped, start, n, c)
         if worked:
@@ -151,8 +152,9 @@ def _update_velocities_slab(s, mapped, energy, dt, remap):
 def update_velocities(n, mapped, energy, dt, remap):
     """New velocities of the points; where `remap` their momentum mapped to the nodes again.
 
-    Fills `heat`, and LUMPING and LOSS of the sums, with what the transfer loses of kinetic energy; of APIC the affine fields
-    too, AFFINE with their kinetic energy [J], and the heat holds what the way of the points since the last step lost of it.
+    Fills LUMPING and LOSS of the sums, and `heat` where it is kept, with what the transfer loses of kinetic energy; of APIC the
+    affine fields too, AFFINE with their kinetic energy [J], and the heat holds what the way of the points since the last step
+    lost of it.
     energy, shape (points,), or (0,) of a body that keeps no heat: specific energy [J/kg], to which dt V σ:∇v̄ is added, with
     volume, stress and functions of the forces on the nodes and the mean velocity v̄ along which these did their work over the
     step dt [s], and the heat of the transfer where it is a loss; of APIC always, since it swings with the way of the points.
