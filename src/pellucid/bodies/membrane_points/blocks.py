@@ -9,10 +9,11 @@ from math import inf, sqrt
 from numpy import uintp
 
 from pellucid.bodies.membrane_points.point import in_frame, in_space, spun, turned
-from pellucid.grid.blocks import fetch, keep_where
+from pellucid.grid.blocks import expect, fetch, keep_where
 from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, place_of
 from pellucid.jit import pointwise
 from pellucid.jit.columns import WIDTH, put, take
+from pellucid.jit.vector import LANES
 from pellucid.materials.damage import dissipate, driving_strain, has_failed, upright, weaken
 from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed, stretched
 from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, end_stress_power
@@ -48,11 +49,20 @@ def all_bear(c, n):
 
 
 @pointwise
-def turn_and_stretch(surface, dt, start, n, c):
-    """New frames and shapes, from the moved triangles and the gradients, and the strains that drive damage."""
+def turn_and_stretch(surface, dt, start, n, c, stress_too):
+    """New frames and shapes, from the moved triangles and the gradients, and the strains that drive damage.
+
+    stress_too: whether stresses are found in the same pass, so that what they need of the next block is asked for.
+    """
     index, law, damage = surface.index, surface.law, surface.damage
     first, triangle, normals = surface.fans.start, surface.fans.triangle, surface.fans.normals
+    points, state = surface.points, surface.state
     for q in range(n):
+        if stress_too and q % LANES == 0:
+            expect(index, (0.0, 0.0, 0.0), (points.mass, points.volume, state.strain_energy), start + q)
+            expect(
+                index, (ZERO_VECTOR, ZERO_VECTOR, NO_STRESS), (points.velocity, state.plane_stress, points.stress), start + q
+            )
         p = place_of(index, start + q)
         mx, my, mz = take(ZERO_VECTOR, c, q + (FRAME + 6) * WIDTH)
         nx = ny = nz = area = 0.0

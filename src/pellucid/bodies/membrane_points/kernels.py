@@ -134,7 +134,7 @@ def _strain_slab(s, surface, dt):
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch_shapes(surface, start, n, c)
-        turn_and_stretch(surface, dt, start, n, c)
+        turn_and_stretch(surface, dt, start, n, c, True)
         fetch_stresses(surface, start, n, c)
         weaken_points(surface, start, n, c)
         respond_to_shapes(law, lattice, thickness, dt, n, c)
@@ -159,7 +159,7 @@ def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
     for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch_shapes(surface, start, n, c)
-        turn_and_stretch(surface, dt, start, n, c)
+        turn_and_stretch(surface, dt, start, n, c, False)
         keep_shapes(surface, start, n, c)
         for q in range(n):
             p = place_of(index, start + q)

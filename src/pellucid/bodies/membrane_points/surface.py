@@ -6,7 +6,10 @@ import numpy as np
 
 
 class Fans(NamedTuple):
-    """The triangles about each point: corners[start[p]:start[p+1]] are the two other corners of each, in their turn."""
+    """The triangles about each point: corners[start[p]:start[p+1]] are the two other corners of each, in their turn.
+
+    Triangles are numbered in the order of their points, so that those of neighbours lie near each other in memory.
+    """
 
     start: np.ndarray  # (n+1,)
     corners: np.ndarray  # (3 m, 2) for m triangles
@@ -17,12 +20,13 @@ class Fans(NamedTuple):
 
 def fans_of(triangles: np.ndarray, n: int) -> Fans:
     """The fans of n points; triangles, shape (m, 3), counterclockwise about the normal. Their normals are not known yet."""
+    triangles = triangles[np.argsort(triangles.min(axis=1), kind="stable")].astype(np.int32)
     a, b, c = triangles.T
     owner = np.concatenate([a, b, c])
     corners = np.concatenate([np.stack(pair, axis=1) for pair in ((b, c), (c, a), (a, b))])
     order = np.argsort(owner, kind="stable")
     start = np.searchsorted(owner[order], np.arange(n + 1))
-    number = order % len(triangles)
+    number = (order % len(triangles)).astype(np.int32)
     return Fans(start, np.ascontiguousarray(corners[order]), number, triangles, np.zeros((len(triangles), 4)))
 
 
