@@ -52,7 +52,7 @@ class AdvancedNodes(NamedTuple):
     gravity: np.ndarray  # (3,) what acts of it [m/s²]
     external: ExternalAction
     load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
-    apart: np.ndarray  # (n, 3) internal forces of the bodies that keep heat [N]; no rows where these are with all others
+    apart: np.ndarray  # (4 n,) rows of internal forces of the bodies that keep heat [N]; empty where these are with all others
     work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
 
 
@@ -69,15 +69,18 @@ def driven_velocity(external, I, d):
 
 
 @pointwise
-def is_acted_on(field):
-    """Whether more than internal forces, gravity and supports act on nodes of the field."""
-    return len(field.load) > 0 or len(field.external.absorption) > 0 or len(field.external.driven_mass) > 0
+def is_zero(vectors, I):
+    """Whether the vector of node I is zero, of vectors, shape (nodes, 3), or without rows where there are none."""
+    return len(vectors) == 0 or (vectors[I, 0] == 0 and vectors[I, 1] == 0 and vectors[I, 2] == 0)
 
 
 @pointwise
-def is_free(constrained, I):
-    """Whether no support constrains node I."""
-    return constrained[I, 0] == 0 and constrained[I, 1] == 0 and constrained[I, 2] == 0
+def moves_freely(field, I):
+    """Whether nothing acts on node I but internal forces and gravity, and nothing leads it."""
+    if not is_zero(field.nodes.constrained, I):
+        return False
+    external = field.external
+    return is_zero(field.load, I) and is_zero(external.absorption, I) and is_zero(external.driven_mass, I)
 
 
 @kernel(inner=True)
@@ -88,7 +91,7 @@ def advance_chunk(chunk, field, dt, small, flip):
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
     loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
-    total_load, by_rows = field.load, not is_acted_on(field)
+    total_load = field.load
     fall = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
     pushed = lost = 0.0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
@@ -101,7 +104,9 @@ def advance_chunk(chunk, field, dt, small, flip):
             store(nodes.strain_velocities, 4 * I, zero)
             continue
         over_m = 1.0 / m
-        if by_rows and is_free(constrained, I):
+        if moves_freely(field, I):
+            if driven:
+                external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
             before = over_m * load(nodes.inertia, 4 * I)
             falling = before + fall
             after = falling + (dt * over_m) * load(nodes.forces, 4 * I)
@@ -160,7 +165,7 @@ def _project_chunk(chunk, field):
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         over_m = 1.0 / m if m >= NOTHING else 0.0
-        if not driven and is_free(constrained, I):
+        if is_zero(constrained, I) and is_zero(external.driven_mass, I):
             store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
             continue
         for d in range(3):

@@ -25,7 +25,7 @@ class NodalMomentum:
         small_mass: float,
         flip: float,
         external: ExternalAction,
-        apart: np.ndarray = NO_FORCES[:, :3],
+        apart: np.ndarray = NO_FORCES,
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
@@ -35,7 +35,7 @@ class NodalMomentum:
         load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
         self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
         self._gravity = self._full_gravity.copy()
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, apart, self._sums))
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, apart.reshape(-1), self._sums))
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act."""
@@ -81,7 +81,7 @@ class NodalMomentum:
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
         """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
-        nodes, apart = self._bundle.nodes, self._bundle.apart
+        nodes, apart = self._bundle.nodes, self._bundle.apart.reshape(-1, 4)[:, :3]
         force = nodes.force[node] - apart[node] if len(apart) else nodes.force[node]
         return 0.5 * dt * float(np.sum(force * increment))
 

@@ -1,7 +1,7 @@
 """A step of the nodes, and the works along the means of their velocities before and after it."""
 
 from pellucid.energy import ABSORBED, FIRST_LOAD, GRAVITY, IMPACT, INTERNAL, MOTION
-from pellucid.grid.momentum import CHUNK, NOTHING, advance_chunk, driven_velocity, following, is_acted_on, is_free
+from pellucid.grid.momentum import CHUNK, NOTHING, advance_chunk, driven_velocity, following, moves_freely
 from pellucid.jit import kernel
 from pellucid.jit.local import numbers
 from pellucid.jit.parallel import parallel_for
@@ -13,7 +13,7 @@ def _count_works_chunk(chunk, field, dt, small):
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
     mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
     loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
-    by_rows, of_rows = not is_acted_on(field), numbers(LANES)
+    of_rows = numbers(LANES)
     of_velocity = row(1.0, 1.0, 1.0, 0.0)
     power, momentum = nothing(of_velocity), nothing(of_velocity)
     internal = fall = sum_of_masses = absorbed = moved = lost = 0.0
@@ -26,7 +26,7 @@ def _count_works_chunk(chunk, field, dt, small):
             nodes.increment_energy[I] = 0.0
             continue
         sum_of_masses += m
-        if by_rows and m > small and is_free(nodes.constrained, I):
+        if m > small and moves_freely(field, I):
             change = of_velocity * load(nodes.increments, 4 * I)
             mean_row = load(nodes.velocities, 4 * I) - 0.5 * change
             store(nodes.mean_velocities, 4 * I, mean_row)
@@ -96,10 +96,9 @@ def _sum_loads_chunk(chunk, field):
 
 @kernel(inner=True)
 def _add_apart_chunk(chunk, field):
-    force, apart = field.nodes.force, field.apart
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(apart))):
-        for d in range(3):
-            force[I, d] += apart[I, d]
+    forces, apart = field.nodes.forces, field.apart
+    for k in range(4 * CHUNK * chunk, min(4 * CHUNK * (chunk + 1), len(apart)), LANES):
+        store(forces, k, load(forces, k) + load(apart, k))
 
 
 @kernel(inner=True)
@@ -127,14 +126,17 @@ def _sum_strain_lag_chunk(chunk, field, dt, small, sums):
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
         if nodes.mass[I] < NOTHING:
             continue
-        if not (several or driven) and nodes.mass[I] > small and is_free(nodes.constrained, I):
+        if nodes.mass[I] > small and moves_freely(field, I):
             old_row = load(nodes.velocities, 4 * I) - load(nodes.increments, 4 * I)
             new_row = load(nodes.strain_velocities, 4 * I)
-            power += load(nodes.forces, 4 * I) * (2.0 * load(nodes.mean_velocities, 4 * I) - old_row - new_row)
+            force_row = load(nodes.forces, 4 * I)
+            if several:
+                force_row -= load(field.apart, 4 * I)
+            power += force_row * (2.0 * load(nodes.mean_velocities, 4 * I) - old_row - new_row)
             continue
         for d in range(3):
             mean = nodes.mean_velocity[I, d]
-            force = nodes.force[I, d] - field.apart[I, d] if several else nodes.force[I, d]
+            force = nodes.force[I, d] - field.apart[4 * I + d] if several else nodes.force[I, d]
             old = mean
             if nodes.mass[I] > small or nodes.constrained[I, d] > 0:
                 old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]

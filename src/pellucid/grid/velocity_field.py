@@ -43,7 +43,7 @@ class VelocityField:
         """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
         self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
-        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart[:, :3])
+        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart)
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act on the nodes."""
