@@ -49,13 +49,15 @@ def _add_lanes(about, lattice, slot, normal, point, present, found):
                 e, at = slot[node_at(about, lattice, a, b, c)], COLUMNS * LANES * number
                 number += 1
                 if e >= 0:
-                    w = larger(line * about.wz[c], splat(0.0))
-                    along = x * normal[e, 0] + y * normal[e, 1] + z * normal[e, 2]
+                    w, along = line * about.wz[c], x * normal[e, 0] + y * normal[e, 1] + z * normal[e, 2]
                     for column, reach in enumerate((r + along, r - along)):
                         before = load(found, at + column * LANES)
                         store(found, at + column * LANES, where_positive(w, larger(reach, before), before))
-                    store(found, at + PLACES * LANES, load(found, at + PLACES * LANES) + w * V * along)
-                    store(found, at + VOLUMES * LANES, load(found, at + VOLUMES * LANES) + w * V)
+                    # what lies in lanes of no points may be no number
+                    share = where_positive(w, w * V, splat(0.0))
+                    moment = where_positive(w, share * along, splat(0.0))
+                    store(found, at + PLACES * LANES, load(found, at + PLACES * LANES) + moment)
+                    store(found, at + VOLUMES * LANES, load(found, at + VOLUMES * LANES) + share)
 
 
 @pointwise
@@ -96,11 +98,10 @@ def _extents_slab(s, mapped, where, normal, radius, extents):
         while a < n:
             end = run_end(first_node, a, n)
             if where.near[first_node[a]]:
-                about = about_lanes(functions, functions_found, first_node, a)
                 for k in range(a, end, LANES):
                     about = about_lanes(functions, functions_found, first_node, k)
                     _add_lanes(about, lattice, where.slot, normal, take_lanes(POINT, c, k), _first_lanes(end - k), found)
-                _keep_run(about, lattice, where.slot, found, extents)
+                _keep_run(about_lanes(functions, functions_found, first_node, a), lattice, where.slot, found, extents)
             a = end
 
 

@@ -63,10 +63,7 @@ class ContactPair:
         self._closing = self._gap_closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
         if not self._touches:
             return
-        for mobility, field in zip(self._mobility, self.fields, strict=True):
-            nodes, driven_mass = field.grid.nodes, field.external.driven_mass
-            constraints = nodes.constrained, driven_mass
-            impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *constraints, mobility)
+        impulses.measure_mobility(self._chunks, self.detection.node, *self._sides, self._mobility)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
@@ -133,8 +130,10 @@ class ContactPair:
     def lag_work(self, fields: Collection[VelocityField]) -> float:
         """See `ContactPairs.project`."""
         total = 0.0
+        if not self.impulses.any():
+            return total
         for field, side, mobility, sign in zip(self.fields, self._sides, self._mobility, SIGNS, strict=True):
-            if self._touches and field in fields:
+            if field in fields:
                 sums = np.zeros((self._chunks, 1))
                 given = self.detection.node, mobility, self.impulses
                 impulses.sum_lag_works(self._chunks, side, *given, field.small_mass, sums)
@@ -146,11 +145,10 @@ class ContactPair:
         return self._works(self._sides, self.impulses, row)
 
     def _works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
-        if not self._touches:
+        if not given.any():
             return np.zeros(row)
         works = np.zeros((self._chunks, row))
-        for side, mobility, sign in zip(sides, self._mobility, SIGNS, strict=True):
-            impulses.sum_works(self._chunks, side, self.detection.node, mobility, given, sign, works)
+        impulses.sum_works(self._chunks, *sides, self.detection.node, self._mobility, given, works)
         return ordered_sum(works)
 
 
