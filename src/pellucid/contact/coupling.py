@@ -22,14 +22,14 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.sorting import empty_slabs, sort_by_nodes
 from pellucid.grid.transfer import bounds_of, placed
-from pellucid.grid.vectors import gather_vectors, scatter_vectors
+from pellucid.grid.vectors import gather_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
-NO_HEAT = np.zeros(0)
+NO_HEAT, NO_FORCE = np.zeros(0), np.zeros((0, 3))
 
 
 @kernel(inner=True)
@@ -97,9 +97,7 @@ class GridCoupling:
 
     def scatter(self, force: np.ndarray | None = None) -> None:
         """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
-        transfer.scatter(self.n_slabs, self.mapped, 1, 0)
-        if force is not None:
-            scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.grid.nodes.force)
+        self.velocity_field.scatter(self.n_slabs, self.mapped, NO_FORCE if force is None else force)
 
     def scatter_momentum(self) -> None:
         """Momentum alone, after the nodes' velocities changed."""
@@ -122,7 +120,7 @@ class GridCoupling:
         To be called when their momentum is mapped to the grid again; see `pellucid.contact.subcell_damping`.
         """
         loss = np.zeros_like(self.increment)
-        damp_subcell_velocities(self.n_slabs, self.mapped, self._within, loss)
+        damp_subcell_velocities(self.n_slabs, self.mapped, self.velocity_field.reached, self._within, loss)
         return loss
 
     def check_positions(self) -> tuple[int, int] | None:

@@ -20,7 +20,7 @@ import numpy as np
 from pellucid.contact import extents, faces, normals, shared
 from pellucid.contact.normals import COLUMNS, NORMAL, VOLUME
 from pellucid.contact.surface import ContactBody
-from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 
 CLOSE = 0.1
@@ -41,9 +41,11 @@ class ContactDetection:
     for which `find` was called last.
     """
 
-    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]) -> None:
-        self._grids, self._bodies = grids, bodies
-        n = grids[0].n_nodes
+    def __init__(
+        self, fields: tuple[VelocityField, VelocityField], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]
+    ) -> None:
+        self._fields, self._grid, self._bodies = fields, fields[0].grid, bodies
+        n = self._grid.n_nodes
         self._shared = np.empty(n, np.int64)
         self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
         self._box, self._narrow = np.empty((2, 3)), np.zeros(1, np.int64)
@@ -61,14 +63,18 @@ class ContactDetection:
 
     def find(self) -> None:
         """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
-        one, other = (grid.nodes.mass for grid in self._grids)
-        n = shared.list_shared(one, other, self._shared)
+        masses = [field.grid.nodes.mass for field in self._fields]
+        reached = [field.reached for field in self._fields if field.reached is not None]
+        if reached:
+            n = shared.list_shared_of(min(reached, key=len), *masses, self._shared)
+        else:
+            n = shared.list_shared(*masses, self._shared)
         self.node = self._shared[:n]
         self.normal, self.gap, self.room = np.zeros((n, 3)), np.full(n, -np.inf), np.zeros(n)
         if n:
-            strides = self._grids[0].lattice.strides
+            strides = self._grid.lattice.strides
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
-            shared.bounding_box(self.node, self._grids[0].lattice, self._reach, self._box, self._narrow)
+            shared.bounding_box(self.node, self._grid.lattice, self._reach, self._box, self._narrow)
             self._measure(n)
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
 
@@ -91,7 +97,7 @@ class ContactDetection:
             for direction in self._directions(moments[0], moments[1], crumpled):
                 normals.orient(moments[0], moments[1], direction)
                 normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
-        cell = self._grids[0].lattice.cell
+        cell = self._grid.lattice.cell
         normals.drop_open_gaps(self.gap, (1.0 if self._faced else self._close) * cell, self.normal)
         if self._faced:
             np.clip(self.gap, 0.0, cell, out=self.room)
@@ -105,7 +111,7 @@ class ContactDetection:
                     beside = np.empty(len(found.vector_areas), np.int64)
                     what = found.mapped, self._where, found.vector_areas, 1.0, moments[side].reshape(-1), beside
                     normals.sum_moments(found.n_slabs, *what)
-                faces.move_inwards(moments[side], self._grids[0].lattice.cell)
+                faces.move_inwards(moments[side], self._grid.lattice.cell)
         for direction in self._directions(moments[0], moments[1], crumpled):
             normals.orient(moments[0], moments[1], direction)
             sums = np.zeros((2, len(direction), 2))
@@ -145,7 +151,7 @@ class ContactDetection:
         else:
             for a, b in SHARES:
                 yield a * A + b * B
-            for axis in np.flatnonzero(~np.array(self._grids[0].thin)):
+            for axis in np.flatnonzero(~np.array(self._grid.thin)):
                 yield np.tile(np.eye(3)[axis], (len(A), 1))
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:

@@ -36,7 +36,7 @@ class ContactPair:
         name: str | None = None,
     ) -> None:
         self.name, self._kind, self._friction = name, kind, friction
-        self.detection = ContactDetection((fields[0].grid, fields[1].grid), bodies)
+        self.detection = ContactDetection(fields, bodies)
         self.fields, self.bodies = fields, bodies
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
         self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs

@@ -4,6 +4,7 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
+from numpy import uintp
 
 from pellucid.grid.momentum import NOTHING
 from pellucid.grid.points import place_of
@@ -27,6 +28,18 @@ def list_shared(first, second, node):
     """The nodes that have mass of both velocity fields into `node`; how many they are."""
     n = 0
     for I in range(len(first)):
+        if first[I] > NOTHING and second[I] > NOTHING:
+            node[n] = I
+            n += 1
+    return n
+
+
+@kernel()
+def list_shared_of(reached, first, second, node):
+    """The same where no nodes but those in `reached` can be shared."""
+    n = 0
+    for e in range(len(reached)):
+        I = reached[e]
         if first[I] > NOTHING and second[I] > NOTHING:
             node[n] = I
             n += 1
@@ -72,9 +85,7 @@ def bounding_box(node, lattice, reach, box, narrow):
 @pointwise
 def beyond(where, x, p):
     """Whether point p lies outside the box."""
-    box, d = where.box, where.narrow[0]
-    if x[p, d] < box[0, d] or x[p, d] > box[1, d]:
-        return True
+    box = where.box
     below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
     return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
 
@@ -83,10 +94,12 @@ def beyond(where, x, p):
 def list_within(where, index, x, q, end, listed):
     """Up to BLOCK points in the box, of those that slabs count from q to `end`, into `listed`; how many, and the number at
     which to go on."""
-    n = 0
+    d, n = uintp(where.narrow[0]), 0
+    low, high = where.box[0, d], where.box[1, d]
     while q < end and n < BLOCK:
         p = place_of(index, q)
-        listed[n] = p
-        n += 0 if beyond(where, x, p) else 1
         q += 1
+        if low <= x[p, d] <= high and not beyond(where, x, p):
+            listed[n] = p
+            n += 1
     return n, q
