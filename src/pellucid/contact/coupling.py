@@ -7,7 +7,6 @@ from numpy import intp
 
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
-from pellucid.grid import transfer
 from pellucid.grid.points import (
     NO_AFFINE,
     NO_CELLS,
@@ -20,6 +19,7 @@ from pellucid.grid.points import (
     Slabs,
     place_of,
 )
+from pellucid.grid.reached import NO_FORCE
 from pellucid.grid.sorting import empty_slabs, sort_by_nodes
 from pellucid.grid.transfer import bounds_of, placed
 from pellucid.grid.vectors import gather_vectors
@@ -29,7 +29,7 @@ from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
-NO_HEAT, NO_FORCE = np.zeros(0), np.zeros((0, 3))
+NO_HEAT = np.zeros(0)
 
 
 @kernel(inner=True)
@@ -101,11 +101,14 @@ class GridCoupling:
 
     def scatter_momentum(self) -> None:
         """Momentum alone, after the nodes' velocities changed."""
-        transfer.scatter_momentum(self.n_slabs, self.mapped)
+        self.velocity_field.scatter_momentum(self.n_slabs, self.mapped)
 
     def gather(self) -> np.ndarray:
         """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
-        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+        if self.velocity_field.pressed:
+            gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+        else:
+            self.increment.fill(0.0)
         return self.increment
 
     def gather_second(self) -> np.ndarray:

@@ -57,7 +57,7 @@ def _sum_moments_slab(s, mapped, where, areas, at_rest, moments, beside):
                 for c in range(len(wz)):
                     e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0:
-                        w, at = wx[a] * wy[b] * wz[c], COLUMNS * uintp(e)
+                        w, at = wx[a] * wy[b] * wz[c], COLUMNS * e
                         share = (
                             splat(w) if surface else row(gx[a] * wy[b] * wz[c], wx[a] * gy[b] * wz[c], wx[a] * wy[b] * gz[c], w)
                         )

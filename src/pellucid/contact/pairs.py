@@ -93,6 +93,9 @@ class ContactPair:
             return
         how = self._kind, self._friction, anew, self.detection.node, (self.detection.normal, self._closing)
         impulses.resolve(self._chunks, *how, *self._moved(), *self._mobility, self.impulses)
+        if self.impulses.any():
+            for field in self.fields:
+                field.pressed = True
 
     def give(self, impulse: np.ndarray) -> None:
         """Impulses on the first side and against the second [N s], shape (n, 3), beside those so far."""

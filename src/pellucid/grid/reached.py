@@ -19,6 +19,7 @@ from pellucid.jit.vector import load, row, splat, store
 
 CHUNK = 1024  # nodes that a thread takes at a time
 WORD = 8  # flags that are looked at together
+NO_FORCE = np.zeros((0, 3))
 
 
 class ConstrainedNodes(NamedTuple):
@@ -30,14 +31,14 @@ class ConstrainedNodes(NamedTuple):
 
 
 @kernel(inner=True)
-def _scatter_slab(s, mapped, force, flags):
+def _scatter_slab(s, mapped, force, counted, flags):
     functions, lattice, nodes, points, slabs = mapped.functions, mapped.lattice, mapped.nodes, mapped.points, mapped.slabs
     v, forced, last = points.velocity, len(force) > 0, -1
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(mapped.index, q)
         about = stencil(functions, lattice, points.position, p)
         wx, wy, wz = about.wx, about.wy, about.wz
-        inertia = points.mass[p] * row(v[p, 0], v[p, 1], v[p, 2], 1.0)
+        inertia = points.mass[p] * row(v[p, 0], v[p, 1], v[p, 2], counted)
         forces = row(force[p, 0], force[p, 1], force[p, 2], 0.0) if forced else splat(0.0)
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -53,8 +54,8 @@ def _scatter_slab(s, mapped, force, flags):
 
 
 @kernel()
-def _scatter(n, mapped, force, flags):
-    parallel_by_colour(_scatter_slab, n, mapped.slabs.across, mapped, force, flags)
+def _scatter(n, mapped, force, counted, flags):
+    parallel_by_colour(_scatter_slab, n, mapped.slabs.across, mapped, force, counted, flags)
 
 
 @kernel()
@@ -172,12 +173,13 @@ class ReachedNodes:
         """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3) or (0, 3), in
         place of those before."""
         _clear(self._chunks, self.node, self._flags, self._nodes)
-        _scatter(n, mapped, force, self._flags)
+        _scatter(n, mapped, force, 1.0, self._flags)
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
-    def clear_momentum(self) -> None:
-        """Set their momentum to zero."""
+    def scatter_momentum(self, n: int, mapped: Bundle) -> None:
+        """Momentum alone, in place of that before, after the velocities of the points changed and not their places."""
         _clear_momentum(self._chunks, self.node, self._nodes)
+        _scatter(n, mapped, NO_FORCE, 0.0, self._flags)
 
     def advance(self, dt: float) -> None:
         """Velocities after a step dt [s] with internal forces and what constrains nodes; no increments by contact yet."""

@@ -24,6 +24,8 @@ class VelocityField:
         self.name, self.grid, self.moves_points = name, grid, moves_points
         self._reached = None if moves_points else ReachedNodes(grid.nodes)
         self._apart = self._slowed = NO_FORCES
+        self.pressed = False
+        """Whether contact gave its nodes impulses in this step."""
         self.second_increment = np.zeros((0, 3))
         """Of velocities by contact after momentum was mapped again [m/s], shape (nodes, 3); no rows without contact."""
         self._second_nodes: list[np.ndarray] = []
@@ -62,9 +64,16 @@ class VelocityField:
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
         """Mass and momentum of the points of n slabs of a body with its own nodes, and forces on them until the end of the step
         [N], shape (points, 3) or (0, 3), to the nodes of the grid, in place of those of the step before."""
+        self._own_nodes().scatter(n, mapped, force)
+
+    def scatter_momentum(self, n: int, mapped: Bundle) -> None:
+        """Momentum alone of such points, after their velocities changed."""
+        self._own_nodes().scatter_momentum(n, mapped)
+
+    def _own_nodes(self) -> ReachedNodes:
         if self._reached is None:
             raise ValueError(f"the velocity field {self.name} moves its bodies, which have no nodes of their own")
-        self._reached.scatter(n, mapped, force)
+        return self._reached
 
     @property
     def reached(self) -> np.ndarray | None:
@@ -72,11 +81,9 @@ class VelocityField:
         return None if self._reached is None else self._reached.node
 
     def clear_momentum(self) -> None:
-        """Set the momentum to zero, before it is mapped again."""
+        """Set the momentum to zero, before it is mapped again; of own nodes `scatter_momentum` does so."""
         if self._reached is None:
             clearing.clear_momentum(self.grid.nodes)
-        else:
-            self._reached.clear_momentum()
 
     def clear_external(self) -> None:
         """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
@@ -96,6 +103,7 @@ class VelocityField:
     def advance(self, dt: float, last: bool = False) -> None:
         """Advance the momentum of the nodes without contact and impulses of conditions; last: whether none come after it."""
         self._given: list[tuple[np.ndarray, int, float]] = []
+        self.pressed = False
         if self._reached is None:
             self._momentum.advance(dt, last)
         else:
