@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.contact import impulses
+from pellucid.contact import impulse_works, impulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
@@ -139,7 +139,7 @@ class ContactPair:
             if field in fields:
                 sums = np.zeros((self._chunks, 1))
                 given = self.detection.node, mobility, self.impulses
-                impulses.sum_lag_works(self._chunks, side, *given, field.small_mass, sums)
+                impulse_works.sum_lag_works(self._chunks, side, *given, field.small_mass, sums)
                 total += sign * float(ordered_sum(sums)[0])
         return total
 
@@ -151,7 +151,7 @@ class ContactPair:
         if not given.any():
             return np.zeros(row)
         works = np.zeros((self._chunks, row))
-        impulses.sum_works(self._chunks, *sides, self.detection.node, self._mobility, given, works)
+        impulse_works.sum_works(self._chunks, *sides, self.detection.node, self._mobility, given, works)
         return ordered_sum(works)
 
 
