@@ -11,7 +11,7 @@ from pellucid.contact.shared import beyond
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.elementary import power
+from pellucid.jit.elementary import cube_root
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import load, row, splat, store
 
@@ -28,7 +28,8 @@ def reach_of_point(radius, volume):
     if half >= 0.0:
         return half
     size = volume * scale
-    return 0.5 * power(size, exponent)
+    edge, side = cube_root(size), sqrt(size)  # both, since a loop over points with a branch becomes no vectors
+    return 0.5 * (edge if exponent == 1.0 / 3.0 else (side if exponent == 0.5 else size))
 
 
 @kernel(inner=True)
