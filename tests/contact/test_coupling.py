@@ -60,7 +60,7 @@ def test_nodes_in_any_order_give_and_take_what_sorted_ones_do(functions):
         assert one.tobytes() == other.tobytes()
     increment = np.random.default_rng(10).normal(size=free.velocity_field.grid.nodes.velocity.shape)
     for coupling in (free, in_order):
-        coupling.velocity_field.grid.nodes.velocity_increment[:] = increment
+        coupling.velocity_field.grid.nodes.velocity_increment[:], coupling.velocity_field.pressed = increment, True
     assert free.gather().any()
     assert np.array_equal(free.gather()[order], in_order.gather())
     assert free.subcell_loss().any()
@@ -104,6 +104,8 @@ def test_a_linear_increment_is_gathered_exactly(functions):
     coupling = coupled(position, velocity, mass, functions)
     index, where = coupling.velocity_field.grid.where()
     coupling.velocity_field.grid.nodes.velocity_increment[index] = where @ GRADIENT.T + (1.0, -2.0, 3.0)
+    assert not coupling.gather().any(), "contact gave nothing"
+    coupling.velocity_field.pressed = True
     assert coupling.gather() == pytest.approx(position @ GRADIENT.T + (1.0, -2.0, 3.0), abs=1e-13)
     assert np.array_equal(coupling.increment, coupling.gather())
 

@@ -15,7 +15,7 @@ def pressed(body, velocity, push, dt=1e-9):
     body.renew_totals()
     momentum, energy = body.totals.momentum, body.totals.kinetic
     body.velocity_field.clear()
-    body.grid.nodes.velocity_increment[:] = push
+    body.grid.nodes.velocity_increment[:], body.velocity_field.pressed = push, True
     body.begin(dt)
     body.predict(dt)
     body.velocity_field.clear_momentum()

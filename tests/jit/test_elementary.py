@@ -1,4 +1,4 @@
-"""Logarithm, exponential and power beside numpy's, compiled and plain."""
+"""Logarithm, exponential, power and cube root beside numpy's, compiled and plain."""
 
 import math
 import re
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.elementary import exp, log, power
+from pellucid.jit.elementary import cube_root, exp, log, power
 from pellucid.jit.registry import IN_KERNELS
 
 SPECIAL = [0.0, -0.0, -1.0, np.inf, -np.inf, np.nan, 1.0, 5e-324, 1e-310, 2.3e-308, 1.7e308]
@@ -32,6 +32,12 @@ def powers(x, y, out):
         out[i] = power(x[i], y)
 
 
+@kernel()
+def cube_roots(x, out):
+    for i in range(len(x)):
+        out[i] = cube_root(x[i])
+
+
 def compiled(function, x, *more):
     out = np.empty_like(x)
     function(x, *more, out)
@@ -52,6 +58,12 @@ def test_logarithms_are_right_to_the_last_digit():
     x = positive(np.random.default_rng(1))
     assert units_apart(compiled(logs, x), np.log(x)) <= 1.5
     assert max(abs(log(v) - math.log(v)) / np.spacing(abs(math.log(v))) for v in x[::500]) <= 1.5
+
+
+def test_cube_roots_are_right_to_the_last_digit():
+    x = positive(np.random.default_rng(4))
+    assert units_apart(compiled(cube_roots, x), np.cbrt(x)) <= 1.5  # numpy's errs by half of one
+    assert max(abs(cube_root(v) - np.cbrt(v)) / np.spacing(np.cbrt(v)) for v in x[::500]) <= 1.5
 
 
 def test_exponentials_are_right_to_the_last_digit():
@@ -88,7 +100,7 @@ def test_exponentials_beyond_all_numbers_are_infinite_or_nothing():
     assert [exp(v) for v in x] == pytest.approx(exact, rel=1e-14, abs=1e-323, nan_ok=True)
 
 
-@pytest.mark.parametrize("function", [logs, exps])
+@pytest.mark.parametrize("function", [logs, exps, cube_roots])
 def test_a_loop_over_them_calls_nothing_and_becomes_vectors(function):
     anew = numba.njit(**{**IN_KERNELS, "no_cpython_wrapper": False})(function.py_func)  # of kept code there is no text
     compiled(anew, np.ones(8))

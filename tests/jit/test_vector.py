@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.vector import LANES, load, splat, spread, store, total, totals
+from pellucid.jit.vector import LANES, load, splat, spread, store, total, totals, where_positive
 
 
 @kernel()
@@ -45,3 +45,14 @@ def test_three_vectors_are_added_up_together():
     summed(a, out)
     pairs = a.reshape(2, 2, 2).sum(axis=2).sum(axis=1)  # the order in which one is
     assert (out == [*pairs, 4.0 * a[2], 4.0 * a[2]]).all()
+
+
+@kernel()
+def chosen(a, out):
+    store(out, 0, where_positive(load(a, 0), load(a, LANES), splat(7.0)))
+
+
+def test_lanes_are_taken_where_another_is_positive():
+    a, out = np.array([1.0, 0.0, -1.0, np.nan, 2.0, 3.0, 4.0, 5.0]), np.zeros(LANES)
+    chosen(a, out)
+    assert out.tolist() == [2.0, 7.0, 7.0, 7.0]

@@ -7,7 +7,6 @@ from numpy import intp
 
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
-from pellucid.grid import transfer
 from pellucid.grid.points import (
     NO_AFFINE,
     NO_CELLS,
@@ -20,9 +19,10 @@ from pellucid.grid.points import (
     Slabs,
     place_of,
 )
+from pellucid.grid.reached import NO_FORCE
 from pellucid.grid.sorting import empty_slabs, sort_by_nodes
 from pellucid.grid.transfer import bounds_of, placed
-from pellucid.grid.vectors import gather_vectors, scatter_vectors
+from pellucid.grid.vectors import gather_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.jit import kernel
@@ -97,17 +97,18 @@ class GridCoupling:
 
     def scatter(self, force: np.ndarray | None = None) -> None:
         """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
-        transfer.scatter(self.n_slabs, self.mapped, 1, 0)
-        if force is not None:
-            scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.grid.nodes.force)
+        self.velocity_field.scatter(self.n_slabs, self.mapped, NO_FORCE if force is None else force)
 
     def scatter_momentum(self) -> None:
         """Momentum alone, after the nodes' velocities changed."""
-        transfer.scatter_momentum(self.n_slabs, self.mapped)
+        self.velocity_field.scatter_momentum(self.n_slabs, self.mapped)
 
     def gather(self) -> np.ndarray:
         """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
-        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+        if self.velocity_field.pressed:
+            gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+        else:
+            self.increment.fill(0.0)
         return self.increment
 
     def gather_second(self) -> np.ndarray:
@@ -122,7 +123,7 @@ class GridCoupling:
         To be called when their momentum is mapped to the grid again; see `pellucid.contact.subcell_damping`.
         """
         loss = np.zeros_like(self.increment)
-        damp_subcell_velocities(self.n_slabs, self.mapped, self._within, loss)
+        damp_subcell_velocities(self.n_slabs, self.mapped, self.velocity_field.reached, self._within, loss)
         return loss
 
     def check_positions(self) -> tuple[int, int] | None:

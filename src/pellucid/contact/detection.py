@@ -17,10 +17,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pellucid.contact import faces, normals
-from pellucid.contact.normals import CENTRE, COLUMNS, NORMAL
+from pellucid.contact import extents, faces, normals, shared
+from pellucid.contact.normals import COLUMNS, NORMAL, VOLUME
 from pellucid.contact.surface import ContactBody
-from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 
 CLOSE = 0.1
@@ -41,13 +41,15 @@ class ContactDetection:
     for which `find` was called last.
     """
 
-    def __init__(self, grids: tuple[Grid, Grid], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]) -> None:
-        self._grids, self._bodies = grids, bodies
-        n = grids[0].n_nodes
+    def __init__(
+        self, fields: tuple[VelocityField, VelocityField], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]
+    ) -> None:
+        self._fields, self._grid, self._bodies = fields, fields[0].grid, bodies
+        n = self._grid.n_nodes
         self._shared = np.empty(n, np.int64)
         self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
-        self._box = np.empty((2, 3))
-        self._where = Bundle(normals.SharedNodes(self._slot, self._near, self._box))
+        self._box, self._narrow = np.empty((2, 3)), np.zeros(1, np.int64)
+        self._where = Bundle(shared.SharedNodes(self._slot, self._near, self._box, self._narrow))
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
         # a membrane beside a volume in one velocity field counts as a volume too
@@ -61,37 +63,41 @@ class ContactDetection:
 
     def find(self) -> None:
         """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
-        one, other = (grid.nodes.mass for grid in self._grids)
-        n = normals.list_shared(one, other, self._shared)
+        masses = [field.grid.nodes.mass for field in self._fields]
+        reached = [field.reached for field in self._fields if field.reached is not None]
+        if reached:
+            n = shared.list_shared_of(min(reached, key=len), *masses, self._shared)
+        else:
+            n = shared.list_shared(*masses, self._shared)
         self.node = self._shared[:n]
         self.normal, self.gap, self.room = np.zeros((n, 3)), np.full(n, -np.inf), np.zeros(n)
         if n:
-            strides = self._grids[0].lattice.strides
-            normals.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
-            normals.bounding_box(self.node, self._grids[0].lattice, self._reach, self._box)
+            strides = self._grid.lattice.strides
+            shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
+            shared.bounding_box(self.node, self._grid.lattice, self._reach, self._box, self._narrow)
             self._measure(n)
-            normals.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
+            shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
 
     def _measure(self, n: int) -> None:
         moments = np.zeros((2, n, COLUMNS))
         surfaces = [side for side in range(2) if self._surfaces[side]]
         for side in surfaces:
-            self._sum_moments(side, moments[side], 0)
+            self._sum_moments(side, moments[side])
         crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
         if len(surfaces) == 1:
             normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
         if self._faced:
             self._measure_faces(moments, crumpled)
         elif len(surfaces) == 1 and not crumpled.any():
-            foremost = self._detect_smooth(surfaces[0], moments, direction)
+            foremost = self._detect_smooth(surfaces[0], moments[surfaces[0]], direction)
             normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
         else:
             for side in {0, 1}.difference(surfaces):
-                self._sum_moments(side, moments[side], 1)
+                self._sum_moments(side, moments[side])
             for direction in self._directions(moments[0], moments[1], crumpled):
                 normals.orient(moments[0], moments[1], direction)
                 normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
-        cell = self._grids[0].lattice.cell
+        cell = self._grid.lattice.cell
         normals.drop_open_gaps(self.gap, (1.0 if self._faced else self._close) * cell, self.normal)
         if self._faced:
             np.clip(self.gap, 0.0, cell, out=self.room)
@@ -103,9 +109,9 @@ class ContactDetection:
             if not self._surfaces[side]:
                 for found in points[side]:
                     beside = np.empty(len(found.vector_areas), np.int64)
-                    what = found.mapped, self._where, found.vector_areas, 1.0, 0, moments[side], beside
+                    what = found.mapped, self._where, found.vector_areas, 1.0, moments[side].reshape(-1), beside
                     normals.sum_moments(found.n_slabs, *what)
-                faces.move_inwards(moments[side], self._grids[0].lattice.cell)
+                faces.move_inwards(moments[side], self._grid.lattice.cell)
         for direction in self._directions(moments[0], moments[1], crumpled):
             normals.orient(moments[0], moments[1], direction)
             sums = np.zeros((2, len(direction), 2))
@@ -115,19 +121,19 @@ class ContactDetection:
                     faces.sum_places(found.n_slabs, found.mapped, self._where, direction, *how, sums[side])
             normals.keep_widest_gap(direction, faces.mean_places(sums), self.normal, self.gap)
 
-    def _sum_moments(self, side: int, sums: np.ndarray, sloped: int) -> None:
+    def _sum_moments(self, side: int, sums: np.ndarray) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
             at_rest = 1.0 / body.areal_density if self._surfaces[side] else 0.0
             areas = body.vector_areas() if self._surfaces[side] else np.zeros((0, 3))
-            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, at_rest, sloped, sums, beside)
+            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, at_rest, sums.reshape(-1), beside)
 
     def _detect_smooth(self, membrane: int, moments: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Orient the normals of a membrane; as `_foremost`, with one pass over the points of the volume, not two."""
-        volume = 1 - membrane
-        ends, foremost = (np.full((2, len(normal)), -np.inf) for _ in range(2))
+        volume, foremost = 1 - membrane, np.full((2, len(normal)), -np.inf)
+        found = np.tile(extents.NOWHERE, (len(normal), 1))
         for body in self._bodies[volume]:
-            normals.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), moments[volume], ends)
-        normals.orient_membrane_normals(moments[membrane], moments[volume], ends, SIGNS[volume], normal, foremost[volume])
+            extents.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), found)
+        extents.orient_membrane_normals(moments, found, SIGNS[volume], normal, foremost[volume])
         self._reach_of(membrane, normal, foremost[membrane])
         return foremost
 
@@ -136,7 +142,7 @@ class ContactDetection:
 
         crumpled, shape (n,): where a membrane takes the normal of the volume that it touches.
         """
-        A, B = one[:, NORMAL:CENTRE], other[:, NORMAL:CENTRE]
+        A, B = one[:, NORMAL:VOLUME], other[:, NORMAL:VOLUME]
         if self._surfaces == (1, 1):
             along = np.sum(A * B, axis=1, keepdims=True)
             yield A + np.where(along > 0.0, B, -B)
@@ -145,7 +151,7 @@ class ContactDetection:
         else:
             for a, b in SHARES:
                 yield a * A + b * B
-            for axis in np.flatnonzero(~np.array(self._grids[0].thin)):
+            for axis in np.flatnonzero(~np.array(self._grid.thin)):
                 yield np.tile(np.eye(3)[axis], (len(A), 1))
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:

@@ -9,7 +9,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.contact.normals import CENTRE, NORMAL, VOLUME, beyond
+from pellucid.contact.normals import CENTRE, NORMAL, VOLUME
+from pellucid.contact.shared import beyond
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel
@@ -49,7 +50,7 @@ def _sum_places_slab(s, mapped, where, normal, areas, sign, two_sided, half, sum
     x, slabs = mapped.points.position, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        if beyond(where.box, x, p):
+        if beyond(where, x, p):
             continue
         about = stencil(functions, lattice, x, p)
         wx, wy, wz = about.wx, about.wy, about.wz
@@ -86,6 +87,6 @@ def mean_places(sums: np.ndarray) -> np.ndarray:
 
 def move_inwards(moments: np.ndarray, distance: float) -> None:
     """Put the centres of moments, shape (n, COLUMNS), this [m] behind the faces, where the body is."""
-    outwards = moments[:, NORMAL:CENTRE]
+    outwards = moments[:, NORMAL:VOLUME]
     size = np.linalg.norm(outwards, axis=1, keepdims=True)
-    moments[:, CENTRE:VOLUME] -= distance * moments[:, VOLUME:] * outwards / np.where(size > 0.0, size, 1.0)
+    moments[:, CENTRE : CENTRE + 3] -= distance * moments[:, VOLUME:CENTRE] * outwards / np.where(size > 0.0, size, 1.0)

@@ -8,7 +8,6 @@ m_b) dt) on a, friction only under compression. Constrained nodes have no mobili
 from math import sqrt
 from typing import NamedTuple
 
-from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.momentum import FIRM, ExternalAction
 from pellucid.jit import kernel, pointwise
@@ -28,8 +27,9 @@ class Side(NamedTuple):
 
 
 @kernel(inner=True)
-def _mobility_chunk(chunk, node, mass, constrained, driven_mass, mobility):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+def _mobility_of(side, first, end, node, mobility):
+    mass, constrained, driven_mass = side.nodes.mass, side.nodes.constrained, side.external.driven_mass
+    for e in range(first, end):
         I = node[e]
         m = mass[I]
         for d in range(3):
@@ -37,10 +37,18 @@ def _mobility_chunk(chunk, node, mass, constrained, driven_mass, mobility):
             mobility[e, d] = 0.0 if firm else 1.0 / m
 
 
+@kernel(inner=True)
+def _mobility_chunk(chunk, node, one, other, mobility):
+    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))
+    _mobility_of(one, first, end, node, mobility[0])
+    _mobility_of(other, first, end, node, mobility[1])
+
+
 @kernel()
-def measure_mobility(chunks, node, mass, constrained, driven_mass, mobility):
-    """1/m of the nodes along each axis [1/kg], 0 where they are constrained, by supports or wholly by driven points."""
-    parallel_for(_mobility_chunk, chunks, node, mass, constrained, driven_mass, mobility)
+def measure_mobility(chunks, node, one, other, mobility):
+    """1/m of the nodes of both sides along each axis [1/kg], shape (2, n, 3), 0 where they are constrained, by supports or
+    wholly by driven points. one, other: bundles of a `Side`."""
+    parallel_for(_mobility_chunk, chunks, node, one, other, mobility)
 
 
 @pointwise
@@ -79,11 +87,19 @@ def _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, given):
     return _impulse(kind, friction, n, (ux, uy, uz), w)
 
 
+@pointwise
+def _any(impulse):
+    """Whether there is an impulse at all: where there is none, its nodes need not come from memory."""
+    return impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0
+
+
 @kernel(inner=True)
 def _stop_approach_chunk(chunk, kind, friction, node, touch, one, other, w1, w2, total):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         impulse = _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, (0.0, 0.0, 0.0))
+        if not _any(impulse):
+            continue
         for d in range(3):
             one[I, d] += w1[e, d] * impulse[d]
             other[I, d] -= w2[e, d] * impulse[d]
@@ -113,11 +129,13 @@ def _resolve_chunk(chunk, kind, friction, anew, node, touch, one, other, w1, w2,
         I = node[e]
         given = (share * total[e, 0], share * total[e, 1], share * total[e, 2])
         impulse = _impulse_at(kind, friction, e, I, touch, v1, v2, w1, w2, given)
+        more = impulse[0] - given[0], impulse[1] - given[1], impulse[2] - given[2]
+        if not _any(more):
+            continue
         for d in range(3):
-            more = impulse[d] - given[d]
-            _add_to_node(I, d, w1[e, d] * more, v1, increment1, strain_velocity1)
-            _add_to_node(I, d, -w2[e, d] * more, v2, increment2, strain_velocity2)
-            total[e, d] += more
+            _add_to_node(I, d, w1[e, d] * more[d], v1, increment1, strain_velocity1)
+            _add_to_node(I, d, -w2[e, d] * more[d], v2, increment2, strain_velocity2)
+            total[e, d] += more[d]
 
 
 @kernel()
@@ -146,68 +164,6 @@ def _give_chunk(chunk, node, impulse, one, other, w1, w2, total):
 def give(chunks, node, impulse, one, other, w1, w2, total):
     """Give the nodes of two sides these impulses [N s], shape (n, 3), on the first side, and add them up."""
     parallel_for(_give_chunk, chunks, node, impulse, one, other, w1, w2, total)
-
-
-@kernel(inner=True)
-def _sum_works_chunk(chunk, side, node, mobility, impulse, sign, works):
-    nodes, external, moved_by_grid = side.nodes, side.external, side.moves_points
-    velocity, mean_velocity, constrained = nodes.velocity, nodes.mean_velocity, nodes.constrained
-    driven_mass, driven_impulse = external.driven_mass, external.impulse
-    contact = support = moved = 0.0
-    first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
-        for d in range(3):
-            j, new = sign * impulse[e, d], velocity[I, d]
-            if mobility[e, d] > 0.0:
-                mean = mean_velocity[I, d]
-                if len(driven_mass) > 0 and driven_mass[I, d] > 0.0:  # along which forces work, but not what came after
-                    mean = new - 0.5 * nodes.velocity_increment[I, d]
-                contact += j * mean if moved_by_grid else 0.0
-                continue
-            contact += j * new
-            if constrained[I, d] > 0:
-                works[chunk, first + 3 * (constrained[I, d] - 1) + d] -= j
-                support -= j * new
-            else:
-                driven_impulse[I, d] -= j / driven_mass[I, d]
-                moved -= j * new
-    works[chunk, CONTACT] += contact
-    works[chunk, SUPPORT] += support
-    works[chunk, MOTION] += moved
-
-
-@kernel()
-def sum_works(chunks, side, node, mobility, impulse, sign, works):
-    """Works of impulses on nodes whose mean velocities are known; what supports and prescribed motions take is their reaction.
-
-    side: the bundle of a `Side`; works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
-    """
-    parallel_for(_sum_works_chunk, chunks, side, node, mobility, impulse, sign, works)
-
-
-@kernel(inner=True)
-def _lag_work_chunk(chunk, side, node, mobility, impulse, small, sums):
-    nodes, driven_mass, work = side.nodes, side.external.driven_mass, 0.0
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
-        for d in range(3):
-            led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not take what the node got
-            if led or not mobility[e, d] > 0.0:
-                continue
-            old = mean = nodes.mean_velocity[I, d]
-            if nodes.mass[I] > small:
-                old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
-            work += impulse[e, d] * (mean - 0.5 * (old + nodes.strain_velocity[I, d]))
-    sums[chunk, 0] = work
-
-
-@kernel()
-def sum_lag_works(chunks, side, node, mobility, impulse, small, sums):
-    """How much more work impulses, shape (n, 3), do along the mean velocity of nodes than along the mean of the velocities that
-    the points give to these before and after the step; sums, shape (chunks, 1) [J]. Nodes of no more than the mass `small` have
-    no velocity before. When the momentum was mapped again."""
-    parallel_for(_lag_work_chunk, chunks, side, node, mobility, impulse, small, sums)
 
 
 @pointwise

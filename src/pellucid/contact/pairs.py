@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.contact import impulses
+from pellucid.contact import impulse_works, impulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
@@ -36,7 +36,7 @@ class ContactPair:
         name: str | None = None,
     ) -> None:
         self.name, self._kind, self._friction = name, kind, friction
-        self.detection = ContactDetection((fields[0].grid, fields[1].grid), bodies)
+        self.detection = ContactDetection(fields, bodies)
         self.fields, self.bodies = fields, bodies
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
         self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs
@@ -63,10 +63,7 @@ class ContactPair:
         self._closing = self._gap_closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
         if not self._touches:
             return
-        for mobility, field in zip(self._mobility, self.fields, strict=True):
-            nodes, driven_mass = field.grid.nodes, field.external.driven_mass
-            constraints = nodes.constrained, driven_mass
-            impulses.measure_mobility(self._chunks, self.detection.node, nodes.mass, *constraints, mobility)
+        impulses.measure_mobility(self._chunks, self.detection.node, *self._sides, self._mobility)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
@@ -96,6 +93,9 @@ class ContactPair:
             return
         how = self._kind, self._friction, anew, self.detection.node, (self.detection.normal, self._closing)
         impulses.resolve(self._chunks, *how, *self._moved(), *self._mobility, self.impulses)
+        if self.impulses.any():
+            for field in self.fields:
+                field.pressed = True
 
     def give(self, impulse: np.ndarray) -> None:
         """Impulses on the first side and against the second [N s], shape (n, 3), beside those so far."""
@@ -133,11 +133,13 @@ class ContactPair:
     def lag_work(self, fields: Collection[VelocityField]) -> float:
         """See `ContactPairs.project`."""
         total = 0.0
+        if not self.impulses.any():
+            return total
         for field, side, mobility, sign in zip(self.fields, self._sides, self._mobility, SIGNS, strict=True):
-            if self._touches and field in fields:
+            if field in fields:
                 sums = np.zeros((self._chunks, 1))
                 given = self.detection.node, mobility, self.impulses
-                impulses.sum_lag_works(self._chunks, side, *given, field.small_mass, sums)
+                impulse_works.sum_lag_works(self._chunks, side, *given, field.small_mass, sums)
                 total += sign * float(ordered_sum(sums)[0])
         return total
 
@@ -146,11 +148,10 @@ class ContactPair:
         return self._works(self._sides, self.impulses, row)
 
     def _works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
-        if not self._touches:
+        if not given.any():
             return np.zeros(row)
         works = np.zeros((self._chunks, row))
-        for side, mobility, sign in zip(sides, self._mobility, SIGNS, strict=True):
-            impulses.sum_works(self._chunks, side, self.detection.node, mobility, given, sign, works)
+        impulse_works.sum_works(self._chunks, *sides, self.detection.node, self._mobility, given, works)
         return ordered_sum(works)
 
 

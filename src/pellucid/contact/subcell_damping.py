@@ -14,7 +14,7 @@ from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
-CHUNK = 4096  # nodes of the grid that a thread takes at a time
+CHUNK = 1024  # nodes of the grid that a thread takes at a time
 
 
 @pointwise
@@ -33,8 +33,9 @@ def _against_mean(v, contact, mean, I):
 
 
 @kernel(inner=True)
-def _mean_chunk(chunk, contact, momentum, mass, mean, fluctuation):
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+def _mean_chunk(chunk, reached, contact, momentum, mass, mean, fluctuation):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(reached))):
+        I = reached[e]
         c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
         fluctuation[I] = mean[I] = 0.0
         if mass[I] > 0.0 and (c0 != 0.0 or c1 != 0.0 or c2 != 0.0):
@@ -42,8 +43,9 @@ def _mean_chunk(chunk, contact, momentum, mass, mean, fluctuation):
 
 
 @kernel(inner=True)
-def _part_chunk(chunk, contact, mass, fluctuation):
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+def _part_chunk(chunk, reached, contact, mass, fluctuation):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(reached))):
+        I = reached[e]
         if fluctuation[I] > 0.0:
             square = contact[I, 0] ** 2 + contact[I, 1] ** 2 + contact[I, 2] ** 2
             fluctuation[I] = part_taken(fluctuation[I] / (mass[I] * square), sqrt(square)) / square
@@ -88,17 +90,18 @@ def _loss_slab(s, mapped, mean, taken, loss):
 
 
 @kernel()
-def damp_subcell_velocities(n, mapped, scratch, loss):
+def damp_subcell_velocities(n, mapped, reached, scratch, loss):
     """The velocities against the mean that contact takes from the nodes of n slabs [m/s], into loss, shape (n, 3).
 
     Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: velocity increments by contact [m/s], and
     momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum
-    stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). scratch: room of shape (2, nodes of the grid).
+    stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). reached: the nodes of the grid that those of the
+    membrane reach, shape (m,); scratch: room of shape (2, nodes of the grid).
     """
     contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
     mean, fluctuation = scratch[0], scratch[1]
-    chunks = (len(mass) + CHUNK - 1) // CHUNK
-    parallel_for(_mean_chunk, chunks, contact, momentum, mass, mean, fluctuation)
+    chunks = (len(reached) + CHUNK - 1) // CHUNK
+    parallel_for(_mean_chunk, chunks, reached, contact, momentum, mass, mean, fluctuation)
     parallel_by_colour(_measure_slab, n, mapped.slabs.across, mapped, mean, fluctuation)
-    parallel_for(_part_chunk, chunks, contact, mass, fluctuation)
+    parallel_for(_part_chunk, chunks, reached, contact, mass, fluctuation)
     parallel_for(_loss_slab, n, mapped, mean, fluctuation, loss)

@@ -8,6 +8,8 @@ from pellucid.grid.lattice import Grid, aligned_rows
 from pellucid.grid.momentum import NO_FORCES, ExternalAction, Supports
 from pellucid.grid.nodal_impulses import add_impulses
 from pellucid.grid.nodal_momentum import NodalMomentum
+from pellucid.grid.reached import ReachedNodes
+from pellucid.jit.bundle import Bundle
 
 
 class VelocityField:
@@ -20,7 +22,10 @@ class VelocityField:
 
     def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
         self.name, self.grid, self.moves_points = name, grid, moves_points
+        self._reached = None if moves_points else ReachedNodes(grid.nodes)
         self._apart = self._slowed = NO_FORCES
+        self.pressed = False
+        """Whether contact gave its nodes impulses in this step."""
         self.second_increment = np.zeros((0, 3))
         """Of velocities by contact after momentum was mapped again [m/s], shape (nodes, 3); no rows without contact."""
         self._second_nodes: list[np.ndarray] = []
@@ -42,6 +47,8 @@ class VelocityField:
     ) -> None:
         """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
+        if self._reached is not None:
+            self._reached.constrain(supports, external)
         self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
         self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart)
 
@@ -50,12 +57,33 @@ class VelocityField:
         self._momentum.share_gravity(share)
 
     def clear(self) -> None:
-        """Set mass, momentum and forces to zero."""
-        clearing.clear(self.grid.nodes, self._apart)
+        """Set mass, momentum and forces to zero, but where the body has its own nodes: `scatter` does so."""
+        if self._reached is None:
+            clearing.clear(self.grid.nodes, self._apart)
+
+    def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
+        """Mass and momentum of the points of n slabs of a body with its own nodes, and forces on them until the end of the step
+        [N], shape (points, 3) or (0, 3), to the nodes of the grid, in place of those of the step before."""
+        self._own_nodes().scatter(n, mapped, force)
+
+    def scatter_momentum(self, n: int, mapped: Bundle) -> None:
+        """Momentum alone of such points, after their velocities changed."""
+        self._own_nodes().scatter_momentum(n, mapped)
+
+    def _own_nodes(self) -> ReachedNodes:
+        if self._reached is None:
+            raise ValueError(f"the velocity field {self.name} moves its bodies, which have no nodes of their own")
+        return self._reached
+
+    @property
+    def reached(self) -> np.ndarray | None:
+        """The nodes that may have mass, in order, shape (m,), where the body has its own; None where any may."""
+        return None if self._reached is None else self._reached.node
 
     def clear_momentum(self) -> None:
-        """Set the momentum to zero, before it is mapped again."""
-        clearing.clear_momentum(self.grid.nodes)
+        """Set the momentum to zero, before it is mapped again; of own nodes `scatter_momentum` does so."""
+        if self._reached is None:
+            clearing.clear_momentum(self.grid.nodes)
 
     def clear_external(self) -> None:
         """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
@@ -75,9 +103,11 @@ class VelocityField:
     def advance(self, dt: float, last: bool = False) -> None:
         """Advance the momentum of the nodes without contact and impulses of conditions; last: whether none come after it."""
         self._given: list[tuple[np.ndarray, int, float]] = []
-        self._momentum.advance(dt, last)
-        if not self.moves_points:
-            self.grid.nodes.velocity_increment.fill(0.0)
+        self.pressed = False
+        if self._reached is None:
+            self._momentum.advance(dt, last)
+        else:
+            self._reached.advance(dt)
             self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0) -> None:
@@ -142,7 +172,10 @@ class VelocityField:
 
     def project(self) -> None:
         """Nodal velocities of the momentum mapped last."""
-        self._momentum.project()
+        if self._reached is None:
+            self._momentum.project()
+        else:
+            self._reached.project()
 
     def load_row(self, row: int) -> np.ndarray:
         """External forces of one channel on the nodes [N], shape (nodes, 3)."""

@@ -1,8 +1,9 @@
-"""Logarithm, exponential and power by arithmetic alone: LLVM makes vectors of them, as it does not of calls of the library.
+"""Logarithm, exponential, powers by arithmetic alone: LLVM makes vectors of them, as it does not of calls of the library.
 
 With x = m 2ᵏ, √½ ≤ m < √2, f = m - 1, s = f / (2 + f) and h = f²/2 it is ln m = f - (h - s (h + R(s²))); with x = k ln 2 + r,
 |r| ≤ ½ ln 2, and c = r - P(r²) it is exp(r) = 1 + r + r c / (2 - c). Source of both and of the polynomials R and P: fdlibm,
-e_log.c and e_exp.c (Sun Microsystems 1993), whose error is below one unit in the last place.
+e_log.c and e_exp.c (Sun Microsystems 1993), whose error is below one unit in the last place. With k = 3j + s, |s| ≤ 1, the cube
+root is 2ʲ (2ˢ m)^⅓, from a parabola in m by two steps of Halley's method, each of which leaves ⅔ of the cube of the error.
 """
 
 from math import frexp, inf, nan, sqrt
@@ -30,6 +31,8 @@ P1, P2, P3, P4, P5 = (
     -1.65339022054652515390e-06,
     4.13813679705723846039e-08,
 )
+C0, C1, C2, ROOT_OF_TWO, THIRD = 0.5537057, 0.5536620, -0.1074770, 1.2599210, 1.0 / 3.0
+"""Of the parabola that is within 7e-4 of m^⅓, and 2^⅓, to as many digits as that needs."""
 LEAST, WIDE, WIDE_BITS = 2.2250738585072014e-308, 2.0**54, 54.0
 """The least number that has all its digits, and what makes such a number of a smaller one."""
 LOWEST, HIGHEST = -745.1332191019412, 709.782712893384
@@ -87,3 +90,22 @@ def exp(x: float) -> float:
 def power(x: float, y: float) -> float:
     """x to the power y, for x above 0, to a relative error of 1 + 1.5 |y ln x| times that of a rounded number, 2.2e-16."""
     return exp(y * log(x))
+
+
+@pointwise
+def _nearer_root(y: float, a: float) -> float:
+    cube = y * y * y
+    return y - y * (cube - a) / (2.0 * cube + a)
+
+
+@pointwise
+def cube_root(x: float) -> float:
+    """The cube root of a number above 0 that has all its digits, to one and a half units in the last place."""
+    k, m = exponent_and_rest(x)
+    j = floor(k * THIRD + 0.5)
+    s = k - 3.0 * j
+    part = 2.0 if s > 0.5 else (0.5 if s < -0.5 else 1.0)
+    root_of_part = ROOT_OF_TWO if s > 0.5 else (1.0 / ROOT_OF_TWO if s < -0.5 else 1.0)
+    a = part * m
+    y = root_of_part * (C0 + m * (C1 + m * C2))
+    return _nearer_root(_nearer_root(y, a), a) * two_to(j)

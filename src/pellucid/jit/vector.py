@@ -5,7 +5,8 @@ LLVM makes vectors of loops itself only where no sum runs along them, and leaves
 `load` takes four numbers of an array that lie side by side, of either precision, `store` puts four back. `spread` repeats one
 number of an array, `splat` a number, `row` makes a vector of four numbers, `nothing` a zero of the type of a number or vector.
 `total` adds the lanes in a fixed order, `totals` those of three vectors at a time. `larger` takes the larger of each lane,
-that of the second where the first is no number. + - * work on vectors and numbers. Without the compiler, numpy arrays of four
+that of the second where the first is no number. `where_positive` takes the lanes of the second where the first is above zero,
+else those of the third. + - * work on vectors and numbers. Without the compiler, numpy arrays of four
 stand for vectors.
 
 Four doubles fill a register of AVX2, of which there are sixteen: nine sums of eight doubles would not fit.
@@ -146,6 +147,15 @@ def _larger(typing: Any, one: Any, other: Any) -> Any:
     return VECTOR(VECTOR, VECTOR), emit
 
 
+@intrinsic
+def _where_positive(typing: Any, flag: Any, one: Any, other: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        flag, one, other = values
+        return builder.select(builder.fcmp_ordered(">", flag, ir.Constant(_DOUBLES, [0.0] * LANES)), one, other)
+
+    return VECTOR(VECTOR, VECTOR, VECTOR), emit
+
+
 def _binary(instruction: str) -> Any:
     @intrinsic
     def combine(typing: Any, one: Any, other: Any) -> Any:
@@ -211,6 +221,10 @@ def _plain_larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.where(one > other, one, other)
 
 
+def _plain_where_positive(flag: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.where(flag > 0.0, one, other)
+
+
 def _plain_row(a: float, b: float, c: float, d: float) -> np.ndarray:
     return np.array([a, b, c, d])
 
@@ -225,6 +239,9 @@ _PLAIN = (
     _plain_row,
     _plain_nothing,
     _plain_larger,
+    _plain_where_positive,
 )
-_COMPILED = _load, _store, _spread, _splat, _total, _totals, _row, _nothing, _larger
-load, store, spread, splat, total, totals, row, nothing, larger = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+_COMPILED = _load, _store, _spread, _splat, _total, _totals, _row, _nothing, _larger, _where_positive
+load, store, spread, splat, total, totals, row, nothing, larger, where_positive = (
+    _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+)

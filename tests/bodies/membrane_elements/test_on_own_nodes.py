@@ -346,7 +346,7 @@ def test_no_node_passes_a_wall():
 
 def test_gravity_and_contact_act_on_the_nodes():
     body = body_of(element_sheet(), gravity=(0.0, 0.0, -10.0))
-    body.grid.nodes.velocity_increment[:] = (0.01, 0.0, 0.02)
+    body.grid.nodes.velocity_increment[:], body.velocity_field.pressed = (0.01, 0.0, 0.02), True
     body.begin(1e-3)
     body.predict(1e-3)
     body.correct(remap=True)

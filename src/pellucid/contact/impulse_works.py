@@ -1,0 +1,75 @@
+"""Works of contact impulses: kernels. Sides are as in `pellucid.contact.impulses`."""
+
+from pellucid.contact.impulses import CHUNK
+from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
+from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
+
+
+@kernel(inner=True)
+def _sum_side(chunk, side, node, mobility, impulse, sign, works):
+    nodes, external, moved_by_grid = side.nodes, side.external, side.moves_points
+    velocity, mean_velocity, constrained = nodes.velocity, nodes.mean_velocity, nodes.constrained
+    driven_mass, driven_impulse = external.driven_mass, external.impulse
+    contact = support = moved = 0.0
+    first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            j, new = sign * impulse[e, d], velocity[I, d]
+            if mobility[e, d] > 0.0:
+                mean = mean_velocity[I, d]
+                if len(driven_mass) > 0 and driven_mass[I, d] > 0.0:  # along which forces work, but not what came after
+                    mean = new - 0.5 * nodes.velocity_increment[I, d]
+                contact += j * mean if moved_by_grid else 0.0
+                continue
+            contact += j * new
+            if constrained[I, d] > 0:
+                works[chunk, first + 3 * (constrained[I, d] - 1) + d] -= j
+                support -= j * new
+            else:
+                driven_impulse[I, d] -= j / driven_mass[I, d]
+                moved -= j * new
+    works[chunk, CONTACT] += contact
+    works[chunk, SUPPORT] += support
+    works[chunk, MOTION] += moved
+
+
+@kernel(inner=True)
+def _sum_works_chunk(chunk, one, other, node, mobility, impulse, works):
+    _sum_side(chunk, one, node, mobility[0], impulse, 1.0, works)
+    _sum_side(chunk, other, node, mobility[1], impulse, -1.0, works)
+
+
+@kernel()
+def sum_works(chunks, one, other, node, mobility, impulse, works):
+    """Works of impulses, shape (n, 3), on the nodes of the first side and against the second, whose mean velocities are known;
+    what supports and prescribed motions take is their reaction.
+
+    one, other: bundles of a `Side`; works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
+    """
+    parallel_for(_sum_works_chunk, chunks, one, other, node, mobility, impulse, works)
+
+
+@kernel(inner=True)
+def _lag_work_chunk(chunk, side, node, mobility, impulse, small, sums):
+    nodes, driven_mass, work = side.nodes, side.external.driven_mass, 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        for d in range(3):
+            led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not take what the node got
+            if led or not mobility[e, d] > 0.0:
+                continue
+            old = mean = nodes.mean_velocity[I, d]
+            if nodes.mass[I] > small:
+                old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
+            work += impulse[e, d] * (mean - 0.5 * (old + nodes.strain_velocity[I, d]))
+    sums[chunk, 0] = work
+
+
+@kernel()
+def sum_lag_works(chunks, side, node, mobility, impulse, small, sums):
+    """How much more work impulses, shape (n, 3), do along the mean velocity of nodes than along the mean of the velocities that
+    the points give to these before and after the step; sums, shape (chunks, 1) [J]. Nodes of no more than the mass `small` have
+    no velocity before. When the momentum was mapped again."""
+    parallel_for(_lag_work_chunk, chunks, side, node, mobility, impulse, small, sums)

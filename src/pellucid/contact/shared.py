@@ -1,0 +1,105 @@
+"""The nodes that two velocity fields share, listed and numbered, and the points that may reach them: kernels."""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy import uintp
+
+from pellucid.grid.momentum import NOTHING
+from pellucid.grid.points import place_of
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.columns import BLOCK
+
+MARGIN = 1e-6  # of a cell, for rounding
+
+
+class SharedNodes(NamedTuple):
+    """Where the numbered nodes are, over all nodes of the grid."""
+
+    slot: np.ndarray  # (nodes,) number of the node, -1 where it has none
+    near: np.ndarray  # (nodes,) 1 where a stencil that begins here holds a numbered node
+    box: np.ndarray  # (2, 3) the points beyond it reach none [m]
+    narrow: np.ndarray  # (1,) the axis along which it is the smallest part of the grid: most points beyond it are so there
+
+
+@kernel()
+def list_shared(first, second, node):
+    """The nodes that have mass of both velocity fields into `node`; how many they are."""
+    n = 0
+    for I in range(len(first)):
+        if first[I] > NOTHING and second[I] > NOTHING:
+            node[n] = I
+            n += 1
+    return n
+
+
+@kernel()
+def list_shared_of(reached, first, second, node):
+    """The same where no nodes but those in `reached` can be shared."""
+    n = 0
+    for e in range(len(reached)):
+        I = reached[e]
+        if first[I] > NOTHING and second[I] > NOTHING:
+            node[n] = I
+            n += 1
+    return n
+
+
+@kernel()
+def mark_stencils(node, slot, near, reach, strides, on):
+    """Number the nodes in `slot`, and flag the first nodes of all stencils that hold one of them; or take both back."""
+    for e in range(len(node)):
+        I = node[e]
+        slot[I] = e if on else -1
+        for a in range(reach[0]):
+            for b in range(reach[1]):
+                for c in range(reach[2]):
+                    first = I - a * strides[0] - b * strides[1] - c * strides[2]
+                    if first >= 0:
+                        near[first] = 1 if on else 0
+
+
+@kernel()
+def bounding_box(node, lattice, reach, box, narrow):
+    """The box, (2, 3) [m], of the points that may have weight at a listed node; stencils have `reach` nodes along each axis."""
+    s, slow = lattice.strides, lattice.slab_axis
+    middle = 1 if slow == 0 else 0  # the order of the axes in memory
+    fast = 3 - slow - middle
+    for d in range(3):
+        box[0, d], box[1, d] = inf, -inf
+    for e in range(len(node)):
+        rest = node[e] % s[slow]
+        for d, i in ((slow, node[e] // s[slow]), (middle, rest // s[middle]), (fast, rest % s[middle])):
+            box[0, d], box[1, d] = min(box[0, d], i), max(box[1, d], i)
+    least = inf
+    for d in range(3):
+        part = (box[1, d] - box[0, d] + reach[d]) / lattice.counts[d]
+        if part < least:
+            least, narrow[0] = part, d
+        wide = 0.5 * reach[d] + MARGIN
+        box[0, d] = lattice.lower[d] + (box[0, d] - wide) * lattice.cell
+        box[1, d] = lattice.lower[d] + (box[1, d] + wide) * lattice.cell
+
+
+@pointwise
+def beyond(where, x, p):
+    """Whether point p lies outside the box."""
+    box = where.box
+    below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
+    return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
+
+
+@pointwise
+def list_within(where, index, x, q, end, listed):
+    """Up to BLOCK points in the box, of those that slabs count from q to `end`, into `listed`; how many, and the number at
+    which to go on."""
+    d, n = uintp(where.narrow[0]), 0
+    low, high = where.box[0, d], where.box[1, d]
+    while q < end and n < BLOCK:
+        p = place_of(index, q)
+        q += 1
+        if low <= x[p, d] <= high and not beyond(where, x, p):
+            listed[n] = p
+            n += 1
+    return n, q

@@ -1,0 +1,190 @@
+"""The nodes that a body with its own nodes reaches, listed: passes over the nodes of its velocity field take no others.
+
+Of such a field contact reads the momentum equation of the nodes that others reach too. A membrane reaches few nodes, and most
+of a step of its own would go to the rest of the grid.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.grid.lattice import Nodes
+from pellucid.grid.momentum import NOTHING, ExternalAction, Supports, driven_velocity, following, is_free
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.jit.vector import load, row, splat, store
+
+CHUNK = 1024  # nodes that a thread takes at a time
+WORD = 8  # flags that are looked at together
+NO_FORCE = np.zeros((0, 3))
+
+
+class ConstrainedNodes(NamedTuple):
+    """The nodes of a velocity field and what constrains them."""
+
+    nodes: Nodes
+    supports: Supports
+    external: ExternalAction
+
+
+@kernel(inner=True)
+def _scatter_slab(s, mapped, force, counted, flags):
+    functions, lattice, nodes, points, slabs = mapped.functions, mapped.lattice, mapped.nodes, mapped.points, mapped.slabs
+    v, forced, last = points.velocity, len(force) > 0, -1
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(mapped.index, q)
+        about = stencil(functions, lattice, points.position, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
+        inertia = points.mass[p] * row(v[p, 0], v[p, 1], v[p, 2], counted)
+        forces = row(force[p, 0], force[p, 1], force[p, 2], 0.0) if forced else splat(0.0)
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                line, line_forces = wx[a] * wy[b] * inertia, wx[a] * wy[b] * forces
+                for c in range(len(wz)):
+                    I = node_at(about, lattice, a, b, c)
+                    store(nodes.inertia, 4 * I, load(nodes.inertia, 4 * I) + wz[c] * line)
+                    if forced:
+                        store(nodes.forces, 4 * I, load(nodes.forces, 4 * I) + wz[c] * line_forces)
+                    if about.start != last:
+                        flags[I] = 1
+        last = about.start
+
+
+@kernel()
+def _scatter(n, mapped, force, counted, flags):
+    parallel_by_colour(_scatter_slab, n, mapped.slabs.across, mapped, force, counted, flags)
+
+
+@kernel()
+def _list_flagged(words, flags, node):
+    n = 0
+    for k in range(len(words)):
+        if words[k] != 0:
+            for I in range(WORD * k, WORD * (k + 1)):
+                if flags[I]:
+                    node[n] = I
+                    n += 1
+    return n
+
+
+@kernel(inner=True)
+def _clear_chunk(chunk, node, flags, nodes):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        flags[node[e]] = 0
+        store(nodes.inertia, 4 * node[e], splat(0.0))
+        store(nodes.forces, 4 * node[e], splat(0.0))
+
+
+@kernel()
+def _clear(chunks, node, flags, nodes):
+    parallel_for(_clear_chunk, chunks, node, flags, nodes)
+
+
+@kernel(inner=True)
+def _clear_momentum_chunk(chunk, node, nodes):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        for d in range(3):
+            nodes.momentum[node[e], d] = 0.0
+
+
+@kernel()
+def _clear_momentum(chunks, node, nodes):
+    parallel_for(_clear_momentum_chunk, chunks, node, nodes)
+
+
+@pointwise
+def _constrained(field, I, d, m, v):
+    """The velocity v along d of node I of mass m with what constrains it."""
+    s, external = field.nodes.constrained[I, d], field.external
+    if s > 0:
+        return field.supports.velocity[s - 1, d]
+    if len(external.driven_mass) > 0 and m >= NOTHING and external.driven_mass[I, d] > 0.0:
+        v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
+    return v
+
+
+@kernel(inner=True)
+def _advance_chunk(chunk, node, field, dt):
+    nodes, absorption = field.nodes, field.external.absorption
+    free = len(absorption) == 0 and len(field.external.driven_mass) == 0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        m = nodes.mass[I]
+        over_m = 1.0 / m if m >= NOTHING else 0.0
+        store(nodes.increments, 4 * I, splat(0.0))
+        if free and is_free(nodes.constrained, I):
+            store(nodes.velocities, 4 * I, over_m * load(nodes.inertia, 4 * I) + (dt * over_m) * load(nodes.forces, 4 * I))
+            continue
+        for d in range(3):
+            old = nodes.momentum[I, d] * over_m
+            new = old + dt * nodes.force[I, d] * over_m
+            if len(absorption) > 0:
+                half = 0.5 * dt * absorption[I, d]  # as in `pellucid.grid.momentum`
+                new = (new - half * old) / (1.0 + half)
+            nodes.velocity[I, d] = _constrained(field, I, d, m, new)
+
+
+@kernel()
+def _advance(chunks, node, field, dt):
+    parallel_for(_advance_chunk, chunks, node, field, dt)
+
+
+@kernel(inner=True)
+def _project_chunk(chunk, node, field):
+    nodes, free = field.nodes, len(field.external.driven_mass) == 0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+        I = node[e]
+        m = nodes.mass[I]
+        over_m = 1.0 / m if m >= NOTHING else 0.0
+        if free and is_free(nodes.constrained, I):
+            store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
+            continue
+        for d in range(3):
+            nodes.strain_velocity[I, d] = _constrained(field, I, d, m, nodes.momentum[I, d] * over_m)
+
+
+@kernel()
+def _project(chunks, node, field):
+    parallel_for(_project_chunk, chunks, node, field)
+
+
+class ReachedNodes:
+    """The nodes of a velocity field that its points reach, in order: `node`, shape (n,); no other has mass."""
+
+    def __init__(self, nodes: Nodes) -> None:
+        words = len(nodes.mass) // WORD + 1
+        self._words = np.zeros(words, np.uint64)
+        self._flags, self._room = self._words.view(np.uint8), np.empty(WORD * words, np.int64)
+        self._all, self._nodes = nodes, Bundle(nodes)
+        self.node = self._room[:0]
+
+    def constrain(self, supports: Supports, external: ExternalAction) -> None:
+        """Set what constrains nodes."""
+        self._field = Bundle(ConstrainedNodes(self._all, supports, external))
+
+    @property
+    def _chunks(self) -> int:
+        return len(self.node) // CHUNK + 1
+
+    def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
+        """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3) or (0, 3), in
+        place of those before."""
+        _clear(self._chunks, self.node, self._flags, self._nodes)
+        _scatter(n, mapped, force, 1.0, self._flags)
+        self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
+
+    def scatter_momentum(self, n: int, mapped: Bundle) -> None:
+        """Momentum alone, in place of that before, after the velocities of the points changed and not their places."""
+        _clear_momentum(self._chunks, self.node, self._nodes)
+        _scatter(n, mapped, NO_FORCE, 0.0, self._flags)
+
+    def advance(self, dt: float) -> None:
+        """Velocities after a step dt [s] with internal forces and what constrains nodes; no increments by contact yet."""
+        _advance(self._chunks, self.node, self._field, dt)
+
+    def project(self) -> None:
+        """Velocities p/m of the mapped momentum, with what constrains them, into `strain_velocity`."""
+        _project(self._chunks, self.node, self._field)
