@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import NOTHING, ExternalAction, Supports, driven_velocity, following, is_free
+from pellucid.grid.momentum import NOTHING, ExternalAction, Supports, driven_velocity, following, is_zero
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
@@ -115,7 +115,7 @@ def _advance_chunk(chunk, node, field, dt):
         m = nodes.mass[I]
         over_m = 1.0 / m if m >= NOTHING else 0.0
         store(nodes.increments, 4 * I, splat(0.0))
-        if free and is_free(nodes.constrained, I):
+        if free and is_zero(nodes.constrained, I):
             store(nodes.velocities, 4 * I, over_m * load(nodes.inertia, 4 * I) + (dt * over_m) * load(nodes.forces, 4 * I))
             continue
         for d in range(3):
@@ -139,7 +139,7 @@ def _project_chunk(chunk, node, field):
         I = node[e]
         m = nodes.mass[I]
         over_m = 1.0 / m if m >= NOTHING else 0.0
-        if free and is_free(nodes.constrained, I):
+        if free and is_zero(nodes.constrained, I):
             store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
             continue
         for d in range(3):
