@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.jit import kernel
-from pellucid.jit.point_rows import symmetric_at_point, tensor_at_point, vector_at_point
+from pellucid.jit.point_rows import cross, symmetric_at_point, tensor_at_point, vector_at_point, with_last
 from pellucid.jit.vector import LANES, store
 
 
@@ -26,3 +26,16 @@ def test_rows_are_those_of_the_point(p):
     xx, yy, zz, yz, xz, xy = symmetric[p]
     assert (found[1:4, :3] == [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).all()
     assert (found[4:, :3] == tensors[p, :9].reshape(3, 3).T).all()
+
+
+@kernel()
+def products_of(vectors, out):
+    store(out, 0, cross(vector_at_point(vectors, np.uintp(0)), vector_at_point(vectors, np.uintp(1))))
+    store(out, LANES, with_last(vector_at_point(vectors, np.uintp(1)), 7.0))
+
+
+def test_vector_products_and_last_lanes():
+    vectors, out = np.random.default_rng(5).normal(size=(2, 3)), np.full(2 * LANES, np.nan)
+    products_of(vectors, out)
+    assert out[:LANES] == pytest.approx([*np.cross(*vectors), 0.0], rel=1e-14, abs=1e-15)
+    assert (out[LANES:] == [*vectors[1], 7.0]).all()

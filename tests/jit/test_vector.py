@@ -11,7 +11,7 @@ from pellucid.jit.vector import LANES, load, splat, spread, store, total, totals
 def combined(a, b, out):
     x, y = load(a, 0), load(b, LANES)
     z = 2.0 * x - y * x + splat(0.5)
-    z += y
+    z += y / 3.0
     store(out, 0, z)
     return total(z)
 
@@ -23,7 +23,7 @@ def test_arithmetic_is_that_of_arrays(precision):
     out = np.zeros(LANES)
     found = combined(a, b, out)
     x, y = a.astype(float), b[LANES:]
-    expected = 2.0 * x - y * x + 0.5 + y
+    expected = 2.0 * x - y * x + 0.5 + y / 3.0
     assert out == pytest.approx(expected, rel=1e-15, abs=1e-15)  # a product and a sum may round once
     assert found == pytest.approx(expected.sum(), abs=1e-14)
 
@@ -32,7 +32,7 @@ def test_the_lanes_are_added_in_a_fixed_order():
     lanes = np.array([1e16, -1e16, 1.0, 1.0])
     out = np.zeros(LANES)
     # neighbours first: (1e16 - 1e16) + (1 + 1), where in another order a one would be lost
-    assert combined(lanes * 0.0, np.concatenate([lanes * 0.0, lanes - 0.5]), out) == pytest.approx(2.0, abs=1e-9)
+    assert combined(lanes * 0.0, np.concatenate([lanes * 0.0, 3.0 * (lanes - 0.5)]), out) == pytest.approx(2.0, abs=1e-9)
 
 
 @kernel()

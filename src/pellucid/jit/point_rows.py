@@ -2,7 +2,8 @@
 
 `vector_at_point(array, p)`: a row of three numbers, and a zero. `symmetric_at_point(array, p)`: of a row of six (xx, yy, zz,
 yz, xz, xy) the three columns of the tensor. `tensor_at_point(array, p)`: the same of a row of ten, nine of a tensor row by row
-and one more. What the last lanes of columns hold has no meaning.
+and one more. What the last lanes of columns hold has no meaning. `cross(a, b)`: the vector product of two vectors whose last
+lanes are zero. `with_last(vector, number)`: a vector with another number in the last lane.
 """
 
 from typing import Any
@@ -72,6 +73,27 @@ def _tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
     return COLUMNS(array, types.uintp), emit
 
 
+@intrinsic
+def _cross(typing: Any, a: Any, b: Any) -> Any:
+    next_lanes = ir.Constant(NUMBERS, [1, 2, 0, 3])
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        turned = [builder.shuffle_vector(vector, vector, next_lanes) for vector in given]
+        one, other = builder.fmul(given[0], turned[1]), builder.fmul(turned[0], given[1])
+        found = builder.fsub(one, other)  # a product each of equal roundings: parallel vectors have none
+        return builder.shuffle_vector(found, found, next_lanes)
+
+    return VECTOR(VECTOR, VECTOR), emit
+
+
+@intrinsic
+def _with_last(typing: Any, vector: Any, number: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        return builder.insert_element(*given, ir.IntType(32)(LANES - 1))
+
+    return VECTOR(VECTOR, types.float64), emit
+
+
 def _plain_vector_at_point(array: np.ndarray, p: Any) -> np.ndarray:
     return np.append(array[p], 0.0)
 
@@ -86,6 +108,14 @@ def _plain_tensor_at_point(array: np.ndarray, p: Any) -> Any:
     return tuple(np.append(column, column[0]) for column in columns)
 
 
-_PLAIN = _plain_vector_at_point, _plain_symmetric_at_point, _plain_tensor_at_point
-_COMPILED = _vector_at_point, _symmetric_at_point, _tensor_at_point
-vector_at_point, symmetric_at_point, tensor_at_point = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+def _plain_cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.append(np.cross(a[:3], b[:3]), 0.0)
+
+
+def _plain_with_last(vector: np.ndarray, number: float) -> np.ndarray:
+    return np.append(vector[:-1], number)
+
+
+_PLAIN = _plain_vector_at_point, _plain_symmetric_at_point, _plain_tensor_at_point, _plain_cross, _plain_with_last
+_COMPILED = _vector_at_point, _symmetric_at_point, _tensor_at_point, _cross, _with_last
+vector_at_point, symmetric_at_point, tensor_at_point, cross, with_last = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

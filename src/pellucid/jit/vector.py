@@ -6,8 +6,7 @@ LLVM makes vectors of loops itself only where no sum runs along them, and leaves
 number of an array, `splat` a number, `row` makes a vector of four numbers, `nothing` a zero of the type of a number or vector.
 `total` adds the lanes in a fixed order, `totals` those of three vectors at a time. `larger` takes the larger of each lane,
 that of the second where the first is no number. `where_positive` takes the lanes of the second where the first is above zero,
-else those of the third. + - * work on vectors and numbers. Without the compiler, numpy arrays of four
-stand for vectors.
+else those of the third. + - * / work on vectors and numbers. Without the compiler, numpy arrays of four stand for vectors.
 
 Four doubles fill a register of AVX2, of which there are sixteen: nine sums of eight doubles would not fit.
 """
@@ -184,6 +183,7 @@ def _overload(operation: Any, in_place: Any, combine: Any) -> None:
 _overload(operator.add, operator.iadd, _binary("fadd"))
 _overload(operator.sub, operator.isub, _binary("fsub"))
 _overload(operator.mul, operator.imul, _binary("fmul"))
+_overload(operator.truediv, operator.itruediv, _binary("fdiv"))
 
 
 def _plain_load(array: np.ndarray, index: int) -> np.ndarray:

@@ -67,9 +67,9 @@ def turn_and_stretch(surface, dt, start, n, c, stress_too):
         mx, my, mz = take(ZERO_VECTOR, c, q + (FRAME + 6) * WIDTH)
         nx = ny = nz = area = 0.0
         for t in range(uintp(first[p]), uintp(first[p + uintp(1)])):
-            k = uintp(triangle[t])
-            cx, cy, cz = normals[k, 0], normals[k, 1], normals[k, 2]
-            area += normals[k, 3]
+            k = uintp(4) * uintp(triangle[t])
+            cx, cy, cz = normals[k], normals[k + uintp(1)], normals[k + uintp(2)]
+            area += normals[k + uintp(3)]
             if upright(damage, cx * mx + cy * my + cz * mz):
                 nx += cx
                 ny += cy

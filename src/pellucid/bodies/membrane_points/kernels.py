@@ -39,7 +39,8 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_for, parallel_for
-from pellucid.jit.vector import LANES, load, total
+from pellucid.jit.point_rows import cross, vector_at_point, with_last
+from pellucid.jit.vector import LANES, load, store, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
 VELOCITY, PLACE = 9, 12  # columns of a block after the velocity gradient
@@ -85,13 +86,12 @@ def gather_gradients(n, mapped, gradient, dt, move):
 def _find_normals_chunk(chunk, position, fans):
     triangles, normals = fans.triangles, fans.normals
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
-        p, q, r = uintp(triangles[k, 0]), uintp(triangles[k, 1]), uintp(triangles[k, 2])
-        x, y, z = position[p, 0], position[p, 1], position[p, 2]
-        ax, ay, az = position[q, 0] - x, position[q, 1] - y, position[q, 2] - z
-        bx, by, bz = position[r, 0] - x, position[r, 1] - y, position[r, 2] - z
-        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        twice = sqrt(cx * cx + cy * cy + cz * cz)
-        normals[k, 0], normals[k, 1], normals[k, 2], normals[k, 3] = cx / twice, cy / twice, cz / twice, 0.5 * twice
+        x = vector_at_point(position, uintp(triangles[k, 0]))
+        a = vector_at_point(position, uintp(triangles[k, 1])) - x
+        b = vector_at_point(position, uintp(triangles[k, 2])) - x
+        vector_area = cross(a, b)
+        twice = sqrt(total(vector_area * vector_area))
+        store(normals, 4 * k, with_last(vector_area / twice, 0.5 * twice))
 
 
 @kernel()

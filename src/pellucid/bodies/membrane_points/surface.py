@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.grid.lattice import aligned_rows
+
 
 class Fans(NamedTuple):
     """The triangles about each point: corners[start[p]:start[p+1]] are the two other corners of each, in their turn.
@@ -15,7 +17,7 @@ class Fans(NamedTuple):
     corners: np.ndarray  # (3 m, 2) for m triangles
     triangle: np.ndarray  # (3 m,) the number of each
     triangles: np.ndarray  # (m, 3)
-    normals: np.ndarray  # (m, 4) unit normal and area [m²] of each triangle, as `find_normals` finds them
+    normals: np.ndarray  # (4 m,) rows of unit normal and area [m²] of each triangle, as `find_normals` finds them
 
 
 def fans_of(triangles: np.ndarray, n: int) -> Fans:
@@ -27,7 +29,7 @@ def fans_of(triangles: np.ndarray, n: int) -> Fans:
     order = np.argsort(owner, kind="stable")
     start = np.searchsorted(owner[order], np.arange(n + 1))
     number = (order % len(triangles)).astype(np.int32)
-    return Fans(start, np.ascontiguousarray(corners[order]), number, triangles, np.zeros((len(triangles), 4)))
+    return Fans(start, np.ascontiguousarray(corners[order]), number, triangles, aligned_rows(len(triangles)).reshape(-1))
 
 
 def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
