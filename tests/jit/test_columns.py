@@ -52,6 +52,11 @@ def test_a_vector_at_the_last_point_stays_in_its_column():
     assert not c[WIDTH:].any()
 
 
+def test_columns_are_whole_vectors_of_eight():
+    """Else no loop over a block becomes vectors of AVX-512."""
+    assert WIDTH % 8 == 0
+
+
 @kernel()
 def combined(a, out):
     store(out, 0, larger(load(a, 0), load(a, LANES)))

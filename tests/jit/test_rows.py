@@ -20,19 +20,19 @@ class State(NamedTuple):
     energy: float
 
 
-LIKE = ZERO_VECTOR, 0.0, State((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0), (IDENTITY, 0.0)
-"""Parts of 3, 1, 6, 1 and 10 numbers; the last is one array."""
+LIKE = ZERO_VECTOR, 0.0, State((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0), (IDENTITY, 0.0), IDENTITY, (0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+"""Parts of 3, 1, 6, 1, 10, 9, 2 and 4 numbers; each is one array."""
+LENGTHS = 3, 1, 6, 1, 10, 9, 2, 4
 
 
 def arrays_of(rng):
-    lengths = 3, 0, 6, 0, 10
-    x, m, stress, energy, field = (rng.normal(size=(COUNT, k) if k else COUNT) for k in lengths)
-    return x, m, State(stress, energy), field
+    x, m, stress, energy, *others = (rng.normal(size=(COUNT, k) if k > 1 else COUNT) for k in LENGTHS)
+    return x, m, State(stress, energy), *others
 
 
 def columns_of(arrays):
-    x, m, state, field = arrays
-    return np.column_stack([x, m, state.stress, state.energy, field])
+    x, m, state, *others = arrays
+    return np.column_stack([x, m, state.stress, state.energy, *others])
 
 
 @kernel()
@@ -77,10 +77,9 @@ def test_a_number_a_point_is_an_array_of_its_own():
 
 def test_arrays_in_another_order_are_refused():
     """They would be read at the wrong places."""
-    array = np.asfortranarray(np.zeros((COUNT, 3)))
-    source = array, np.zeros(COUNT), State(np.zeros((COUNT, 6)), np.zeros(COUNT)), np.zeros((COUNT, 10))
+    source = np.asfortranarray(np.zeros((COUNT, 3))), *arrays_of(np.random.default_rng(1))[1:]
     with pytest.raises(Exception, match="arrays of doubles in C order"):
-        one_by_one(source, source, 0, np.zeros(21 * WIDTH))
+        one_by_one(source, source, 0, np.zeros(sum(LENGTHS) * WIDTH))
 
 
 @kernel()

@@ -53,8 +53,8 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 GIVEN = IDENTITY, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # velocity gradient, motion; place, velocity, mass, volume
 MOVED = ZERO_VECTOR, ZERO_VECTOR, 0.0, 0.0  # the last four of these
-# columns of a block: those of GIVEN, in place of some of which comes what was found
-PLACE, IN_CELLS, VOLUME, GROWTH, BAD, FASTEST, STATE = 12, 15, 19, 20, 22, 28, 29
+# columns of a block: those of GIVEN, in place of some of which comes what was found; MAGNITUDE: at first the speed
+PLACE, IN_CELLS, MASS, VOLUME, GROWTH, MAGNITUDE, BAD, OF_LAW, FASTEST, STATE = 12, 15, 18, 19, 20, 21, 22, 24, 28, 29
 SUMS = 6  # from BAD on: bad points, points beyond their slab, and of STORED, DISSIPATED, POWER, HEATING
 
 
@@ -97,30 +97,40 @@ def _shift_growth(mapped, start, n, c):
 
 
 @pointwise
-def _respond(law, lattice, step, dt, bounds, n, state_like, c):
-    """The law at the points of a block. A loop that writes nothing but columns becomes vectors."""
+def _move(law, lattice, step, dt, bounds, n, c):
+    """New places and volumes of the points of a block, their speeds, and which of them are bad or beyond their slab.
+
+    Like the law, in a loop that writes nothing but columns and becomes vectors; in one loop with the law the processor would
+    not see from one round to the next.
+    """
     h, low, counts = lattice.inverse_cell, lattice.lower, lattice.counts
     for q in range(n):
         L, (ux, uy, uz), (x, y, z), (vx, vy, vz), m, V = take(GIVEN, c, q)
         x, y, z = x + step * ux, y + step * uy, z + step * uz
         X, Y, Z = (x - low[0]) * h, (y - low[1]) * h, (z - low[2]) * h
-        beyond = strays(lattice, X, Y, Z, bounds)
         growth = volume_growth(law, L, dt)
-        V *= growth
-        density = m / V
-        state = update(law, take(state_like, c, q + STATE * WIDTH), density, L, dt, lattice.cell)
-        energy = stored_energy(law, state, density)
         speed = sqrt(vx * vx + vy * vy + vz * vz)
-        signal = signal_speed(law, state, density, L, lattice.cell)
-        magnitude = abs(energy + state.stress[0] + state.stress[1] + state.stress[2] + speed + signal)
-        bad = 0.0 if magnitude < inf else 1.0
-        bad = bad if growth > 0.0 else 1.0
+        bad = 0.0 if growth > 0.0 else 1.0
         bad = bad if X >= 0.0 else 1.0
         bad = bad if Y >= 0.0 else 1.0
         bad = bad if Z >= 0.0 else 1.0
         bad = bad if counts[0] >= X else 1.0
         bad = bad if counts[1] >= Y else 1.0
         bad = bad if counts[2] >= Z else 1.0
+        put(c, q + PLACE * WIDTH, ((x, y, z), (X, Y, Z), m, growth * V, growth, speed, bad, strays(lattice, X, Y, Z, bounds)))
+
+
+@pointwise
+def _respond(law, lattice, dt, n, state_like, c):
+    """The law at the points of a block."""
+    h = lattice.inverse_cell
+    for q in range(n):
+        L, (m, V, _, speed, bad) = take(IDENTITY, c, q), take((0.0, 0.0, 0.0, 0.0, 0.0), c, q + MASS * WIDTH)
+        density = m / V
+        state = update(law, take(state_like, c, q + STATE * WIDTH), density, L, dt, lattice.cell)
+        energy = stored_energy(law, state, density)
+        signal = signal_speed(law, state, density, L, lattice.cell)
+        magnitude = abs(energy + state.stress[0] + state.stress[1] + state.stress[2] + speed + signal)
         rate, viscous = h * (signal + speed), 2.0 * h * h * diffusivity(law, density)
         sums = (
             m * energy,
@@ -128,9 +138,8 @@ def _respond(law, lattice, step, dt, bounds, n, state_like, c):
             V * end_stress_power(state.stress, L, dt),
             m * artificial_heating(law, state, density, L, lattice.cell),
         )
-        faults = growth, magnitude, bad, beyond
-        found = (x, y, z), (X, Y, Z), m, V, faults, sums, rate if rate > viscous else viscous, state
-        put(c, q + PLACE * WIDTH, found)
+        put(c, q + MAGNITUDE * WIDTH, (magnitude, bad if magnitude < inf else 1.0))
+        put(c, q + OF_LAW * WIDTH, (sums, rate if rate > viscous else viscous, state))
 
 
 @pointwise
@@ -165,7 +174,8 @@ def _update_stress_slab(s, strained, dt, move):
         gather_motion(mapped, (MOVED, state_like), (moved, arrays), start, n, found, first_node, c)
         if len(mapped.cells.found) > 0:
             _shift_growth(mapped, start, n, c)
-        _respond(law, lattice, dt * move, dt, bounds, n, state_like, c)
+        _move(law, lattice, dt * move, dt, bounds, n, c)
+        _respond(law, lattice, dt, n, state_like, c)
         add_columns(c, BAD, n, sums, 0, SUMS)
         largest_of_column(c, FASTEST, n, sums, SUMS)
         if first_fault == OK and total(load(sums, 0)) > 0.0:

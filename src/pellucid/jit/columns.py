@@ -1,7 +1,8 @@
 """Numbers of a block of points in columns, which kernels work on: what is one number a point is a vector for `LANES` points.
 
 A block has up to BLOCK points. The columns of a scratch array are WIDTH numbers long, so that a vector which begins at the last
-point stays within them. A loop over the points of a block that writes nothing but one such array becomes vectors by itself.
+point stays within them; a whole number of vectors of eight, for LLVM makes none where they are not. A loop over the points of a
+block that writes nothing but one such array becomes vectors by itself.
 Tuples within tuples of numbers take a column for each of their numbers, in order.
 """
 
@@ -17,7 +18,7 @@ from numba.extending import intrinsic
 from pellucid.jit.vector import LANES, VECTOR, vector_at
 
 BLOCK = 32
-WIDTH = BLOCK + LANES
+WIDTH = BLOCK + 2 * LANES
 
 
 def is_tuple(kind: Any) -> bool:

@@ -1,9 +1,9 @@
 """Rows of arrays, one for each point, in vectors of `LANES` points and for each point.
 
-Rows lie in memory one after the other, so that those of four points are read by loads of whole vectors and sorted into one
-vector for each component by shuffles. What is taken or kept is a tuple, within tuples, of numbers or vectors; the arrays are an
-array, or a tuple of arrays for its parts: shape (points,) or (points, components) in C order, and with as many components as
-the part has numbers.
+Rows lie in memory one after the other. Those of four points are read two components at a time, which few shuffles sort into one
+vector for each component, and kept four at a time. What is taken or kept is a tuple, within tuples, of numbers or vectors; the
+arrays are an array, or a tuple of arrays for its parts: shape (points,) or (points, components) in C order, and with as many
+components as the part has numbers.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,28 +21,20 @@ from pellucid.jit.vector import LANES
 
 DOUBLE = ir.DoubleType()
 SIZE = 8  # bytes of one
+EVEN, ODD = [0, 4, 2, 6], [1, 5, 3, 7]
+"""Shuffles that sort pairs: of numbers of two rows those of one component, of columns those of two points."""
 
 
 def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
     return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
 
 
-def _joined(builder: Any, vectors: list[Any]) -> Any:
-    """Vectors as one."""
-    joined = vectors[0]
-    for more in vectors[1:]:
-        count = joined.type.count
-        wide = _lanes(builder, more, more, [*range(LANES), *[0] * (count - LANES)])
-        joined = _lanes(builder, joined, wide, list(range(count + LANES)))
-    return joined
-
-
-def _address(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, count: int) -> Any:
-    """Where the row of point p begins, as the address of `count` doubles."""
+def _address(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, offset: int, count: int) -> Any:
+    """The address of `count` doubles, which begin `offset` doubles after the row of point p."""
     if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
         raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
     data = context.make_array(kind)(context, builder, array).data
-    place = builder.gep(data, [builder.mul(p, p.type(length))], inbounds=True)
+    place = builder.gep(data, [builder.add(builder.mul(p, p.type(length)), p.type(offset))], inbounds=True)
     return builder.bitcast(place, (ir.VectorType(DOUBLE, count) if count > 1 else DOUBLE).as_pointer())
 
 
@@ -55,6 +47,37 @@ def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any,
         yield from _walk(builder, part, inner, builder.extract_value(arrays, place), visit)
 
 
+def _columns(builder: Any, length: int, taken: Callable[[int, int], Any]) -> list[Any]:
+    """A vector for each component of four rows; taken: `count` numbers from the one with this offset on."""
+    columns = []
+    for component in range(0, length - 1, 2):
+        pairs = [taken(component + length * lane, 2) for lane in range(LANES)]
+        even, odd = _lanes(builder, pairs[0], pairs[2], [0, 1, 2, 3]), _lanes(builder, pairs[1], pairs[3], [0, 1, 2, 3])
+        columns += [_lanes(builder, even, odd, EVEN), _lanes(builder, even, odd, ODD)]
+    if length % 2:
+        last = ir.Constant(ir.VectorType(DOUBLE, LANES), ir.Undefined)
+        for lane in range(LANES):
+            last = builder.insert_element(last, taken(length - 1 + length * lane, 1), ir.IntType(32)(lane))
+        columns.append(last)
+    return columns
+
+
+def _rows(builder: Any, columns: list[Any]) -> Iterator[tuple[int, Any]]:
+    """The numbers of four rows, in vectors of several components of one row, with the offset of each."""
+    length = len(columns)
+    together = zip(columns[:-1:2], columns[1::2], strict=True)
+    pairs = [[_lanes(builder, one, other, lanes) for lanes in (EVEN, ODD)] for one, other in together]
+    for lane in range(LANES):
+        half = [lane // 2 * 2, lane // 2 * 2 + 1]  # of the vector of a pair, in which row `lane` lies
+        of_row = [pair[lane % 2] for pair in pairs]
+        for k in range(0, len(of_row) - 1, 2):
+            yield length * lane + 2 * k, _lanes(builder, of_row[k], of_row[k + 1], [*half, half[0] + LANES, half[1] + LANES])
+        if len(of_row) % 2:
+            yield length * lane + 2 * (len(of_row) - 1), _lanes(builder, of_row[-1], of_row[-1], half)
+        if length % 2:
+            yield length * lane + length - 1, builder.extract_element(columns[-1], ir.IntType(32)(lane))
+
+
 @intrinsic
 def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     wanted = lanes_of(like)
@@ -62,9 +85,12 @@ def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         def visit(part: Any, kind: Any, array: Any) -> list[Any]:
             length = leaves(part)
-            rows = builder.load(_address(context, builder, kind, array, given[2], length, LANES * length), align=8)
-            lanes = [[component + length * lane for lane in range(LANES)] for component in range(length)]
-            return [_lanes(builder, rows, rows, places) for places in lanes] if length > 1 else [rows]
+
+            def taken(offset: int, count: int) -> Any:
+                address = _address(context, builder, kind, array, given[2], length, offset, count)
+                return builder.load(address, align=SIZE)
+
+            return [taken(0, LANES)] if length == 1 else _columns(builder, length, taken)
 
         found = _walk(builder, like, arrays, given[1], visit)
         return built(context, builder, wanted, (vector for vectors in found for vector in vectors))
@@ -77,7 +103,7 @@ def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         def visit(part: Any, kind: Any, array: Any) -> list[Any]:
             length = leaves(part)
-            first = _address(context, builder, kind, array, given[2], length, 1)
+            first = _address(context, builder, kind, array, given[2], length, 0, 1)
             return [builder.load(builder.gep(first, [given[2].type(place)], inbounds=True)) for place in range(length)]
 
         found = _walk(builder, like, arrays, given[1], visit)
@@ -93,11 +119,11 @@ def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
 
         def visit(part: Any, kind: Any, array: Any) -> None:
             length = leaves(part)
-            rows = _joined(builder, [next(kept) for _ in range(length)])
-            if length > 1:
-                places = [component * LANES + lane for lane in range(LANES) for component in range(length)]
-                rows = _lanes(builder, rows, rows, places)
-            builder.store(rows, _address(context, builder, kind, array, given[1], length, LANES * length), align=8)
+            columns = [next(kept) for _ in range(length)]
+            parts = [(0, columns[0])] if length == 1 else _rows(builder, columns)
+            for offset, value in parts:
+                count = value.type.count if isinstance(value.type, ir.VectorType) else 1
+                builder.store(value, _address(context, builder, kind, array, given[1], length, offset, count), align=SIZE)
 
         list(_walk(builder, values, arrays, given[0], visit))
         return context.get_dummy_value()
@@ -111,7 +137,7 @@ def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
         kept = (value for _, value in flat(builder, values, given[2]))
 
         def visit(part: Any, kind: Any, array: Any) -> None:
-            first = _address(context, builder, kind, array, given[1], leaves(part), 1)
+            first = _address(context, builder, kind, array, given[1], leaves(part), 0, 1)
             for place in range(leaves(part)):
                 builder.store(next(kept), builder.gep(first, [given[1].type(place)], inbounds=True))
 

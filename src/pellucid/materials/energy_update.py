@@ -99,7 +99,7 @@ def _explicit(mode, eos, energy, density, trD, old_work, other_work, dt):
 @pointwise
 def _backward_euler(eos, energy, density, trD, other_work, dt):
     A, B = pressure_line(eos, density)
-    s = dt * trD / density
+    s = dt * trD * (1.0 / density)
     if s * B <= -1.0:
         return nan
     e = (energy + other_work - s * A) / (1.0 + s * B)

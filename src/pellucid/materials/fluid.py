@@ -155,11 +155,13 @@ def _update(law, state, density, L, dt, length):
     bulk = law.lam * trD
     viscous_power = 2.0 * law.mu * double_dot(D, D) + bulk * trD
     heating_q = law.artificial_viscosity.work * q
-    other_work = dt / density * (viscous_power - heating_q * trD)
+    by_density = 1.0 / density
+    other_work = dt * by_density * (viscous_power - heating_q * trD)
     if law.artificial_viscosity.work > 0.0:
-        old_work = dt / density * double_dot(state.stress, D)
+        old_work = dt * by_density * double_dot(state.stress, D)
     else:  # the old stress has the old q in it: compute its pressure again
-        old_work = dt / density * (viscous_power - pressure(law.eos, density * (1.0 + dt * trD), state.internal_energy) * trD)
+        P = pressure(law.eos, density * (1.0 + dt * trD), state.internal_energy)
+        old_work = dt * by_density * (viscous_power - P * trD)
     energy = new_energy(law.energy_update, law.eos, state.internal_energy, density, trD, old_work, other_work, dt)
     ahead = energy_of_pressure(law.energy_update, law.eos, energy, density, trD, old_work, other_work, dt)
     normal = bulk - pressure(law.eos, density, ahead) - q
@@ -184,7 +186,7 @@ def _signal_speed(law, state, density, L, length):
 
 @point_function(diffusivity, NewtonianFluid)
 def _diffusivity(law, density):
-    return (2.0 * law.mu + law.lam) / density
+    return (2.0 * law.mu + law.lam) * (1.0 / density)
 
 
 @point_function(stored_energy, NewtonianFluid)
@@ -197,7 +199,7 @@ def _artificial_heating(law, state, density, L, length):
     av = law.artificial_viscosity
     trD = L[0] + L[4] + L[8]
     a = sound_speed(law.eos, density, state.internal_energy)
-    return -av.work * artificial_pressure(av, density, a, trD, length) * trD / density
+    return -av.work * artificial_pressure(av, density, a, trD, length) * trD * (1.0 / density)
 
 
 @point_function(point_pressure, NewtonianFluid)

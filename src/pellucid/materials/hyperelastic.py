@@ -86,7 +86,7 @@ def _signal_speed(law, state, density, L, length):
 
 
 def _stored_energy(law, state, density):
-    return energy(law, state.deformation_gradient) / law.rho0
+    return energy(law, state.deformation_gradient) * (1.0 / law.rho0)
 
 
 def _first_piola_kirchhoff(law, F):

@@ -6,6 +6,9 @@ A law is a NamedTuple of its parameters. The state of a point under it is a Name
 Material points ask for the rate form: `update` and what stands beside it. `rate_type` registers what most laws have in
 common, so that a law only registers what it has of its own. A hyperelastic law is stated by `energy`, `cauchy_stress` and
 `wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic` derives its rate form.
+
+Divisions are slow. The functions of a point become one loop, in which 1 / density is found once, where all of them multiply
+by it; the inverse of a parameter is found before the loop.
 """
 
 from collections.abc import Callable

@@ -68,12 +68,12 @@ def _update(law, state, density, L, dt, length):
     )
     # stress and volume of the middle of the step
     power = 0.5 * (double_dot(s, D) + double_dot(stress, D))
-    return HypoelasticState(stress, state.strain_energy + dt * power * (1.0 - 0.5 * dt * trD) / density)
+    return HypoelasticState(stress, state.strain_energy + dt * power * (1.0 - 0.5 * dt * trD) * (1.0 / density))
 
 
 @point_function(signal_speed, LinearElastic)
 def _signal_speed(law, state, density, L, length):
-    return sqrt((law.lam + 2.0 * law.mu) / density)
+    return sqrt((law.lam + 2.0 * law.mu) * (1.0 / density))
 
 
 @point_function(stored_energy, LinearElastic)

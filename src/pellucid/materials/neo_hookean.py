@@ -44,8 +44,9 @@ def _energy(law, F):
 def _cauchy_stress(law, F):
     J = determinant(F)
     b = left_cauchy_green(F)
-    m = law.mu / J
-    normal = (law.lam * log(J) - law.mu) / J
+    by_J = 1.0 / J
+    m = law.mu * by_J
+    normal = (law.lam * log(J) - law.mu) * by_J
     return (m * b[0] + normal, m * b[1] + normal, m * b[2] + normal, m * b[3], m * b[4], m * b[5])
 
 
@@ -55,7 +56,7 @@ def _wave_speed(law, F):
     # and across is faster where J is large
     stretch = largest_row_sum(left_cauchy_green(F))
     along = max(law.lam + law.mu - law.lam * log(determinant(F)), 0.0)
-    return sqrt((along + law.mu * stretch) / law.rho0)
+    return sqrt((along + law.mu * stretch) * (1.0 / law.rho0))
 
 
 @point_function(volumetric_energy, NeoHookean)
