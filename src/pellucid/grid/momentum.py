@@ -70,17 +70,28 @@ def driven_velocity(external, I, d):
 
 @pointwise
 def is_zero(vectors, I):
-    """Whether the vector of node I is zero, of vectors, shape (nodes, 3), or without rows where there are none."""
-    return len(vectors) == 0 or (vectors[I, 0] == 0 and vectors[I, 1] == 0 and vectors[I, 2] == 0)
+    """Whether the vector of node I is zero, of vectors, shape (nodes, 3)."""
+    return vectors[I, 0] == 0 and vectors[I, 1] == 0 and vectors[I, 2] == 0
 
 
 @pointwise
-def moves_freely(field, I):
-    """Whether nothing acts on node I but internal forces and gravity, and nothing leads it."""
-    if not is_zero(field.nodes.constrained, I):
-        return False
-    external = field.external
-    return is_zero(field.load, I) and is_zero(external.absorption, I) and is_zero(external.driven_mass, I)
+def what_acts(field):
+    """Whether loads, absorbing faces and prescribed motions act on nodes of the field; to be asked once for many nodes."""
+    return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
+
+
+@pointwise
+def moves_freely(field, acts, I):
+    """Whether nothing acts on node I but internal forces and gravity, and nothing leads it; acts: what `what_acts` gives."""
+    loaded, absorbing, driven = acts
+    free = is_zero(field.nodes.constrained, I)
+    if loaded:
+        free = free and is_zero(field.load, I)
+    if absorbing:
+        free = free and is_zero(field.external.absorption, I)
+    if driven:
+        free = free and is_zero(field.external.driven_mass, I)
+    return free
 
 
 @kernel(inner=True)
@@ -90,8 +101,8 @@ def advance_chunk(chunk, field, dt, small, flip):
     external, work = field.external, field.work
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
-    loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
-    total_load = field.load
+    acts, total_load = what_acts(field), field.load
+    loaded, absorbing, driven = acts
     fall = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
     pushed = lost = 0.0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
@@ -104,7 +115,7 @@ def advance_chunk(chunk, field, dt, small, flip):
             store(nodes.strain_velocities, 4 * I, zero)
             continue
         over_m = 1.0 / m
-        if moves_freely(field, I):
+        if moves_freely(field, acts, I):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
             before = over_m * load(nodes.inertia, 4 * I)
@@ -165,7 +176,7 @@ def _project_chunk(chunk, field):
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         over_m = 1.0 / m if m >= NOTHING else 0.0
-        if is_zero(constrained, I) and is_zero(external.driven_mass, I):
+        if is_zero(constrained, I) and (not driven or is_zero(external.driven_mass, I)):
             store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
             continue
         for d in range(3):

@@ -1,7 +1,7 @@
 """A step of the nodes, and the works along the means of their velocities before and after it."""
 
 from pellucid.energy import ABSORBED, FIRST_LOAD, GRAVITY, IMPACT, INTERNAL, MOTION
-from pellucid.grid.momentum import CHUNK, NOTHING, advance_chunk, driven_velocity, following, moves_freely
+from pellucid.grid.momentum import CHUNK, NOTHING, advance_chunk, driven_velocity, following, moves_freely, what_acts
 from pellucid.jit import kernel
 from pellucid.jit.local import numbers
 from pellucid.jit.parallel import parallel_for
@@ -12,7 +12,8 @@ from pellucid.jit.vector import LANES, load, nothing, row, store, total
 def _count_works_chunk(chunk, field, dt, small):
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
     mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
-    loaded, absorbing, driven = len(field.load) > 0, len(external.absorption) > 0, len(external.driven_mass) > 0
+    acts = what_acts(field)
+    loaded, absorbing, driven = acts
     of_rows = numbers(LANES)
     of_velocity = row(1.0, 1.0, 1.0, 0.0)
     power, momentum = nothing(of_velocity), nothing(of_velocity)
@@ -26,7 +27,7 @@ def _count_works_chunk(chunk, field, dt, small):
             nodes.increment_energy[I] = 0.0
             continue
         sum_of_masses += m
-        if m > small and moves_freely(field, I):
+        if m > small and moves_freely(field, acts, I):
             change = of_velocity * load(nodes.increments, 4 * I)
             mean_row = load(nodes.velocities, 4 * I) - 0.5 * change
             store(nodes.mean_velocities, 4 * I, mean_row)
@@ -121,18 +122,18 @@ def advance(chunks, field, dt, small, flip, counted):
 @kernel(inner=True)
 def _sum_strain_lag_chunk(chunk, field, dt, small, sums):
     nodes, external, work, several = field.nodes, field.external, 0.0, len(field.apart) > 0
-    driven = len(external.driven_mass) > 0
+    acts = what_acts(field)
+    driven = acts[2]
     power = row(0.0, 0.0, 0.0, 0.0)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
         if nodes.mass[I] < NOTHING:
             continue
-        if nodes.mass[I] > small and moves_freely(field, I):
-            old_row = load(nodes.velocities, 4 * I) - load(nodes.increments, 4 * I)
-            new_row = load(nodes.strain_velocities, 4 * I)
+        if nodes.mass[I] > small and moves_freely(field, acts, I):
             force_row = load(nodes.forces, 4 * I)
             if several:
                 force_row -= load(field.apart, 4 * I)
-            power += force_row * (2.0 * load(nodes.mean_velocities, 4 * I) - old_row - new_row)
+            old_row = load(nodes.velocities, 4 * I) - load(nodes.increments, 4 * I)
+            power += force_row * (2.0 * load(nodes.mean_velocities, 4 * I) - old_row - load(nodes.strain_velocities, 4 * I))
             continue
         for d in range(3):
             mean = nodes.mean_velocity[I, d]
