@@ -76,6 +76,20 @@ def test_free_nodes_follow_newton(counts):
     assert change == pytest.approx(works, rel=1e-12)
 
 
+def test_works_counted_with_the_advance_are_those_counted_after_it():
+    found = []
+    for last in (False, True):
+        grid, walls = nodes_at_random((20, 20, 20), SLIP)
+        momentum = momentum_of(grid.nodes, walls, GRAVITY)
+        for _ in range(2):  # what the first step leaves must not count in the second
+            momentum.advance(DT, last)
+            work = momentum.works(DT)
+        found.append((work.works, work.reactions, grid.nodes.mean_velocity.copy(), grid.nodes.increment_energy.copy()))
+    for after, at_once in zip(*found, strict=True):
+        assert np.abs(after).max() > 0.0
+        assert at_once == pytest.approx(after, rel=1e-12, abs=1e-12 * np.abs(after).max())
+
+
 def test_a_node_with_hardly_any_mass_strains_nothing_by_its_force():
     """A millionth of a point's mass under an ordinary force: f/m would be a million times too much in a gradient."""
     grid, walls = nodes_at_random((4, 4, 4))

@@ -22,7 +22,7 @@ class GridFunction(Protocol):
 
 class LinearFunctions(NamedTuple):
     """Functions along x, y, z, whose product is the shape function, of two nodes along an axis or one: they are linear, and
-    their slopes the same for all points that share their nodes."""
+    their slopes the same at all points."""
 
     x: GridFunction
     y: GridFunction

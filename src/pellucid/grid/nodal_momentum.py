@@ -29,6 +29,8 @@ class NodalMomentum:
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
+        self.is_counted = False
+        """Whether the works of this step are counted already: nothing may change the velocities of the nodes any more."""
         self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
         self._columns = FIRST_LOAD + len(external.loads)
         self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
@@ -48,7 +50,7 @@ class NodalMomentum:
         """
         self._sums.fill(0.0)
         advance(self._chunks, self._bundle, dt, self.small_mass, self.flip, int(last))
-        self._counted = last
+        self.is_counted = last
 
     def works(self, dt: float) -> StepWork:
         """Works of the step dt [s] and impulses of the supports, when nothing changes the velocities of the nodes any more.
@@ -59,7 +61,7 @@ class NodalMomentum:
         hardly any mass, where both are large and opposite, do without: there forces but gravity work along the velocity before
         the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy.
         """
-        if not self._counted:
+        if not self.is_counted:
             count_works(self._chunks, self._bundle, dt, self.small_mass)
         done = step_work(ordered_sum(self._sums), self._columns)
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)

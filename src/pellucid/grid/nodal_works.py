@@ -89,10 +89,10 @@ def _sum_loads_chunk(chunk, field):
     loads = field.external.loads
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
         for d in range(3):
-            load = 0.0
+            external_force = 0.0
             for k in range(len(loads)):
-                load += loads[k, I, d]
-            field.load[I, d] = load
+                external_force += loads[k, I, d]
+            field.load[I, d] = external_force
 
 
 @kernel(inner=True)

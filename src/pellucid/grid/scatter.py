@@ -1,6 +1,6 @@
 """What the points of a block add to their nodes.
 
-Linear functions have the same slopes at all points of a run, points with the same nodes. So what these give is summed first: of
+Linear functions have the same slopes at all points. So what a run, points with the same nodes, gives is summed first: of
 momentum and mass a row for each node; of the stress a row for each line of nodes along an axis, by the products of the weights
 across. Nodes are then added to once for the run. With other functions point after point adds.
 """

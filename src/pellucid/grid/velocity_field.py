@@ -118,6 +118,8 @@ class VelocityField:
         """
         if not self.moves_points:
             raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
+        if self._momentum.is_counted:
+            raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
         self._given.append((add_impulses(self.grid.nodes, self.external, impulse), column, sign))
 
     def works(self, dt: float) -> StepWork | None:
