@@ -10,7 +10,7 @@ from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.mesh import Mesh
 from pellucid.grid.lattice import Grid
-from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.parts.body import NodalSupport, Placement
 
@@ -29,7 +29,7 @@ def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0,
     if mesh is not None:
         keys = ("name", "material", "thickness", "hourglass", "tension", "initial_velocity")
         body = SimpleNamespace(**{key: getattr(body, key) for key in keys}, mesh=lambda: Mesh(mesh.vertices.copy(), *mesh[1:]))
-    field = VelocityField("own", Grid(whole.grid), moves_points=False)
+    field = OwnNodesField("own", Grid(whole.grid))
     return MembraneElements(body, Placement(whole.grid, field, Flip(), gravity, n_loads=1))
 
 

@@ -24,7 +24,7 @@ def body_of(table):
     """The body on a grid of its own, without a simulation."""
     whole = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0))
     grid = Grid(whole.grid)
-    field = VelocityField("common", grid, moves_points=True)
+    field = VelocityField("common", grid)
     body = whole.body[0].build(Placement(whole.grid, field, Flip(), (0.0, 0.0, 0.0), 0))
     body.complete()
     return grid, body

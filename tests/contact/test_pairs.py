@@ -22,7 +22,7 @@ def two_fields(kind, friction=0.0, held=()):
     generator = np.random.default_rng(3)
     whole = case(box((0, 0, 0), (1, 1, 1)), counts=(9, 9, 9))
     grids = (Grid(whole.grid), Grid(whole.grid))
-    fields = tuple(VelocityField(name, grid, moves_points=True) for name, grid in zip("ab", grids, strict=True))
+    fields = tuple(VelocityField(name, grid) for name, grid in zip("ab", grids, strict=True))
     for field in fields:
         free = NodalActions(field, 0).external()
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)

@@ -14,11 +14,9 @@ def pressed(body, velocity, push, dt=1e-9):
     body.arrays["velocity"][:] = velocity
     body.renew_totals()
     momentum, energy = body.totals.momentum, body.totals.kinetic
-    body.velocity_field.clear()
     body.grid.nodes.velocity_increment[:], body.velocity_field.pressed = push, True
     body.begin(dt)
     body.predict(dt)
-    body.velocity_field.clear_momentum()
     body.correct(remap=True)
     done = body.work()
     given = body.mass * push

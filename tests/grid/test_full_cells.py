@@ -143,7 +143,6 @@ def test_the_shifted_volumes_of_a_cell_grow_as_it_does(functions):
     forces(sim)
     sim.detect_contact(1e-3)
     sim.advance(1e-3)
-    sim.clear_momentum()
     fluid.update_velocities(1e-3, remap=True)
     sim.find_shifts(1e-3)
     cells = sim._cell_pressures[0].cells

@@ -9,6 +9,7 @@ from pellucid.energy import FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import FIRM
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 
 DT, SMALL, PULL = 0.25, 1e-3, (0.5, 0.0, -2.0)
@@ -18,7 +19,7 @@ BRAKE = FIRST_LOAD + 1
 def advanced(support=(), driven=False):
     """A velocity field with random masses, momenta, forces and loads after a step, and impulses; some nodes are empty."""
     tables = case(box((0, 0, 0), (4, 4, 4)), support=support)
-    field = VelocityField("common", Grid(tables.grid), moves_points=True)
+    field = VelocityField("common", Grid(tables.grid))
     nodes, n = field.grid.nodes, field.grid.n_nodes
     generator = np.random.default_rng(5)
     walls = constrain_nodes(field.grid, tables.support)
@@ -101,14 +102,14 @@ def test_a_light_node_is_moved_and_strains_nothing():
 
 
 def test_a_body_with_its_own_nodes_is_not_moved_by_the_grid():
-    field = VelocityField("own", Grid(case(box((0, 0, 0), (4, 4, 4))).grid), moves_points=False)
+    field = OwnNodesField("own", Grid(case(box((0, 0, 0), (4, 4, 4))).grid))
     with pytest.raises(ValueError, match="the velocity field own does not move its body"):
         field.add_impulses(np.zeros((field.grid.n_nodes, 3)), BRAKE)
 
 
 def test_forces_that_nothing_asked_for_are_refused():
     tables = case(box((0, 0, 0), (4, 4, 4)))
-    field = VelocityField("common", Grid(tables.grid), moves_points=True)
+    field = VelocityField("common", Grid(tables.grid))
     field.set_actions(constrain_nodes(field.grid, ()), NodalActions(field, 1).external(), PULL, SMALL, flip=1.0)
     with pytest.raises(ValueError, match="no condition asked for external forces in the velocity field common"):
         field.load_row(0)

@@ -9,6 +9,7 @@ from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.contact.coupling import GridCoupling
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 
 COUNTS, N, DT = (12, 6, 6), 300, 0.1
@@ -18,8 +19,8 @@ def fields(driven):
     """Two velocity fields, one that moves no points and one that does, with a support; `driven`: with more that acts."""
     tables = case(box((0, 0, 0), COUNTS), counts=COUNTS, support=SLIP)
     made = []
-    for moves_points in (False, True):
-        field = VelocityField("own", Grid(tables.grid), moves_points)
+    for kind in (OwnNodesField, VelocityField):
+        field = kind("own", Grid(tables.grid))
         actions, generator = NodalActions(field, 0), np.random.default_rng(5)
         if driven:
             shape = (field.grid.n_nodes, 3)
@@ -75,11 +76,3 @@ def test_they_move_as_those_of_a_whole_grid(driven):
     for field in (own, whole):
         field.project()
     assert own.grid.nodes.strain_velocity[full] == pytest.approx(whole.grid.nodes.strain_velocity[full], rel=1e-13, abs=1e-13)
-
-
-def test_a_field_that_moves_its_points_has_no_such_nodes():
-    _, field = fields(driven=False)
-    assert field.reached is None
-    coupling, _ = coupling_of(field)
-    with pytest.raises(ValueError, match="the velocity field own moves its bodies"):
-        coupling.scatter()

@@ -14,6 +14,7 @@ from pellucid.errors import RunStopped
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import Supports
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.parts.body import Placement
@@ -56,7 +57,7 @@ def in_flight(kind, alone, **more):
 def by_itself(kind, alone, gravity=(0.0, 0.0, 0.0)):
     """A sample at rest without a simulation, with two channels of loads, and its velocity field."""
     whole = case(SAMPLES[kind], **GRID)
-    field = VelocityField("common", Grid(whole.grid), moves_points=not alone)
+    field = (OwnNodesField if alone else VelocityField)("common", Grid(whole.grid))
     actions = NodalActions(field, 2)
     actions.take_loads()
     field.set_actions(Supports(np.zeros((1, 3)), np.ones(1, np.int64)), actions.external(), gravity, small_mass=0.0, flip=1.0)

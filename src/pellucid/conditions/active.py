@@ -56,11 +56,8 @@ class ActiveConditions:
             self._active += kind.activate(conditions, assembly)
         for member in members.values():
             member.body.complete()
-
-    @property
-    def give_impulses(self) -> bool:
+        self.give_impulses = any(type(part).act_on_nodes is not ActiveCondition.act_on_nodes for part in self._active)
         """Whether any gives impulses to the nodes."""
-        return any(type(part).act_on_nodes is not ActiveCondition.act_on_nodes for part in self._active)
 
     def begin(self, time: float, dt: float) -> None:
         """Set the actions of the step that begins at `time` [s]."""

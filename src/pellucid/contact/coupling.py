@@ -7,6 +7,7 @@ from numpy import intp
 
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.points import (
     NO_AFFINE,
     NO_CELLS,
@@ -23,7 +24,6 @@ from pellucid.grid.reached import NO_FORCE
 from pellucid.grid.sorting import empty_slabs, sort_by_nodes
 from pellucid.grid.transfer import bounds_of, placed
 from pellucid.grid.vectors import gather_vectors
-from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
@@ -63,7 +63,7 @@ class GridCoupling:
 
     def __init__(
         self,
-        velocity_field: VelocityField,
+        velocity_field: OwnNodesField,
         functions: GridFunctions,
         position: np.ndarray,
         velocity: np.ndarray,

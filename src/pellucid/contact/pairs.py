@@ -44,7 +44,8 @@ class ContactPair:
         self.impulses, self.second = np.zeros((2, 0, 3))
         """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
         velocities mapped again."""
-        self._touches = False  # anywhere, in this step
+        self.touches = False
+        """Anywhere, in this step."""
 
     @property
     def _chunks(self) -> int:
@@ -58,10 +59,10 @@ class ContactPair:
         """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
-        self._touches = bool(self.detection.normal.any())
+        self.touches = bool(self.detection.normal.any())
         self._mobility, self.impulses, self.second = np.zeros((2, n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self._closing = self._gap_closing = self.detection.room / dt if dt > 0.0 else np.zeros(n)
-        if not self._touches:
+        if not self.touches:
             return
         impulses.measure_mobility(self._chunks, self.detection.node, *self._sides, self._mobility)
 
@@ -76,7 +77,7 @@ class ContactPair:
         the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
         bodies that answer to impulses themselves: the velocities of their nodes are not those with which their material parts.
         """
-        if not (self._touches and self._takes_second):
+        if not (self.touches and self._takes_second):
             return
         where = self.detection.node, self._mobility, self.detection.normal
         self._closing = np.empty(len(self.detection.node))
@@ -89,7 +90,7 @@ class ContactPair:
 
     def resolve(self, anew: bool) -> None:
         """Impulses on the nodes after their momentum was advanced, or `anew` after the bodies answered to these."""
-        if not self._touches:
+        if not self.touches:
             return
         how = self._kind, self._friction, anew, self.detection.node, (self.detection.normal, self._closing)
         impulses.resolve(self._chunks, *how, *self._moved(), *self._mobility, self.impulses)
@@ -103,11 +104,11 @@ class ContactPair:
 
     def in_contact(self) -> list[ContactBody]:
         """The bodies of both velocity fields, where these touch anywhere."""
-        return [body for side in self.bodies for body in side] if self._touches else []
+        return [body for side in self.bodies for body in side] if self.touches else []
 
     def project(self) -> None:
         """The same for the velocities mapped again, those that strain the points."""
-        if not self._touches:
+        if not self.touches:
             return
         how = self._kind, self._friction, self.detection.node, (self.detection.normal, self._gap_closing)
         sides = [field.grid.nodes.strain_velocity for field in self.fields]
@@ -115,7 +116,7 @@ class ContactPair:
 
     def gives_second(self) -> bool:
         """Whether there are such impulses, which all bodies take; else none does, since they are equal and opposite."""
-        return self._touches and self._takes_second and bool(self.second.any())
+        return self.touches and self._takes_second and bool(self.second.any())
 
     def add_second(self) -> None:
         """Add what these change to the second increments of both fields."""
@@ -193,6 +194,8 @@ class ContactPairs:
         """Find where velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         for pair in self._pairs:
             pair.detect(dt)
+        for field in self._fields:
+            field.await_impulses(pair.detection.node for pair in self._pairs if field in pair.fields and pair.touches)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""

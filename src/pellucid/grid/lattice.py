@@ -40,6 +40,7 @@ class Nodes(NamedTuple):
     strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
     mean_velocity: np.ndarray  # (n, 3) along which forces do work over the step [m/s]
     increment_energy: np.ndarray  # (n,) half the square of the velocity increment [J/kg]
+    has_mass: np.ndarray  # (n,) 0 where none when the momentum was advanced last: these four are zero then
     constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that constrains this direction
 
 
@@ -95,6 +96,7 @@ class Grid:
             strain_velocity=strain_velocities[:, :3],
             mean_velocity=mean_velocities[:, :3],
             increment_energy=increments[:, 3],
+            has_mass=np.zeros(n, np.uint8),
             constrained=np.zeros((n, 3), np.int16),
         )
 

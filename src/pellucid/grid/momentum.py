@@ -9,11 +9,10 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
+from pellucid.grid.listed import CHUNK
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.parallel import parallel_for
-from pellucid.jit.vector import load, nothing, row, store
+from pellucid.jit.vector import LANES, load, nothing, row, store
 
-CHUNK = 1024  # nodes that a thread takes at a time
 FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
 NO_FORCES = np.zeros((0, 4))
 NOTHING = 1e-290  # kg; no point reaches a node below this
@@ -53,7 +52,7 @@ class AdvancedNodes(NamedTuple):
     external: ExternalAction
     load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
     apart: np.ndarray  # (4 n,) rows of internal forces of the bodies that keep heat [N]; empty where these are with all others
-    work: np.ndarray  # (chunks, ...) rows of works as `pellucid.energy` lays them out
+    work: np.ndarray  # (rows, ...) works as `pellucid.energy` lays them out, a row for each chunk
 
 
 @pointwise
@@ -69,9 +68,45 @@ def driven_velocity(external, I, d):
 
 
 @pointwise
+def is_driven(external, I, d):
+    """Whether driven points reach node I, of which its velocity along d is prescribed."""
+    return len(external.driven_mass) > 0 and external.driven_mass[I, d] > 0.0
+
+
+@pointwise
+def led(external, I, d, m, v):
+    """What driven points that reach node I of mass m [kg] make of its velocity v along d [m/s]."""
+    if is_driven(external, I, d) and m >= NOTHING:
+        v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
+    return v
+
+
+@pointwise
+def constrained_velocity(nodes, supports, external, I, d, m, v):
+    """What supports and driven points make of the velocity v of node I of mass m [kg] along d [m/s]."""
+    s = nodes.constrained[I, d]
+    if s > 0:
+        return supports.velocity[s - 1, d]
+    return led(external, I, d, m, v)
+
+
+@pointwise
+def slowed(external, I, d, dt, old, new):
+    """The new velocity of node I along d with absorption by the mean velocity over the step: stable for any step."""
+    half = 0.5 * dt * external.absorption[I, d]
+    return (new - half * old) / (1.0 + half)
+
+
+@pointwise
 def is_zero(vectors, I):
     """Whether the vector of node I is zero, of vectors, shape (nodes, 3)."""
     return vectors[I, 0] == 0 and vectors[I, 1] == 0 and vectors[I, 2] == 0
+
+
+@pointwise
+def is_unled(nodes, external, I):
+    """Whether neither supports nor driven points lead node I."""
+    return is_zero(nodes.constrained, I) and (len(external.driven_mass) == 0 or is_zero(external.driven_mass, I))
 
 
 @pointwise
@@ -109,12 +144,15 @@ def advance_chunk(chunk, field, dt, small, flip):
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
         if m < NOTHING:
-            zero = nothing(fall)
-            store(nodes.velocities, 4 * I, zero)
-            store(nodes.increments, 4 * I, zero)
-            store(nodes.strain_velocities, 4 * I, zero)
+            if nodes.has_mass[I]:
+                nodes.has_mass[I] = 0
+                zero = nothing(fall)
+                store(nodes.velocities, 4 * I, zero)
+                store(nodes.increments, 4 * I, zero)
+                store(nodes.strain_velocities, 4 * I, zero)
+                store(nodes.mean_velocities, 4 * I, zero)
             continue
-        over_m = 1.0 / m
+        nodes.has_mass[I], over_m = 1, 1.0 / m
         if moves_freely(field, acts, I):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
@@ -138,18 +176,13 @@ def advance_chunk(chunk, field, dt, small, flip):
             light = v + dt * gravity[d]
             new = light + dt * (force[I, d] + external_force) * over_m
             if absorbing and s == 0:
-                half = 0.5 * dt * external.absorption[I, d]  # of the mean velocity over the step: stable for any step
-                slowed = (new - half * v) / (1.0 + half)
-                external.absorbed[I, d] = m * (slowed - new)
-                new = slowed
-                light = (light - half * v) / (1.0 + half)
+                freely, new, light = new, slowed(external, I, d, dt, v, new), slowed(external, I, d, dt, v, light)
+                external.absorbed[I, d] = m * (new - freely)
             if driven and s == 0:
                 external.impulse[I, d] = 0.0
-                if external.driven_mass[I, d] > 0.0:
-                    follow, goal = following(external, I, d, m), driven_velocity(external, I, d)
-                    external.impulse[I, d] = m * follow * (goal - new) / external.driven_mass[I, d]
-                    new += follow * (goal - new)
-                    light += follow * (goal - light)
+                if is_driven(external, I, d):
+                    freely, new, light = new, led(external, I, d, m, new), led(external, I, d, m, light)
+                    external.impulse[I, d] = m * (new - freely) / external.driven_mass[I, d]
             if s > 0:
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
@@ -168,29 +201,43 @@ def advance_chunk(chunk, field, dt, small, flip):
     work[chunk, IMPACT] = lost
 
 
-@kernel(inner=True)
-def _project_chunk(chunk, field):
-    nodes, walls, external = field.nodes, field.supports.velocity, field.external
-    mass, momentum, strain_velocity, constrained = nodes.mass, nodes.momentum, nodes.strain_velocity, nodes.constrained
-    driven = len(external.driven_mass) > 0
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
-        m = mass[I]
-        over_m = 1.0 / m if m >= NOTHING else 0.0
-        if is_zero(constrained, I) and (not driven or is_zero(external.driven_mass, I)):
-            store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
-            continue
+@pointwise
+def project_node(nodes, supports, external, I):
+    """p/m of the mapped momentum of node I, with what leads it, into `strain_velocity`."""
+    m = nodes.mass[I]
+    over_m = 1.0 / m if m >= NOTHING else 0.0
+    if is_unled(nodes, external, I):
+        store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
+    else:
         for d in range(3):
-            s = constrained[I, d]
-            if s > 0:
-                strain_velocity[I, d] = walls[s - 1, d]
-            else:
-                v = momentum[I, d] * over_m
-                if driven and m >= NOTHING and external.driven_mass[I, d] > 0.0:
-                    v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
-                strain_velocity[I, d] = v
+            v = nodes.momentum[I, d] * over_m
+            nodes.strain_velocity[I, d] = constrained_velocity(nodes, supports, external, I, d, m, v)
 
 
-@kernel()
-def project(chunks, field):
-    """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""
-    parallel_for(_project_chunk, chunks, field)
+@kernel(inner=True)
+def project_chunk(chunk, field, advanced):
+    """The same for the nodes of a chunk; advanced: whether their momentum is, with the mass that they have."""
+    nodes = field.nodes
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= NOTHING):
+            project_node(nodes, field.supports, field.external, I)
+
+
+@kernel(inner=True)
+def sum_loads_chunk(chunk, field):
+    """The sum of the external forces on the nodes of a chunk."""
+    loads = field.external.loads
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
+        for d in range(3):
+            external_force = 0.0
+            for k in range(len(loads)):
+                external_force += loads[k, I, d]
+            field.load[I, d] = external_force
+
+
+@kernel(inner=True)
+def add_apart_chunk(chunk, field):
+    """Add the internal forces that were kept apart to those on the nodes of a chunk."""
+    forces, apart = field.nodes.forces, field.apart
+    for k in range(4 * CHUNK * chunk, min(4 * CHUNK * (chunk + 1), len(apart)), LANES):
+        store(forces, k, load(forces, k) + load(apart, k))

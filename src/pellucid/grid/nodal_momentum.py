@@ -1,11 +1,15 @@
 """Advances the momentum of the nodes of a velocity field, and finds the works of the step."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import CHUNK, NO_FORCES, NOTHING, AdvancedNodes, ExternalAction, Supports, project
-from pellucid.grid.nodal_works import advance, count_works, sum_strain_lag
+from pellucid.grid.listed import ALL, chunks_of
+from pellucid.grid.momentum import NO_FORCES, NOTHING, AdvancedNodes, ExternalAction, Supports
+from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
+from pellucid.grid.nodal_works import NOWHERE
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
@@ -30,10 +34,14 @@ class NodalMomentum:
         self.small_mass = small_mass
         self.flip = flip
         self.is_counted = False
-        """Whether the works of this step are counted already: nothing may change the velocities of the nodes any more."""
-        self._chunks = (len(nodes.mass) + CHUNK - 1) // CHUNK
+        """Whether the works of this step are counted already: nothing may change the velocities of nodes any more, but of those
+        that await impulses."""
+        self._chunks = chunks_of(len(nodes.mass))
         self._columns = FIRST_LOAD + len(external.loads)
-        self._sums = np.zeros((self._chunks, row_length(self._columns, len(supports.velocity) + 1)))
+        self._awaiting, self._list, self._lag_is_counted = NOWHERE, ALL, False
+        rows = 2 * self._chunks  # of all nodes, and of those that are listed
+        self._sums = np.zeros((rows, row_length(self._columns, len(supports.velocity) + 1)))
+        self._lags = np.zeros((rows, 1))
         load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
         self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
         self._gravity = self._full_gravity.copy()
@@ -43,14 +51,26 @@ class NodalMomentum:
         """Let a share of gravity act."""
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
-    def advance(self, dt: float, last: bool = False) -> None:
+    def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
+        """Let the nodes of these lists, and no others, await impulses in this step after their momentum is advanced."""
+        if not len(self._awaiting):
+            self._awaiting = np.zeros(len(self._bundle.nodes.mass), np.uint8)
+        self._awaiting[self._list] = 0
+        lists = [ALL]
+        for node in nodes:
+            lists.append(node[self._awaiting[node] == 0])
+            self._awaiting[node] = 1
+        self._list = np.concatenate(lists)
+
+    def advance(self, dt: float, counted: bool = False) -> None:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity.
 
-        last: whether nothing else changes the velocities of the nodes in this step, so that works are counted at once.
+        counted: whether nothing else changes the velocities in this step but of nodes that await impulses: works are counted at
+        once.
         """
         self._sums.fill(0.0)
-        advance(self._chunks, self._bundle, dt, self.small_mass, self.flip, int(last))
-        self.is_counted = last
+        advance(self._chunks, self._bundle, dt, self.small_mass, self.flip, int(counted), ALL, self._awaiting)
+        self.is_counted, self._lag_is_counted = counted, False
 
     def works(self, dt: float) -> StepWork:
         """Works of the step dt [s] and impulses of the supports, when nothing changes the velocities of the nodes any more.
@@ -59,19 +79,27 @@ class NodalMomentum:
         kinetic energy of points that take these increments, but for what lumping loses of it (`transfer_heat`). Where a node is
         led by a support or driven points, they work along its velocity, and the impact of what arrives there is heat. Nodes of
         hardly any mass, where both are large and opposite, do without: there forces but gravity work along the velocity before
-        the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy.
+        the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy; the
+        momentum is zero then.
         """
+        how = self._bundle, dt, self.small_mass
         if not self.is_counted:
-            count_works(self._chunks, self._bundle, dt, self.small_mass)
+            count_works(self._chunks, 0, ALL, NOWHERE, *how)
+        elif len(self._list):
+            count_works(chunks_of(len(self._list)), self._chunks, self._list, NOWHERE, *how)
         done = step_work(ordered_sum(self._sums), self._columns)
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
         """Of what lumping took of the kinetic energy in a step dt [s], that which the stress of points without heat works less
         along `strain_velocity` than their forces did along the mean velocity [J]."""
-        sums = np.zeros((self._chunks, 1))
-        sum_strain_lag(self._chunks, self._bundle, dt, self.small_mass, sums)
-        return float(ordered_sum(sums)[0])
+        how = self._bundle, dt, self.small_mass, self._lags
+        if not self._lag_is_counted:
+            self._lags.fill(0.0)
+            sum_strain_lag(self._chunks, 0, ALL, NOWHERE, *how)
+        elif len(self._list):
+            sum_strain_lag(chunks_of(len(self._list)), self._chunks, self._list, NOWHERE, *how)
+        return float(ordered_sum(self._lags)[0])
 
     def slowed_work(self, momentum: np.ndarray, dt: float) -> float:
         """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
@@ -96,6 +124,13 @@ class NodalMomentum:
         led = (driven > 0.0) & (nodes.constrained == 0)
         return np.where(led, nodes.velocity - 0.5 * nodes.velocity_increment, nodes.mean_velocity)
 
-    def project(self) -> None:
-        """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`."""
-        project(self._chunks, self._bundle)
+    def project(self, dt: float | None = None, counted: bool = False) -> None:
+        """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`.
+
+        dt: of the step [s] in which the momentum was advanced; None before. counted: whether its `strain_lag_work` is wanted: it
+        is counted at once, but that of nodes that await impulses.
+        """
+        self._lag_is_counted = counted
+        self._lags.fill(0.0)
+        how = ALL, self._awaiting, dt or 0.0, self.small_mass, self._lags
+        project(self._chunks, self._bundle, int(dt is not None), int(counted), *how)

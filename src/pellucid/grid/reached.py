@@ -8,16 +8,26 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.grid.clearing import clear, clear_momentum
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import NOTHING, ExternalAction, Supports, driven_velocity, following, is_zero
+from pellucid.grid.listed import CHUNK, chunks_of
+from pellucid.grid.momentum import (
+    NO_FORCES,
+    NOTHING,
+    ExternalAction,
+    Supports,
+    constrained_velocity,
+    is_unled,
+    project_node,
+    slowed,
+)
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
-from pellucid.jit import kernel, pointwise
+from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.jit.vector import load, row, splat, store
 
-CHUNK = 1024  # nodes that a thread takes at a time
 WORD = 8  # flags that are looked at together
 NO_FORCE = np.zeros((0, 3))
 
@@ -71,60 +81,23 @@ def _list_flagged(words, flags, node):
 
 
 @kernel(inner=True)
-def _clear_chunk(chunk, node, flags, nodes):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        flags[node[e]] = 0
-        store(nodes.inertia, 4 * node[e], splat(0.0))
-        store(nodes.forces, 4 * node[e], splat(0.0))
-
-
-@kernel()
-def _clear(chunks, node, flags, nodes):
-    parallel_for(_clear_chunk, chunks, node, flags, nodes)
-
-
-@kernel(inner=True)
-def _clear_momentum_chunk(chunk, node, nodes):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        for d in range(3):
-            nodes.momentum[node[e], d] = 0.0
-
-
-@kernel()
-def _clear_momentum(chunks, node, nodes):
-    parallel_for(_clear_momentum_chunk, chunks, node, nodes)
-
-
-@pointwise
-def _constrained(field, I, d, m, v):
-    """The velocity v along d of node I of mass m with what constrains it."""
-    s, external = field.nodes.constrained[I, d], field.external
-    if s > 0:
-        return field.supports.velocity[s - 1, d]
-    if len(external.driven_mass) > 0 and m >= NOTHING and external.driven_mass[I, d] > 0.0:
-        v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
-    return v
-
-
-@kernel(inner=True)
 def _advance_chunk(chunk, node, field, dt):
-    nodes, absorption = field.nodes, field.external.absorption
-    free = len(absorption) == 0 and len(field.external.driven_mass) == 0
+    nodes, external = field.nodes, field.external
+    absorbing = len(external.absorption) > 0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         m = nodes.mass[I]
         over_m = 1.0 / m if m >= NOTHING else 0.0
         store(nodes.increments, 4 * I, splat(0.0))
-        if free and is_zero(nodes.constrained, I):
+        if not absorbing and is_unled(nodes, external, I):
             store(nodes.velocities, 4 * I, over_m * load(nodes.inertia, 4 * I) + (dt * over_m) * load(nodes.forces, 4 * I))
             continue
         for d in range(3):
             old = nodes.momentum[I, d] * over_m
             new = old + dt * nodes.force[I, d] * over_m
-            if len(absorption) > 0:
-                half = 0.5 * dt * absorption[I, d]  # as in `pellucid.grid.momentum`
-                new = (new - half * old) / (1.0 + half)
-            nodes.velocity[I, d] = _constrained(field, I, d, m, new)
+            if absorbing:
+                new = slowed(external, I, d, dt, old, new)
+            nodes.velocity[I, d] = constrained_velocity(nodes, field.supports, external, I, d, m, new)
 
 
 @kernel()
@@ -134,16 +107,9 @@ def _advance(chunks, node, field, dt):
 
 @kernel(inner=True)
 def _project_chunk(chunk, node, field):
-    nodes, free = field.nodes, len(field.external.driven_mass) == 0
+    nodes = field.nodes
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
-        m = nodes.mass[I]
-        over_m = 1.0 / m if m >= NOTHING else 0.0
-        if free and is_zero(nodes.constrained, I):
-            store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
-            continue
-        for d in range(3):
-            nodes.strain_velocity[I, d] = _constrained(field, I, d, m, nodes.momentum[I, d] * over_m)
+        project_node(nodes, field.supports, field.external, node[e])
 
 
 @kernel()
@@ -167,18 +133,19 @@ class ReachedNodes:
 
     @property
     def _chunks(self) -> int:
-        return len(self.node) // CHUNK + 1
+        return chunks_of(len(self.node))
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
         """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3) or (0, 3), in
         place of those before."""
-        _clear(self._chunks, self.node, self._flags, self._nodes)
+        clear(self._chunks, self._nodes, NO_FORCES, self.node)
+        self._words.fill(0)
         _scatter(n, mapped, force, 1.0, self._flags)
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
         """Momentum alone, in place of that before, after the velocities of the points changed and not their places."""
-        _clear_momentum(self._chunks, self.node, self._nodes)
+        clear_momentum(self._chunks, self._nodes, self.node)
         _scatter(n, mapped, NO_FORCE, 0.0, self._flags)
 
     def advance(self, dt: float) -> None:

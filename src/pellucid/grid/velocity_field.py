@@ -1,34 +1,43 @@
 """A velocity field: the nodes of the grid that some bodies share, and their momentum."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from pellucid.energy import StepWork
-from pellucid.grid import clearing
+from pellucid.grid.clearing import clear
 from pellucid.grid.lattice import Grid, aligned_rows
+from pellucid.grid.listed import ALL, chunks_of
 from pellucid.grid.momentum import NO_FORCES, ExternalAction, Supports
 from pellucid.grid.nodal_impulses import add_impulses
 from pellucid.grid.nodal_momentum import NodalMomentum
-from pellucid.grid.reached import ReachedNodes
 from pellucid.jit.bundle import Bundle
 
 
 class VelocityField:
-    """Nodal arrays with what acts on them: of the bodies that share a velocity field, or of one body with its own nodes.
+    """Nodal arrays with what acts on them, of the bodies that share a velocity field and whose points the nodes move.
 
-    The nodes of a velocity field move as if no other were there; `pellucid.contact.pairs` then adds contact between fields.
-    moves_points: whether the nodes move the points of the field. A body with its own nodes moves by its own equation of
-    motion, and takes from the grid the increments of contact alone.
+    The nodes of a velocity field move as if no other were there; `pellucid.contact.pairs` then adds contact between fields. See
+    `pellucid.grid.own_nodes_field` for a body with its own nodes.
     """
 
-    def __init__(self, name: str, grid: Grid, moves_points: bool) -> None:
-        self.name, self.grid, self.moves_points = name, grid, moves_points
-        self._reached = None if moves_points else ReachedNodes(grid.nodes)
+    moves_points = True
+    """Whether the nodes move the points of the field."""
+
+    def __init__(self, name: str, grid: Grid) -> None:
+        self.name, self.grid = name, grid
+        self._nodes, self._chunks = Bundle(grid.nodes), chunks_of(grid.n_nodes)
         self._apart = self._slowed = NO_FORCES
         self.pressed = False
         """Whether contact gave its nodes impulses in this step."""
         self.second_increment = np.zeros((0, 3))
         """Of velocities by contact after momentum was mapped again [m/s], shape (nodes, 3); no rows without contact."""
         self._second_nodes: list[np.ndarray] = []
+
+    @property
+    def reached(self) -> np.ndarray | None:
+        """The nodes that may have mass, in order, shape (m,); None where any may."""
+        return None
 
     def forces_apart(self) -> np.ndarray:
         """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
@@ -47,43 +56,15 @@ class VelocityField:
     ) -> None:
         """Set what acts on the nodes; see `NodalMomentum`."""
         self.external = external
-        if self._reached is not None:
-            self._reached.constrain(supports, external)
-        self._pull = gravity if self.moves_points else (0.0, 0.0, 0.0)
-        self._momentum = NodalMomentum(self.grid.nodes, supports, self._pull, small_mass, flip, external, self._apart)
+        self._momentum = NodalMomentum(self.grid.nodes, supports, gravity, small_mass, flip, external, self._apart)
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act on the nodes."""
         self._momentum.share_gravity(share)
 
     def clear(self) -> None:
-        """Set mass, momentum and forces to zero, but where the body has its own nodes: `scatter` does so."""
-        if self._reached is None:
-            clearing.clear(self.grid.nodes, self._apart)
-
-    def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
-        """Mass and momentum of the points of n slabs of a body with its own nodes, and forces on them until the end of the step
-        [N], shape (points, 3) or (0, 3), to the nodes of the grid, in place of those of the step before."""
-        self._own_nodes().scatter(n, mapped, force)
-
-    def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Momentum alone of such points, after their velocities changed."""
-        self._own_nodes().scatter_momentum(n, mapped)
-
-    def _own_nodes(self) -> ReachedNodes:
-        if self._reached is None:
-            raise ValueError(f"the velocity field {self.name} moves its bodies, which have no nodes of their own")
-        return self._reached
-
-    @property
-    def reached(self) -> np.ndarray | None:
-        """The nodes that may have mass, in order, shape (m,), where the body has its own; None where any may."""
-        return None if self._reached is None else self._reached.node
-
-    def clear_momentum(self) -> None:
-        """Set the momentum to zero, before it is mapped again; of own nodes `scatter_momentum` does so."""
-        if self._reached is None:
-            clearing.clear_momentum(self.grid.nodes)
+        """Before points give the nodes mass, momentum and forces: those of the step before are gone."""
+        clear(self._chunks, self._nodes, self._apart, ALL)
 
     def clear_external(self) -> None:
         """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
@@ -100,15 +81,15 @@ class VelocityField:
         """See `NodalMomentum.slowed_work`."""
         return self._momentum.slowed_work(self._slowed, dt) if len(self._slowed) else 0.0
 
-    def advance(self, dt: float, last: bool = False) -> None:
-        """Advance the momentum of the nodes without contact and impulses of conditions; last: whether none come after it."""
+    def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
+        """Let the nodes of these lists await impulses of contact in this step, and no others."""
+        self._momentum.await_impulses(nodes)
+
+    def advance(self, dt: float, counted: bool = False) -> None:
+        """Advance the momentum of the nodes without contact and impulses of conditions; counted: whether these give none."""
         self._given: list[tuple[np.ndarray, int, float]] = []
         self.pressed = False
-        if self._reached is None:
-            self._momentum.advance(dt, last)
-        else:
-            self._reached.advance(dt)
-            self.external.impulse.fill(0.0)  # the work of prescribed motions on own nodes is the body's, but for contact
+        self._momentum.advance(dt, counted)
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0) -> None:
         """Give the nodes impulses [N s], shape (n, 3), after they were advanced and before contact.
@@ -116,17 +97,13 @@ class VelocityField:
         column: of a row of works, to which their work is added with this sign. See `pellucid.grid.nodal_impulses`. Raises
         ValueError where a body has its own nodes: it moves by its own equation of motion.
         """
-        if not self.moves_points:
-            raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
         if self._momentum.is_counted:
             raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
         self._given.append((add_impulses(self.grid.nodes, self.external, impulse), column, sign))
 
     def works(self, dt: float) -> StepWork | None:
         """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact; None where a body
-        has its own nodes, and counts them itself."""
-        if not self.moves_points:
-            return None
+        has its own nodes, and counts them itself. The momentum is zero then, to be mapped again."""
         done = self._momentum.works(dt)
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
         works[: len(done.works)] = done.works
@@ -172,12 +149,9 @@ class VelocityField:
         nodes = np.unique(np.concatenate(self._second_nodes))
         return self._momentum.half_work(nodes, self.second_increment[nodes], dt)
 
-    def project(self) -> None:
-        """Nodal velocities of the momentum mapped last."""
-        if self._reached is None:
-            self._momentum.project()
-        else:
-            self._reached.project()
+    def project(self, dt: float | None = None, counted: bool = False) -> None:
+        """Nodal velocities of the momentum mapped last; see `NodalMomentum.project`."""
+        self._momentum.project(dt, counted)
 
     def load_row(self, row: int) -> np.ndarray:
         """External forces of one channel on the nodes [N], shape (nodes, 3)."""

@@ -11,6 +11,7 @@ from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.body import Body, Placement
@@ -36,7 +37,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
         return [], {model.name: (model.with_others(case.body).build(placement), None) for model in case.body}
     for name, models in members.items():
         own = [model.owns_nodes(len(models) == 1) for model in models]
-        field = VelocityField(name, Grid(case.grid), moves_points=not all(own))
+        field = (OwnNodesField if all(own) else VelocityField)(name, Grid(case.grid))
         fields.append(field)
         placement = Placement(case.grid, field, transfer, case.gravity, n_loads)
         for model in models:

@@ -24,13 +24,12 @@ class Steppable(Protocol):
     def clear(self) -> None: ...
     def find_pressures(self) -> None: ...
     def find_shifts(self, dt: float) -> None: ...
-    def clear_momentum(self) -> None: ...
     def particle_to_grid(self, inertia: bool, force: bool) -> None: ...
     def update_velocities(self, dt: float, remap: bool) -> None: ...
     def update_stress(self, dt: float, move: bool) -> None: ...
     def detect_contact(self, dt: float) -> None: ...
     def advance(self, dt: float) -> None: ...
-    def project(self) -> None: ...
+    def project(self, dt: float | None = None) -> None: ...
     def give_second_impulses(self, dt: float) -> None: ...
 
 
@@ -43,11 +42,10 @@ def musl(simulation: Steppable, dt: float) -> None:
         own.predict(dt)  # their own equation of motion
     simulation.detect_contact(dt)
     simulation.advance(dt)  # p + dt f, supports, contact
-    simulation.clear_momentum()
     simulation.update_velocities(dt, remap=True)  # v of the points, p mapped again
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
-    simulation.project()
+    simulation.project(dt)
     simulation.give_second_impulses(dt)  # of contact, which stops what approaches again
     simulation.find_shifts(dt)
     simulation.update_stress(dt, move=True)  # x, L, σ
@@ -64,8 +62,6 @@ def usl(simulation: Steppable, dt: float) -> None:
         own.predict(dt)
     simulation.detect_contact(dt)
     simulation.advance(dt)
-    if simulation.has_contact:
-        simulation.clear_momentum()
     simulation.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)
@@ -87,8 +83,6 @@ def usf(simulation: Steppable, dt: float) -> None:
     simulation.find_pressures()
     simulation.particle_to_grid(inertia=False, force=True)
     simulation.advance(dt)
-    if simulation.has_contact:
-        simulation.clear_momentum()
     simulation.update_velocities(dt, remap=False)
     for own in simulation.nodal_bodies:
         own.correct(remap=simulation.has_contact)

@@ -96,7 +96,7 @@ class Simulation:
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
         self._contact = NO_CONTACT
-        self._forces_alone = not (self.has_contact or self.conditions.give_impulses)  # move the nodes, and no impulses
+        self._without_heat = {field for field, group in self._on_grid.items() if not all(body.keeps_heat for body in group)}
         self._support_names = [support.name for support in case.support]
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
@@ -140,11 +140,6 @@ class Simulation:
         for pressure in self._cell_pressures:
             pressure.find_shifts(dt)
 
-    def clear_momentum(self) -> None:
-        """Set the nodal momentum to zero, before it is mapped again."""
-        for field in self.velocity_fields:
-            field.clear_momentum()
-
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum (where `inertia`) and internal forces (where `force`) of the bodies on the grid to the nodes."""
         with joint_region:
@@ -177,7 +172,7 @@ class Simulation:
     def advance(self, dt: float) -> None:
         """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
         for field in self.velocity_fields:
-            field.advance(dt, last=self._forces_alone)
+            field.advance(dt, counted=not self.conditions.give_impulses)
         self.conditions.act_on_nodes(dt)
         if self.has_contact:
             self.contact_pairs.resolve()
@@ -189,10 +184,10 @@ class Simulation:
             self._contact = self.contact_pairs.work()
             self._works.append(self._contact.work)
 
-    def project(self) -> None:
-        """Nodal velocities of the momentum mapped last."""
+    def project(self, dt: float | None = None) -> None:
+        """Nodal velocities of the momentum mapped last; dt: of the step [s] in which it was advanced, None before."""
         for field in self.velocity_fields:
-            field.project()
+            field.project(dt, counted=dt is not None and field in self._without_heat)
         self.contact_pairs.project(self._mapped_again)
 
     def give_second_impulses(self, dt: float) -> None:

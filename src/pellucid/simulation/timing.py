@@ -9,7 +9,6 @@ OF_ALL = {
     "clear": "grid",
     "find_pressures": "grid",
     "find_shifts": "grid",
-    "clear_momentum": "grid",
     "detect_contact": "contact",
     "advance": "grid",
     "project": "grid",

@@ -13,6 +13,7 @@ from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import StepWork, Totals
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.points import NO_VOLUME
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.body import NodalSupport, Placement
@@ -47,16 +48,16 @@ class ExplicitNodes(NodalBody):
             "mass": mass,
             "prescribed": np.zeros((n, 3), np.int64),
         }
-        self.velocity_field = placement.velocity_field
-        self.grid = placement.velocity_field.grid if placement.velocity_field else None
+        field = self.velocity_field = placement.velocity_field
+        self.grid = field.grid if field else None
         thin = grid_case.thin() if grid_case else FREE
         velocity[:, np.array(thin)] = 0.0
         self.coupling: GridCoupling | None = None
-        if grid_case is not None and placement.velocity_field is not None:
+        if grid_case is not None and isinstance(field, OwnNodesField):
             self.functions = grid_functions(
                 grid_case.functions, (2, 2, 2), thin
             )  # nodes have no extent: GIMP takes half a cell
-            self.coupling = GridCoupling(placement.velocity_field, self.functions, position, velocity, mass, volume)
+            self.coupling = GridCoupling(field, self.functions, position, velocity, mass, volume)
         increment = self.coupling.increment if self.coupling else np.zeros((n, 3))
         self.motion = NodalMotion(self.arrays, self.grid, thin, placement.gravity, placement.n_loads, increment)
         self._left_grid: tuple[int, int] | None = None

@@ -1,0 +1,75 @@
+"""The velocity field of a body with its own nodes, which moves by its own equation of motion."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from pellucid.energy import StepWork
+from pellucid.grid.lattice import Grid
+from pellucid.grid.momentum import ExternalAction, Supports
+from pellucid.grid.reached import ReachedNodes
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit.bundle import Bundle
+
+
+class OwnNodesField(VelocityField):
+    """What one body with its own nodes gives the nodes of the grid; it takes from them the increments of contact alone."""
+
+    moves_points = False
+
+    def __init__(self, name: str, grid: Grid) -> None:
+        super().__init__(name, grid)
+        self._reached = ReachedNodes(grid.nodes)
+
+    @property
+    def reached(self) -> np.ndarray:
+        """The nodes that may have mass, in order, shape (m,)."""
+        return self._reached.node
+
+    def set_actions(
+        self,
+        supports: Supports,
+        external: ExternalAction,
+        gravity: tuple[float, float, float],
+        small_mass: float,
+        flip: float,
+    ) -> None:
+        """Set what constrains the nodes; gravity acts on those of the body."""
+        self.external = external
+        self._reached.constrain(supports, external)
+
+    def share_gravity(self, share: float) -> None:
+        """None acts on the nodes of the grid."""
+
+    def clear(self) -> None:
+        """`scatter` does so."""
+
+    def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
+        """Mass and momentum of the points of n slabs, and forces on them until the end of the step [N], shape (points, 3) or
+        (0, 3), to the nodes of the grid, in place of those of the step before."""
+        self._reached.scatter(n, mapped, force)
+
+    def scatter_momentum(self, n: int, mapped: Bundle) -> None:
+        """Momentum alone of such points, after their velocities changed."""
+        self._reached.scatter_momentum(n, mapped)
+
+    def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
+        """The body counts its works itself, when all is known."""
+
+    def advance(self, dt: float, counted: bool = False) -> None:
+        """Advance the momentum of the nodes without contact."""
+        self.pressed = False
+        self._reached.advance(dt)
+        self.external.impulse.fill(0.0)  # the work of prescribed motions is the body's, but for contact
+
+    def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0) -> None:
+        """Raises ValueError: conditions give impulses to fields that move points."""
+        raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
+
+    def works(self, dt: float) -> StepWork | None:
+        """None: the body counts its works itself."""
+        return None
+
+    def project(self, dt: float | None = None, counted: bool = False) -> None:
+        """Nodal velocities of the momentum mapped last."""
+        self._reached.project()
