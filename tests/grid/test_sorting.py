@@ -10,7 +10,7 @@ from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import VECTORS
-from pellucid.grid.sorting import EACH_SORTING, ShortRuns, sort_by_nodes
+from pellucid.grid.sorting import EACH_SORTING, ShortRuns, slabs_of, sort_by_nodes
 from pellucid.jit.columns import BLOCK
 from pellucid.jit.vector import LANES
 from pellucid.simulation.simulation import Simulation
@@ -63,6 +63,13 @@ def place_in_slabs(grid, slabs, position, functions):
     return [*nodes[:, [3 - main - second, second, main]].T, slab_of(grid, slabs, position, functions)]
 
 
+def sorted_into_slabs(arrays, grid, functions, scratch=None):
+    """The slabs among which the points are divided."""
+    slabs = slabs_of(grid.lattice, functions)
+    sort_by_nodes(arrays, {} if scratch is None else scratch, grid.lattice, functions, slabs)
+    return slabs
+
+
 def functions_on(grid, name):
     """Functions along the axes, thin ones among them."""
     return grid_functions(name, (3, 3, 3), grid.thin)
@@ -75,13 +82,13 @@ def test_sorting_is_a_stable_permutation_by_first_nodes(counts, n, functions):
     grid, arrays = cloud(counts, n)
     before = {name: array.copy() for name, array in arrays.items()}
     scratch = {}
-    slabs = sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions))
+    slabs = sorted_into_slabs(arrays, grid, functions_on(grid, functions), scratch)
     order = arrays["id"]
     assert np.array_equal(order, np.lexsort(place_in_slabs(grid, slabs, before["position"], functions)))  # which is stable
     for name, array in arrays.items():
         assert np.array_equal(array, before[name][order]), name
     again = {name: array.copy() for name, array in arrays.items()}
-    sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions))
+    sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions), slabs)
     for name, array in arrays.items():
         assert np.array_equal(array, again[name]), "sorted points stay as they are"
 
@@ -91,7 +98,7 @@ def test_sorting_is_a_stable_permutation_by_first_nodes(counts, n, functions):
 @pytest.mark.parametrize("functions", GRID_FUNCTIONS)
 def test_slabs_cover_points_and_layers_once(counts, squeeze, functions):
     grid, arrays = cloud(counts, 700, squeeze)
-    slabs = sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions))
+    slabs = sorted_into_slabs(arrays, grid, functions_on(grid, functions))
     assert slabs.first[0] == 0
     assert slabs.first[-1] == 700
     found = slab_of(grid, slabs, arrays["position"], functions)
@@ -112,7 +119,7 @@ def test_slabs_of_one_colour_reach_no_common_node(name, counts):
     """Points may stray a layer beyond their slab before they are sorted again; weights of zero are written too."""
     grid, arrays = cloud(counts, 300)
     functions = functions_on(grid, name)
-    slabs = sort_by_nodes(arrays, {}, grid.lattice, functions)
+    slabs = sorted_into_slabs(arrays, grid, functions)
     boxes = np.array([_nodes_reached(grid, functions, bounds) for bounds in slabs.bounds])  # (slabs, 4)
     place = np.stack(np.divmod(np.arange(len(boxes)), slabs.across), axis=1)
     for one in range(len(boxes)):
@@ -139,7 +146,7 @@ def test_enough_slabs_for_many_threads():
     grid, arrays = cloud((400, 1, 1), 5000)
     for name in GRID_FUNCTIONS:
         copied = {key: array.copy() for key, array in arrays.items()}
-        slabs = sort_by_nodes(copied, {}, grid.lattice, functions_on(grid, name))
+        slabs = sorted_into_slabs(copied, grid, functions_on(grid, name))
         shares = np.diff(slabs.first)
         assert len(shares) >= 32
         assert shares.max() < 3.0 * shares.mean()
@@ -150,16 +157,16 @@ def test_bodies_of_a_field_have_the_same_slabs(functions):
     """Wherever their points are: joint loops let threads do one slab of all bodies at a time."""
     grid, one = cloud((40, 3, 1), 500)
     _, other = cloud((40, 3, 1), 7, squeeze=4.0)
-    layers = [sort_by_nodes(arrays, {}, grid.lattice, functions_on(grid, functions)).layers for arrays in (one, other)]
+    layers = [sorted_into_slabs(arrays, grid, functions_on(grid, functions)).layers for arrays in (one, other)]
     assert np.array_equal(*layers)
 
 
 def test_a_straying_point_triggers_sorting_once():
     sim = simulation(box((0, 0, 0), (3, 1, 1)), counts=(40, 1, 1))
     body = sim.bodies[0]
-    slabs = body.slabs
+    first = body.slabs.first.copy()
     body.sort_if_needed()
-    assert body.slabs is slabs, "nothing left_slab"
+    assert np.array_equal(body.slabs.first, first), "nothing left its slab"
     nodes = sim.grid.nodes
     index, _ = sim.grid.where()
     nodes.velocity[index] = (1.0, 0.0, 0.0)
@@ -170,7 +177,8 @@ def test_a_straying_point_triggers_sorting_once():
         steps += 1
         assert steps < 1000
     body.sort_if_needed()
-    assert body.slabs is not slabs
+    assert not body.slabs.left_slab.any()
+    assert not np.array_equal(body.slabs.first, first)
     cells = node_of(sim.grid, body.points.position)
     assert np.all(np.diff(cells) >= 0)
 
@@ -193,7 +201,7 @@ def test_points_as_they_were_seeded_make_long_runs(functions):
     grid = Grid(case(box((0, 0, 0), counts), counts=counts).grid)
     position = (np.indices((24, 24, 24)).reshape(3, -1).T + 0.5) / 2.0
     arrays = {"position": np.random.default_rng(1).permutation(position)}
-    slabs = sort_by_nodes(arrays, {}, grid.lattice, grid_functions(functions, (2, 2, 2), grid.thin))
+    slabs = sorted_into_slabs(arrays, grid, grid_functions(functions, (2, 2, 2), grid.thin))
     per_cell = {"gimp": 0.5 / 2, "trilinear": 0.0, "quadratic-bspline": 0.5, "cubic-bspline": 1.0}
     nodes = np.floor(arrays["position"] - per_cell[functions]).astype(int)
     start = np.ravel_multi_index(np.clip(nodes, 0, 11 - (functions == "cubic-bspline")).T, counts)
@@ -207,11 +215,11 @@ def test_points_that_mix_within_their_slab_are_sorted_when_that_pays():
     price = body.sorting_cost * body.n_points + EACH_SORTING
     fewest, excess, sortings = body.n_points, 0, 0
     for _ in range(26):
-        slabs = body.slabs
+        since = body._short_runs  # the last sorting
         cells = node_of(sim.grid, body.points.position)
-        assert not slabs.left_slab.any()
+        assert not body.slabs.left_slab.any()
         sim.step()
-        sorted_now = body.slabs is not slabs
+        sorted_now = body._short_runs is not since
         assert sorted_now == (excess >= price)
         if sorted_now:
             sortings, fewest, excess, cells = sortings + 1, body.n_points, 0, np.sort(cells)
@@ -226,10 +234,10 @@ def test_points_that_move_as_one_along_the_slabs_are_not_sorted():
     """Half of a cell's points go on to the next cell: their runs stay as long as they were."""
     sim = simulation(box((3, 0, 0), (12, 4, 4), velocity=(1.0, 0, 0)), counts=(30, 4, 4), support=SLIP, step=0.02, end=10.0)
     body = sim.bodies[0]
-    slabs, x = body.slabs, body.points.position[0, 0]
+    since, x = body._short_runs, body.points.position[0, 0]
     advance(sim, 40)
     assert body.points.position[0, 0] > x + 0.7
-    assert body.slabs is slabs
+    assert body._short_runs is since, "the last sorting is that at the start"
     assert not body.slabs.left_slab.any()
     assert not body.state_arrays()["slabs/short_runs"][0]
 

@@ -31,9 +31,8 @@ from pellucid.grid.points import (
     InOrder,
     MappedPoints,
     PointArrays,
-    Slabs,
 )
-from pellucid.grid.sorting import ShortRuns, empty_slabs, sort_by_nodes
+from pellucid.grid.sorting import ShortRuns, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocities import update_velocities
 from pellucid.grid.velocity_field import VelocityField
@@ -43,6 +42,7 @@ from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.reductions import ordered_sum
 
 NO_ENERGY = np.zeros(0)
+KEPT_OF_SLABS = "first", "left_slab"
 HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
 
 
@@ -81,37 +81,41 @@ class PointsOnGrid(GridBody):
         self._heat = np.zeros(len(arrays["mass"]) if self.keeps_heat else 0)
         self._goes_on = False
         self.totals = Totals()
-        self.bind()
+        self.slabs = slabs_of(self.grid.lattice, functions)
+        self.n_slabs = len(self.slabs.layers)
+        self._bind()
+        self._make_bundles()
         self.sort()
 
-    def bind(self) -> None:
-        """Use the arrays as they are now, after some were replaced."""
+    def _bind(self) -> None:
+        """Take up the arrays; they stay what they are, whatever their order."""
         self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
         self._affine = self.arrays.get("affine", NO_AFFINE)
 
-    def _bind_slabs(self, slabs: Slabs) -> None:
-        """Make the bundle of points and slabs that kernels take."""
-        self.slabs = slabs
+    def _make_bundles(self) -> None:
+        """Make the bundles of points and slabs that kernels take."""
         mapped = MappedPoints(
             functions=self.functions,
             transfer=self.transfer,
             lattice=self.grid.lattice,
             nodes=self._nodes,
             points=self.points,
-            slabs=slabs,
+            slabs=self.slabs,
             affine=self._affine,
             heat=self._heat,
             index=InOrder(),
             cells=self._cells,
         )
         self.mapped = Bundle(mapped)
-        self.n_slabs = len(slabs.layers)
+
+    def _follow_order(self) -> None:
+        """Renew what depends on the order in which the points are stored."""
 
     def keep_forces_apart(self) -> None:
         """Add internal forces to those that its velocity field keeps apart."""
         rows = self.velocity_field.forces_apart()
         self._nodes = self.grid.nodes._replace(forces=rows.reshape(-1), force=rows[:, :3])
-        self._bind_slabs(self.slabs)
+        self._make_bundles()
 
     @property
     def nodal_forces(self) -> np.ndarray:
@@ -121,7 +125,7 @@ class PointsOnGrid(GridBody):
     def share_cells(self, cells: FullCells) -> None:
         """Let the mean pressure of full cells act as a whole; see `pellucid.grid.full_cells`."""
         self._cells = cells
-        self._bind_slabs(self.slabs)
+        self._make_bundles()
 
     def take_shift(self, dt: float) -> None:
         """The work of the pressure on what volumes lack of the growth of full cells."""
@@ -143,7 +147,8 @@ class PointsOnGrid(GridBody):
 
     def sort(self) -> None:
         """Sort the points by their nodes and divide them into slabs."""
-        self._bind_slabs(sort_by_nodes(self.arrays, self._scratch, self.grid.lattice, self.functions))
+        sort_by_nodes(self.arrays, self._scratch, self.grid.lattice, self.functions, self.slabs)
+        self._follow_order()
         self._short_runs = ShortRuns(self.n_points, self.sorting_cost)
 
     def sort_if_needed(self) -> None:
@@ -288,21 +293,20 @@ class PointsOnGrid(GridBody):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the points and elements, and their division into slabs."""
-        slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in ("first", "left_slab")}
+        slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in KEPT_OF_SLABS}
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
         return {**self.arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
-        for name in self.arrays:
-            self.arrays[name] = np.ascontiguousarray(arrays[name])
+        for name, array in self.arrays.items():
+            array[...] = arrays[name]
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
-        self.bind()
-        slabs = empty_slabs(arrays["slabs/first"], self.grid.lattice, self.functions)
-        slabs.left_slab[:] = arrays["slabs/left_slab"]
+        for name in KEPT_OF_SLABS:
+            getattr(self.slabs, name)[:] = arrays[f"slabs/{name}"]
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
-        self._bind_slabs(slabs)
+        self._follow_order()
 
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""

@@ -75,19 +75,12 @@ class PrescribedPoints(ActiveCondition):
             self._axes[number, list(functions)] = 1
         driven = marked(member, motions)
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
-        self._bundle: Bundle | None = None
+        motion_arrays = self._velocity, self._displacement, self._axes
+        self._bundle = Bundle(driven_points.DrivenPoints(driven, body.arrays["start"], *motion_arrays, self._taken))
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
         body.add_motions(self.names, driven, self._axes)
         body.constrain(self)
-
-    def _bound(self) -> Bundle:
-        """The arrays as kernels take them; a checkpoint replaces those of the body."""
-        driven, start = self.body.arrays["driven"], self.body.arrays["start"]
-        if self._bundle is None or self._bundle.driven is not driven:
-            motions = self._velocity, self._displacement, self._axes
-            self._bundle = Bundle(driven_points.DrivenPoints(driven, start, *motions, self._taken))
-        return self._bundle
 
     def begin(self, time: float, dt: float) -> None:
         """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements.
@@ -102,12 +95,12 @@ class PrescribedPoints(ActiveCondition):
         self.body.set_motion_velocities(self._velocity)
         if self._points is not None:
             self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
-            driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)
+            driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
     def prescribe_velocities(self) -> None:
         """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""
         if self._points is not None:
-            driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bound(), self._nodes)
+            driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
     def prescribe_velocities_again(self) -> None:
         """The same after contact gave impulses once more."""
@@ -118,7 +111,7 @@ class PrescribedPoints(ActiveCondition):
     def prescribe_positions(self) -> None:
         """Prescribed positions."""
         if self._points is not None:
-            driven_points.prescribe_positions(self._points.n_slabs, self._points.mapped, self._bound())
+            driven_points.prescribe_positions(self._points.n_slabs, self._points.mapped, self._bundle)
 
     def work(self) -> StepWork:
         """Work and impulses of the motions; a body with its own nodes counts its own."""

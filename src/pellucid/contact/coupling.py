@@ -17,11 +17,10 @@ from pellucid.grid.points import (
     ByIndex,
     MappedPoints,
     PointArrays,
-    Slabs,
     place_of,
 )
 from pellucid.grid.reached import NO_FORCE
-from pellucid.grid.sorting import empty_slabs, sort_by_nodes
+from pellucid.grid.sorting import slabs_of, sort_by_nodes
 from pellucid.grid.transfer import bounds_of, placed
 from pellucid.grid.vectors import gather_vectors
 from pellucid.grid.velocity_transfer import Flip
@@ -77,23 +76,22 @@ class GridCoupling:
         self._within = np.zeros((2, velocity_field.grid.n_nodes))
         self.increment = np.zeros((len(mass), 3))
         """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
+        grid, index = velocity_field.grid, ByIndex(self._order)
+        self.slabs = slabs_of(grid.lattice, functions)
+        self.n_slabs = len(self.slabs.layers)
+        on_grid = functions, Flip(), grid.lattice, grid.nodes
+        self.mapped = Bundle(MappedPoints(*on_grid, self._points, self.slabs, NO_AFFINE, NO_HEAT, index, NO_CELLS))
         self.sort()
 
     def sort(self) -> None:
         """Renew the index."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
-        self._bind_slabs(sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions))
+        sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions, self.slabs)
 
     def sort_if_needed(self) -> None:
         """Renew the index where a node left its slab; to be called before the first scatter of a step."""
         if self.slabs.left_slab.any():
             self.sort()
-
-    def _bind_slabs(self, slabs: Slabs) -> None:
-        self.slabs, self.n_slabs = slabs, len(slabs.layers)
-        grid, index = self.velocity_field.grid, ByIndex(self._order)
-        on_grid = self.functions, Flip(), grid.lattice, grid.nodes
-        self.mapped = Bundle(MappedPoints(*on_grid, self._points, slabs, NO_AFFINE, NO_HEAT, index, NO_CELLS))
 
     def scatter(self, force: np.ndarray | None = None) -> None:
         """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
@@ -139,6 +137,4 @@ class GridCoupling:
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         self._order[:] = arrays["order"]
-        slabs = empty_slabs(arrays["first"], self.velocity_field.grid.lattice, self.functions)
-        slabs.left_slab[:] = arrays["left_slab"]
-        self._bind_slabs(slabs)
+        self.slabs.first[:], self.slabs.left_slab[:] = arrays["first"], arrays["left_slab"]

@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.jit import pointwise
 
-CHUNK = 1024  # nodes that a thread takes at a time
+CHUNK = 512  # nodes that a thread takes at a time
 ALL = np.zeros(0, np.int64)
 """In place of a list: of no nodes there are no chunks, and no pass is made."""
 

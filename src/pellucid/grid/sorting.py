@@ -1,5 +1,7 @@
 """Sorting points by the nodes that they reach, and sharing them out in slabs."""
 
+from functools import cache
+
 import numpy as np
 
 from pellucid.approximants import GridFunctions
@@ -10,7 +12,7 @@ from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
 MOST_ROWS, MOST_SLABS = 64, 256
-FEWEST_CELLS = 200  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
+FEWEST_CELLS = 150  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
 CHUNK = 4096  # points that a thread reorders at a time
 EACH_SORTING = 2000.0
 """What sorting costs beside its share for each point, in vectors of points with the same nodes: 0.12 ms, at 65 ns a vector."""
@@ -61,24 +63,25 @@ def _reorder_chunk(chunk, source, target, order):
 
 
 def sort_by_nodes(
-    arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], lattice: Lattice, functions: GridFunctions
-) -> Slabs:
-    """Sort every array of a body (first axis: points) by the first node of each point, in place, and cut the sorted points into
-    slabs. With trilinear functions that is by cell; those of other functions change in the middle of a cell.
+    arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], lattice: Lattice, functions: GridFunctions, slabs: Slabs
+) -> None:
+    """Sort every array of a body (first axis: points) by the first node of each point, in place, and divide the sorted points
+    among the slabs. With trilinear functions that is by cell; those of other functions change in the middle of a cell.
 
     scratch: kept by the body between calls, one array for each row width.
     """
     layers, across, (slab, cut) = _divided(lattice, functions)
-    points, cells, first = len(arrays["position"]), int(np.prod(lattice.counts)), np.zeros(len(layers) + 1, np.int64)
+    points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
     nodes, order, count = np.empty(points, np.int64), np.empty(points, np.int64), np.zeros(cells + 1, np.int64)
-    _order_by_nodes(arrays["position"], functions, lattice, layers, across, slab, cut, nodes, count, first, order)
+    _order_by_nodes(arrays["position"], functions, lattice, layers, across, slab, cut, nodes, count, slabs.first, order)
     if not np.array_equal(order, np.arange(points)):
         for array in arrays.values():
             rows = array.reshape(points, -1).view(np.int64)  # one kernel for all types, of eight bytes each
             spare = scratch.setdefault(rows.shape[1], np.empty_like(rows))
             _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare, order)
             rows[...] = spare
-    return empty_slabs(first, lattice, functions)
+    for reported in (slabs.left_slab, slabs.fault, slabs.sums):
+        reported.fill(0)
 
 
 class ShortRuns:
@@ -106,8 +109,8 @@ class ShortRuns:
         return bool(self.counts[0] >= self._price)
 
 
-def empty_slabs(first: np.ndarray, lattice: Lattice, functions: GridFunctions) -> Slabs:
-    """Slabs with nothing reported yet, where the points of each begin at `first`.
+def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
+    """Slabs without points, with nothing reported.
 
     Of the nodes of a point, s along an axis, half lie on either side of it: the first is i where the point lies from i + shift
     to i + 1 + shift, with a shift of s/2 - 1. With GIMP it is the half edge of a point, ½ at most, in place of ½.
@@ -121,9 +124,11 @@ def empty_slabs(first: np.ndarray, lattice: Lattice, functions: GridFunctions) -
     bounds = layers + np.array([shifts[0] - 1.0, shifts[0] + 1.0, shifts[1] - 1.0, shifts[1] + 1.0])
     if across == 1:
         bounds[:, 2:] = -np.inf, np.inf
+    first = np.zeros(n + 1, np.int64)
     return Slabs(first, layers, across, bounds, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
 
 
+@cache
 def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, int, list[np.ndarray]]:
     """The layers of the slabs and how many are in a row, as `Slabs` has them; for each layer along both axes, in which row or
     piece of a row it is. They are the same for all bodies, wherever these are, and each as narrow as two colours allow."""

@@ -87,8 +87,7 @@ class FilmOnGrid(PointsOnGrid):
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())  # nodes have no extent
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
-    def bind(self) -> None:
-        """Take up arrays that were replaced."""
+    def _bind(self) -> None:
         a = self.arrays
         self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
         self._affine = a.get("affine", NO_AFFINE)

@@ -14,7 +14,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.grid import straining
 from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import DISSIPATED, Slabs
+from pellucid.grid.points import DISSIPATED
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -44,16 +44,20 @@ class MaterialPoints(PointsOnGrid):
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
-    def bind(self) -> None:
-        """Take up arrays that were replaced."""
-        super().bind()
+    def _bind(self) -> None:
+        super()._bind()
         self._stressed: bool | None = None
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
-    def _bind_slabs(self, slabs: Slabs) -> None:
-        super()._bind_slabs(slabs)
+    def _make_bundles(self) -> None:
+        super()._make_bundles()
         mapped = self.mapped.content._replace(transfer=Flip())  # straining asks for none: one compiled kernel for all transfers
         self._strained = Bundle(straining.StrainedPoints(mapped, self.law, self._state))
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        super().restore(arrays)
+        self._stressed = None
 
     @property
     def _strains(self) -> bool:

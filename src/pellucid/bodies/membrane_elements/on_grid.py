@@ -10,7 +10,7 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import NO_AFFINE, NO_STRESS, PointArrays, Slabs
+from pellucid.grid.points import NO_AFFINE, NO_STRESS, PointArrays
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -49,15 +49,13 @@ class ElementsOnGrid(PointsOnGrid):
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
-    def bind(self) -> None:
-        """Take up arrays that were replaced."""
+    def _bind(self) -> None:
         a = self.arrays
         self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
         self._affine = a.get("affine", NO_AFFINE)
 
-    def _bind_slabs(self, slabs: Slabs) -> None:
-        super()._bind_slabs(slabs)
-        self.surface.bind(self.arrays["id"], slabs.first)
+    def _follow_order(self) -> None:
+        self.surface.bind(self.arrays["id"], self.slabs.first)
 
     def cells(self) -> Cells:
         """Its elements."""

@@ -17,7 +17,6 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import Slabs
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -91,21 +90,19 @@ class MembranePoints(PointsOnGrid):
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
-    def bind(self) -> None:
-        """Take up arrays that were replaced."""
-        super().bind()
+    def _bind(self) -> None:
+        super()._bind()
         self._state = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
         self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
 
-    def _bind_slabs(self, slabs: Slabs) -> None:
-        super()._bind_slabs(slabs)
+    def _follow_order(self) -> None:
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self._triangles], self.n_points)
         self.fans = Bundle(fans)
         strained = StrainedMembrane(
             lattice=self.grid.lattice,
             points=self.points,
-            slabs=slabs,
+            slabs=self.slabs,
             index=self.mapped.index,
             fans=fans,
             gradient=self._gradient,
