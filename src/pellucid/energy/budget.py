@@ -74,18 +74,16 @@ class EnergyBudget:
     ) -> None:
         self.gravity = np.array(gravity)
         self.channels = channels
-        self.kinetic, self.stored = self._energies(bodies)
+        self.kinetic, self.stored, self.half_power, _, self.momentum_scale = self._sums(bodies)
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.initial = {"kinetic": self.kinetic, "stored": self.stored, "mass": self._mass(bodies)}
         self.initial_momentum = self._momentum(bodies)
         self.impulse, self.exchanged = np.zeros(3), np.zeros(3)
         self.sums = {channel.name: 0.0 for channel in self.channels}
-        self.staggering, self.half_power = 0.0, self._half_power(bodies)
-        self.transfer = self.time_integration = self.artificial_heat = 0.0
+        self.staggering = self.transfer = self.time_integration = self.artificial_heat = 0.0
         self.support_impulses = np.zeros((0, 3))
         self.named_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
-        self.momentum_scale = sum(body.totals.momentum_size for body in bodies)
 
     def record(
         self,
@@ -99,11 +97,7 @@ class EnergyBudget:
 
         weight: what its impulses count in the reactions, where the time of the loads is not that of the steps.
         """
-        totals = [body.totals for body in bodies]
-        kinetic, stored, half_power, heating, size = (
-            sum(numbers)
-            for numbers in zip(*((t.kinetic, t.stored, t.half_power, t.heating, t.momentum_size) for t in totals), strict=True)
-        )
+        kinetic, stored, half_power, heating, size = self._sums(bodies)
         works = done.works.tolist()
         internal, external, exchanged = works[INTERNAL], 0.0, abs(stored - self.initial["stored"])
         for channel, column in self.channels.items():
@@ -210,8 +204,13 @@ class EnergyBudget:
         vars(self).update({**deepcopy(dict(numbers)), **arrays})
 
     @staticmethod
-    def _energies(bodies: Sequence[Balanced]) -> tuple[float, float]:
-        return sum(body.totals.kinetic for body in bodies), sum(body.totals.stored for body in bodies)
+    def _sums(bodies: Sequence[Balanced]) -> tuple[float, float, float, float, float]:
+        """Of all bodies: kinetic and stored energy [J], half the power of internal forces, power of the artificial viscosity
+        [W], Σ m|v| [kg m/s]."""
+        totals = [body.totals for body in bodies]
+        rows = ((of.kinetic, of.stored, of.half_power, of.heating, of.momentum_size) for of in totals)
+        kinetic, stored, half_power, heating, size = (sum(numbers) for numbers in zip(*rows, strict=True))
+        return kinetic, stored, half_power, heating, size
 
     @staticmethod
     def _stored_by_kind(bodies: Sequence[Balanced]) -> dict[str, float]:
@@ -222,10 +221,6 @@ class EnergyBudget:
                 stored[body.energy_kind] -= part
                 stored[name] = stored.get(name, 0.0) + part
         return stored
-
-    @staticmethod
-    def _half_power(bodies: Sequence[Balanced]) -> float:
-        return sum(body.totals.half_power for body in bodies)
 
     @staticmethod
     def _momentum(bodies: Sequence[Balanced]) -> np.ndarray:
