@@ -136,7 +136,7 @@ def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, in
     for axis in (lattice.slab_axis, lattice.cut_axis):
         width = 3 if functions[axis].stencil == 2 else 5
         n = max(min(most, lattice.counts[axis] // width), 1)
-        edges.append(np.arange(n + 1) * lattice.counts[axis] // n)
+        edges.append(-(-np.arange(n + 1) * lattice.counts[axis] // n))  # the wide ones first: threads end together then
         most = min(int(np.prod(lattice.counts)) // FEWEST_CELLS, MOST_SLABS) // n
     rows, pieces = (np.stack([ends[:-1], ends[1:]], axis=1) for ends in edges)
     layers = np.concatenate([np.repeat(rows, len(pieces), axis=0), np.tile(pieces, (len(rows), 1))], axis=1)
