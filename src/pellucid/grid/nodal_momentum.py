@@ -127,8 +127,8 @@ class NodalMomentum:
     def project(self, dt: float | None = None, counted: bool = False) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`.
 
-        dt: of the step [s] in which the momentum was advanced; None before. counted: whether its `strain_lag_work` is wanted: it
-        is counted at once, but that of nodes that await impulses.
+        dt: of the step [s] in which the momentum was advanced; None before. counted: whether its `strain_lag_work` is wanted,
+        which is counted at once, but that of nodes that await impulses.
         """
         self._lag_is_counted = counted
         self._lags.fill(0.0)

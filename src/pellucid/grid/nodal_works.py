@@ -1,7 +1,7 @@
 """The works on the nodes in a step, along the means of their velocities before and after it.
 
-Most nodes are done while they are at hand, as soon as they were advanced. Those that await impulses of contact are left out then
-and done afterwards: they are flagged and listed.
+Most nodes are done while they are at hand, as soon as they were advanced. Those that await impulses of contact are left out
+then and done afterwards: they are flagged and listed.
 """
 
 import numpy as np

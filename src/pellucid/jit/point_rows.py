@@ -14,22 +14,11 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from pellucid.jit.vector import LANES, VECTOR
+from pellucid.jit.rows import address_of_row
+from pellucid.jit.vector import DOUBLES, LANES, SHUFFLE, VECTOR
 
-DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
-FLAGS, NUMBERS = ir.VectorType(ir.IntType(1), LANES), ir.VectorType(ir.IntType(32), LANES)
-
+FLAGS = ir.VectorType(ir.IntType(1), LANES)
 COLUMNS = types.UniTuple(VECTOR, 3)  # type: ignore[attr-defined]
-
-
-def _address(context: Any, builder: Any, kind: Any, given: Any, length: int, first: int) -> Any:
-    """Of four doubles of the row of a point of an array, from number `first` of it on."""
-    array, p = given
-    if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
-        raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
-    data = context.make_array(kind)(context, builder, array).data
-    at = builder.add(builder.mul(p, p.type(length)), p.type(first))
-    return builder.bitcast(builder.gep(data, [at], inbounds=True), DOUBLES.as_pointer())
 
 
 @intrinsic
@@ -38,7 +27,7 @@ def _vector_at_point(typing: Any, array: Any, p: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         masked = cgutils.get_or_insert_function(builder.module, kind, "llvm.masked.load.v4f64.p0")
-        place = _address(context, builder, signature.args[0], given, length=3, first=0)
+        place = address_of_row(context, builder, signature.args[0], given[0], given[1], 3, 0, LANES)
         # beyond the row of the last point nothing may be read
         mask, rest = ir.Constant(FLAGS, [1, 1, 1, 0]), ir.Constant(DOUBLES, [0.0] * LANES)
         return builder.call(masked, [place, ir.IntType(32)(8), mask, rest])
@@ -49,10 +38,10 @@ def _vector_at_point(typing: Any, array: Any, p: Any) -> Any:
 @intrinsic
 def _symmetric_at_point(typing: Any, array: Any, p: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        places = (_address(context, builder, signature.args[0], given, length=6, first=first) for first in (0, 2))
+        places = (address_of_row(context, builder, signature.args[0], given[0], given[1], 6, first, LANES) for first in (0, 2))
         xx_yy_zz_yz, zz_yz_xz_xy = (builder.load(place, align=8) for place in places)
         lanes = (0, 7, 6, 0), (7, 1, 3, 0), (6, 3, 2, 0)
-        found = [builder.shuffle_vector(xx_yy_zz_yz, zz_yz_xz_xy, ir.Constant(NUMBERS, column)) for column in lanes]
+        found = [builder.shuffle_vector(xx_yy_zz_yz, zz_yz_xz_xy, ir.Constant(SHUFFLE, column)) for column in lanes]
         return context.make_tuple(builder, COLUMNS, found)
 
     return COLUMNS(array, types.uintp), emit
@@ -61,12 +50,14 @@ def _symmetric_at_point(typing: Any, array: Any, p: Any) -> Any:
 @intrinsic
 def _tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        places = (_address(context, builder, signature.args[0], given, length=10, first=first) for first in (0, 3, 6))
+        places = (
+            address_of_row(context, builder, signature.args[0], given[0], given[1], 10, first, LANES) for first in (0, 3, 6)
+        )
         one, two, three = (builder.load(place, align=8) for place in places)
-        pairs = (builder.shuffle_vector(one, two, ir.Constant(NUMBERS, [d, 4 + d, 0, 0])) for d in range(3))
+        pairs = (builder.shuffle_vector(one, two, ir.Constant(SHUFFLE, [d, 4 + d, 0, 0])) for d in range(3))
         lanes = ([0, 1, 4 + d, 0] for d in range(3))
         found = [
-            builder.shuffle_vector(pair, three, ir.Constant(NUMBERS, column)) for pair, column in zip(pairs, lanes, strict=True)
+            builder.shuffle_vector(pair, three, ir.Constant(SHUFFLE, column)) for pair, column in zip(pairs, lanes, strict=True)
         ]
         return context.make_tuple(builder, COLUMNS, found)
 
@@ -75,7 +66,7 @@ def _tensor_at_point(typing: Any, array: Any, p: Any) -> Any:
 
 @intrinsic
 def _cross(typing: Any, a: Any, b: Any) -> Any:
-    next_lanes = ir.Constant(NUMBERS, [1, 2, 0, 3])
+    next_lanes = ir.Constant(SHUFFLE, [1, 2, 0, 3])
 
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         turned = [builder.shuffle_vector(vector, vector, next_lanes) for vector in given]

@@ -13,10 +13,7 @@ from numba.core import types
 from numba.extending import intrinsic
 
 from pellucid.jit.columns import flat, is_tuple, numbers_in
-from pellucid.jit.vector import LANES, VECTOR, repeat
-
-FUSED = ("contract",)
-"""Sums and products may be fused, as in all kernels."""
+from pellucid.jit.vector import FUSED, LANES, VECTOR, repeat
 
 
 @intrinsic

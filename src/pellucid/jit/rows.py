@@ -29,7 +29,7 @@ def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
     return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes))
 
 
-def _address(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, offset: int, count: int) -> Any:
+def address_of_row(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, offset: int, count: int) -> Any:
     """The address of `count` doubles, which begin `offset` doubles after the row of point p."""
     if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
         raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
@@ -87,7 +87,7 @@ def _take_rows(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
             length = leaves(part)
 
             def taken(offset: int, count: int) -> Any:
-                address = _address(context, builder, kind, array, given[2], length, offset, count)
+                address = address_of_row(context, builder, kind, array, given[2], length, offset, count)
                 return builder.load(address, align=SIZE)
 
             return [taken(0, LANES)] if length == 1 else _columns(builder, length, taken)
@@ -103,7 +103,7 @@ def _take_row(typing: Any, like: Any, arrays: Any, p: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         def visit(part: Any, kind: Any, array: Any) -> list[Any]:
             length = leaves(part)
-            first = _address(context, builder, kind, array, given[2], length, 0, 1)
+            first = address_of_row(context, builder, kind, array, given[2], length, 0, 1)
             return [builder.load(builder.gep(first, [given[2].type(place)], inbounds=True)) for place in range(length)]
 
         found = _walk(builder, like, arrays, given[1], visit)
@@ -123,7 +123,7 @@ def _keep_rows(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
             parts = [(0, columns[0])] if length == 1 else _rows(builder, columns)
             for offset, value in parts:
                 count = value.type.count if isinstance(value.type, ir.VectorType) else 1
-                builder.store(value, _address(context, builder, kind, array, given[1], length, offset, count), align=SIZE)
+                builder.store(value, address_of_row(context, builder, kind, array, given[1], length, offset, count), align=SIZE)
 
         list(_walk(builder, values, arrays, given[0], visit))
         return context.get_dummy_value()
@@ -137,7 +137,7 @@ def _keep_row(typing: Any, arrays: Any, p: Any, values: Any) -> Any:
         kept = (value for _, value in flat(builder, values, given[2]))
 
         def visit(part: Any, kind: Any, array: Any) -> None:
-            first = _address(context, builder, kind, array, given[1], leaves(part), 0, 1)
+            first = address_of_row(context, builder, kind, array, given[1], leaves(part), 0, 1)
             for place in range(leaves(part)):
                 builder.store(next(kept), builder.gep(first, [given[1].type(place)], inbounds=True))
 

@@ -23,8 +23,11 @@ from numba.extending import intrinsic, models, overload, register_model
 from pellucid.jit.registry import IN_KERNELS
 
 LANES = 4
-_DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
-_NUMBERS = ir.VectorType(ir.IntType(32), LANES)
+DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
+SHUFFLE = ir.VectorType(ir.IntType(32), LANES)
+"""Which lanes a shuffle takes."""
+FUSED = ("contract",)
+"""Sums and products may be fused, as in all kernels."""
 
 
 class VectorType(types.Type):
@@ -40,12 +43,12 @@ VECTOR = VectorType()
 @register_model(VectorType)
 class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: VectorType) -> None:
-        super().__init__(manager, kind, _DOUBLES)
+        super().__init__(manager, kind, DOUBLES)
 
 
 def vector_at(builder: Any, address: Any) -> Any:
     """The address of a double as that of the vector which begins there."""
-    return builder.bitcast(address, _DOUBLES.as_pointer())
+    return builder.bitcast(address, DOUBLES.as_pointer())
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
@@ -61,7 +64,7 @@ def _load(typing: Any, array: Any, index: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         found = builder.load(_place(context, builder, signature.args[0], *values), align=size)
-        return found if size == 8 else builder.fpext(found, _DOUBLES)
+        return found if size == 8 else builder.fpext(found, DOUBLES)
 
     return VECTOR(array, types.intp), emit
 
@@ -77,9 +80,9 @@ def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
 
 def repeat(builder: Any, number: Any) -> Any:
     """In compiled code: a vector with a number in all lanes."""
-    empty = ir.Constant(_DOUBLES, ir.Undefined)
+    empty = ir.Constant(DOUBLES, ir.Undefined)
     first = builder.insert_element(empty, number, ir.IntType(32)(0))
-    return builder.shuffle_vector(first, empty, ir.Constant(_NUMBERS, [0] * LANES))
+    return builder.shuffle_vector(first, empty, ir.Constant(SHUFFLE, [0] * LANES))
 
 
 @intrinsic
@@ -110,7 +113,7 @@ def _total(typing: Any, vector: Any) -> Any:
 @intrinsic
 def _totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
     def pick(builder: Any, one: Any, other: Any, *lanes: int) -> Any:
-        return builder.shuffle_vector(one, other, ir.Constant(_NUMBERS, lanes))
+        return builder.shuffle_vector(one, other, ir.Constant(SHUFFLE, lanes))
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         a, b, c = values
@@ -124,7 +127,7 @@ def _totals(typing: Any, a: Any, b: Any, c: Any) -> Any:
 @intrinsic
 def _row(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        row = ir.Constant(_DOUBLES, ir.Undefined)
+        row = ir.Constant(DOUBLES, ir.Undefined)
         for lane, value in enumerate(values):
             row = builder.insert_element(row, value, ir.IntType(32)(lane))
         return row
@@ -150,7 +153,7 @@ def _larger(typing: Any, one: Any, other: Any) -> Any:
 def _where_positive(typing: Any, flag: Any, one: Any, other: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         flag, one, other = values
-        return builder.select(builder.fcmp_ordered(">", flag, ir.Constant(_DOUBLES, [0.0] * LANES)), one, other)
+        return builder.select(builder.fcmp_ordered(">", flag, ir.Constant(DOUBLES, [0.0] * LANES)), one, other)
 
     return VECTOR(VECTOR, VECTOR, VECTOR), emit
 
@@ -159,7 +162,7 @@ def _binary(instruction: str) -> Any:
     @intrinsic
     def combine(typing: Any, one: Any, other: Any) -> Any:
         def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return getattr(builder, instruction)(*values, flags=("contract",))
+            return getattr(builder, instruction)(*values, flags=FUSED)
 
         return VECTOR(VECTOR, VECTOR), emit
 

@@ -113,6 +113,9 @@ class Skin:
 
     def gather(self) -> np.ndarray:
         """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
+        if not self._field.pressed:
+            self._increment.fill(0.0)
+            return self._increment
         nodes = self._field.grid.nodes
         gather_vectors(self.surface.n_slabs, self.surface.mapped, nodes.velocity_increment, self._at_points)
         np.divide(self._shares @ (self._point_mass * self._at_points), self._mass, out=self._increment)
