@@ -32,7 +32,7 @@ from pellucid.grid.points import (
     MappedPoints,
     PointArrays,
 )
-from pellucid.grid.sorting import ShortRuns, slabs_of, sort_by_nodes
+from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocities import update_velocities
 from pellucid.grid.velocity_field import VelocityField
@@ -40,9 +40,9 @@ from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.reductions import ordered_sum
+from pellucid.state import of_owner, with_owner
 
 NO_ENERGY = np.zeros(0)
-KEPT_OF_SLABS = "first", "left_slab"
 HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
 
 
@@ -293,7 +293,7 @@ class PointsOnGrid(GridBody):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the points and elements, and their division into slabs."""
-        slabs = {f"slabs/{name}": getattr(self.slabs, name) for name in KEPT_OF_SLABS}
+        slabs = with_owner("slabs", kept_of(self.slabs))
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
         return {**self.arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts}
 
@@ -303,8 +303,7 @@ class PointsOnGrid(GridBody):
             array[...] = arrays[name]
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
-        for name in KEPT_OF_SLABS:
-            getattr(self.slabs, name)[:] = arrays[f"slabs/{name}"]
+        restore_slabs(self.slabs, of_owner("slabs", arrays))
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
         self._follow_order()
 

@@ -10,7 +10,7 @@ from pellucid.grid.lattice import PAD
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
-NODE_BYTES = 207  # six rows of four numbers, three constraints; a place in the list of nodes that own nodes reach, and a flag
+NODE_BYTES = 209  # six rows of four numbers, three constraints; a place in the list of nodes that own nodes reach; three flags
 PROGRAM_BYTES = 300 * 2**20  # the program, its libraries and kernels
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 

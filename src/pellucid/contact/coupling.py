@@ -20,7 +20,7 @@ from pellucid.grid.points import (
     place_of,
 )
 from pellucid.grid.reached import NO_FORCE
-from pellucid.grid.sorting import slabs_of, sort_by_nodes
+from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.transfer import bounds_of, placed
 from pellucid.grid.vectors import gather_vectors
 from pellucid.grid.velocity_transfer import Flip
@@ -132,9 +132,9 @@ class GridCoupling:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
-        return {"order": self._order} | {name: getattr(self.slabs, name) for name in ("first", "left_slab")}
+        return {"order": self._order} | kept_of(self.slabs)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         self._order[:] = arrays["order"]
-        self.slabs.first[:], self.slabs.left_slab[:] = arrays["first"], arrays["left_slab"]
+        restore_slabs(self.slabs, arrays)

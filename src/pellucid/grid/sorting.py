@@ -1,11 +1,13 @@
 """Sorting points by the nodes that they reach, and sharing them out in slabs."""
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.approximants.axis import axis_numbers
+from pellucid.errors import UsageError
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
@@ -126,6 +128,20 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
         bounds[:, 2:] = -np.inf, np.inf
     first = np.zeros(n + 1, np.int64)
     return Slabs(first, layers, across, bounds, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
+
+
+def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
+    """What a checkpoint keeps of slabs."""
+    return {"first": slabs.first, "left_slab": slabs.left_slab}
+
+
+def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
+    """Take that up again. Raises UsageError for slabs that are cut in another way, as an earlier version did."""
+    for name, array in kept_of(slabs).items():
+        if kept[name].shape != array.shape:
+            text = "the checkpoint was written by another version of pellucid (its slabs are others)"
+            raise UsageError(f"{text}: go on with that one, or start the run again")
+        array[:] = kept[name]
 
 
 @cache
