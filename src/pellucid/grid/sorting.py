@@ -14,7 +14,7 @@ from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
 MOST_ROWS, MOST_SLABS = 64, 256
-FEWEST_CELLS = 150  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
+FEWEST_CELLS = 120  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
 CHUNK = 4096  # points that a thread reorders at a time
 EACH_SORTING = 2000.0
 """What sorting costs beside its share for each point, in vectors of points with the same nodes: 0.12 ms, at 65 ns a vector."""
