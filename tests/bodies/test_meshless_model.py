@@ -10,6 +10,10 @@ from typer.testing import CliRunner
 from pellucid.case import Case
 from pellucid.cli import app
 from pellucid.errors import CaseError
+from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.velocity_transfer import Flip
+from pellucid.parts.body import Placement
 from pellucid.simulation.simulation import Simulation
 
 
@@ -93,6 +97,28 @@ def test_validate_finds_no_functions_only_where_that_is_quick(monkeypatch):
 def test_in_a_plane_grid_it_is_refused():
     with pytest.raises((CaseError, ValueError), match="fills space, and this grid is one cell thick"):
         block(grid={"lower": (-1, -1, 0), "upper": (1, 1, 0), "cell": 0.1, "thickness": 0.1})
+
+
+@pytest.mark.parametrize("field", [None, "tissue"])
+def test_beside_others_it_needs_a_field_of_its_own(field):
+    """On nodes that move points it would take no part in contact."""
+    tables = [block_of(), block_of() | {"name": "other"} | ({} if field is None else {"field": field})]
+    grid = {"lower": (-1, -1, -1), "upper": (2, 2, 2), "cell": 0.25}
+    case = {"schema": 1, "title": "Two blocks", "grid": grid, "time": {"end": 1.0}, "body": tables}
+    if field:
+        assert len({body.field for body in Case.model_validate(case).body}) == 2
+        return
+    with pytest.raises(
+        (CaseError, ValueError), match='in the velocity field "common" too, and a meshless solid has nodes of its'
+    ):
+        Case.model_validate(case)
+
+
+def test_it_is_not_built_on_nodes_that_move_points():
+    case = block(grid={"lower": (-1, -1, -1), "upper": (2, 2, 2), "cell": 0.25})
+    field = VelocityField("common", Grid(case.grid))
+    with pytest.raises(ValueError, match="the velocity field common moves its bodies"):
+        case.body[0].build(Placement(case.grid, field, Flip(), (0.0, 0.0, 0.0), n_loads=0))
 
 
 @pytest.fixture(scope="module")

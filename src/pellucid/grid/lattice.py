@@ -40,7 +40,8 @@ class Nodes(NamedTuple):
     strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
     mean_velocity: np.ndarray  # (n, 3) along which forces do work over the step [m/s]
     increment_energy: np.ndarray  # (n,) half the square of the velocity increment [J/kg]
-    has_mass: np.ndarray  # (n,) 0 where none when the momentum was advanced last: these four are zero then
+    has_mass: np.ndarray  # (n,) of nodes that move points: 0 where there was none when the momentum was advanced last; the
+    # rows of velocities and increments are zero there
     constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that constrains this direction
 
 

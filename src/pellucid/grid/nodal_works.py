@@ -104,7 +104,7 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
 
 @kernel(inner=True)
 def sum_strain_lag_chunk(chunk, first, node, awaiting, field, dt, small, sums):
-    """See `NodalMomentum.strain_lag_work`: of a chunk of the listed nodes, but of those that await impulses, into row `at`."""
+    """See `NodalMomentum.strain_lag_work`: the same of a chunk, into its row of sums."""
     nodes, external, work, several = field.nodes, field.external, 0.0, len(field.apart) > 0
     power = row(0.0, 0.0, 0.0, 0.0)
     for e in range(CHUNK * chunk, end_of(chunk, node, nodes.mass)):

@@ -132,16 +132,15 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 
 def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
     """What a checkpoint keeps of slabs."""
-    return {"first": slabs.first, "left_slab": slabs.left_slab}
+    return {"first": slabs.first, "left_slab": slabs.left_slab, "layers": slabs.layers}
 
 
 def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
     """Take that up again. Raises UsageError for slabs that are cut in another way, as an earlier version did."""
-    for name, array in kept_of(slabs).items():
-        if kept[name].shape != array.shape:
-            text = "the checkpoint was written by another version of pellucid (its slabs are others)"
-            raise UsageError(f"{text}: go on with that one, or start the run again")
-        array[:] = kept[name]
+    if not np.array_equal(kept["layers"], slabs.layers):
+        text = "the checkpoint was written by another version of pellucid (its slabs are others)"
+        raise UsageError(f"{text}: go on with that one, or start the run again")
+    slabs.first[:], slabs.left_slab[:] = kept["first"], kept["left_slab"]
 
 
 @cache
@@ -152,7 +151,7 @@ def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, in
     for axis in (lattice.slab_axis, lattice.cut_axis):
         width = 3 if functions[axis].stencil == 2 else 5
         n = max(min(most, lattice.counts[axis] // width), 1)
-        edges.append(-(-np.arange(n + 1) * lattice.counts[axis] // n))  # the wide ones first: threads end together then
+        edges.append(-(-np.arange(n + 1) * lattice.counts[axis] // n))  # from a wide one on: threads end together then
         most = min(int(np.prod(lattice.counts)) // FEWEST_CELLS, MOST_SLABS) // n
     rows, pieces = (np.stack([ends[:-1], ends[1:]], axis=1) for ends in edges)
     layers = np.concatenate([np.repeat(rows, len(pieces), axis=0), np.tile(pieces, (len(rows), 1))], axis=1)

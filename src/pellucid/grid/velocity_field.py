@@ -95,15 +95,15 @@ class VelocityField:
         """Give the nodes impulses [N s], shape (n, 3), after they were advanced and before contact.
 
         column: of a row of works, to which their work is added with this sign. See `pellucid.grid.nodal_impulses`. Raises
-        ValueError where a body has its own nodes: it moves by its own equation of motion.
+        ValueError where the works of the step are counted already.
         """
         if self._momentum.is_counted:
             raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
         self._given.append((add_impulses(self.grid.nodes, self.external, impulse), column, sign))
 
     def works(self, dt: float) -> StepWork | None:
-        """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact; None where a body
-        has its own nodes, and counts them itself. The momentum is zero then, to be mapped again."""
+        """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact. The momentum is zero
+        then, to be mapped again."""
         done = self._momentum.works(dt)
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
         works[: len(done.works)] = done.works

@@ -26,7 +26,7 @@ from pellucid.materials.law import Law
 from pellucid.materials.point_state import initial_arrays
 from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -202,6 +202,9 @@ class MeshlessSolidCase(DampedModel):
             yield Finding((*path, "essential"), text, 'use "ebciem" or "sebciem", or leave it out')
         yield from (Finding((*path, self.place), text, remedy) for text, remedy in self.mesh.faults())
         if parts.grid is not None:
+            if not is_alone(self, parts):
+                text = f'other bodies are in the velocity field "{self.field}" too, and a meshless solid has nodes of its own'
+                yield Finding((*path, "field"), text, f'give it a field of its own, as field = "{self.name}"')
             if self.essential_conditions != "direct":
                 text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"
                 remedy = 'use maximum entropy or linear functions with "direct", or leave the grid out'

@@ -53,7 +53,9 @@ class ExplicitNodes(NodalBody):
         thin = grid_case.thin() if grid_case else FREE
         velocity[:, np.array(thin)] = 0.0
         self.coupling: GridCoupling | None = None
-        if grid_case is not None and isinstance(field, OwnNodesField):
+        if grid_case is not None and field is not None:
+            if not isinstance(field, OwnNodesField):
+                raise ValueError(f"the velocity field {field.name} moves its bodies, which have no nodes of their own")
             self.functions = grid_functions(
                 grid_case.functions, (2, 2, 2), thin
             )  # nodes have no extent: GIMP takes half a cell
