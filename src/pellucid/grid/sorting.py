@@ -141,6 +141,8 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
         text = "the checkpoint was written by another version of pellucid (its slabs are others)"
         raise UsageError(f"{text}: go on with that one, or start the run again")
     slabs.first[:], slabs.left_slab[:] = kept["first"], kept["left_slab"]
+    for reported in (slabs.fault, slabs.sums):  # slabs without points would keep theirs
+        reported.fill(0)
 
 
 @cache
