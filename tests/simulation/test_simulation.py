@@ -292,6 +292,17 @@ def test_kernels_of_wrinkling_and_of_either_hourglass_control_are_told_apart():
     assert len(set(keys)) == 4
 
 
+def test_slabs_without_points_report_nothing_after_a_restart():
+    """Kernels pass over them, and would leave the sums of the start there."""
+    sim = simulation(box((0, 0, 0), (2, 2, 2)), counts=(40, 2, 2))
+    slabs = sim.bodies[0].slabs
+    assert (np.diff(slabs.first) == 0).any()
+    slabs.sums[:], slabs.fault[:] = 1.0, 1
+    sim.restore(sim.state_arrays(), sim.state_numbers())
+    assert not slabs.sums.any()
+    assert not slabs.fault.any()
+
+
 def test_a_checkpoint_of_another_version_is_refused():
     sim = simulation(box((1, 1, 1), (2, 2, 2)))
     numbers = {name: value for name, value in sim.state_numbers().items() if name != "balance"} | {"ledger": {}}

@@ -82,8 +82,7 @@ def sort_by_nodes(
             spare = scratch.setdefault(rows.shape[1], np.empty_like(rows))
             _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare, order)
             rows[...] = spare
-    for reported in (slabs.left_slab, slabs.fault, slabs.sums):
-        reported.fill(0)
+    _report_nothing(slabs)
 
 
 class ShortRuns:
@@ -140,8 +139,13 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
     if not np.array_equal(kept["layers"], slabs.layers):
         text = "the checkpoint was written by another version of pellucid (its slabs are others)"
         raise UsageError(f"{text}: go on with that one, or start the run again")
+    _report_nothing(slabs)
     slabs.first[:], slabs.left_slab[:] = kept["first"], kept["left_slab"]
-    for reported in (slabs.fault, slabs.sums):  # slabs without points would keep theirs
+
+
+def _report_nothing(slabs: Slabs) -> None:
+    """Forget what kernels reported of other points: they leave the rows of slabs without points as they are."""
+    for reported in (slabs.left_slab, slabs.fault, slabs.sums):
         reported.fill(0)
 
 
