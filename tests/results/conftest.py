@@ -1,14 +1,11 @@
 import sys
-import types
 
 import pytest
-from free_flight import FakeSimulation
+from free_flight import FakeSimulation, fake_module
 
 
 @pytest.fixture
 def fake(monkeypatch):
     """Runs are made by the fake simulation."""
-    module = types.ModuleType("pellucid.simulation.simulation")
-    module.Simulation = FakeSimulation
-    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", module)
+    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
     return FakeSimulation

@@ -1,5 +1,6 @@
 """A simulation of free flight: small, exact, and with the interface that the results are written against."""
 
+from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
@@ -135,3 +136,10 @@ class FakeSimulation:
 
     def conservation(self) -> dict[str, float]:
         return {"mass": 0.0, "momentum": 1e-16, "energy": 1e-4 * self.time}
+
+
+def fake_module() -> ModuleType:
+    """What stands for the module of simulations where runs are made by the fake one."""
+    module = ModuleType("pellucid.simulation.simulation")
+    module.Simulation = FakeSimulation
+    return module

@@ -2,12 +2,11 @@
 
 import errno
 import os
-import signal
-import time
-from contextlib import suppress
 
 import pytest
+from commands_of_runs import hold
 from free_flight import free_flight
+from other_processes import PATIENCE, killed_at_last, pipe
 
 import pellucid
 from pellucid.errors import UsageError
@@ -15,7 +14,6 @@ from pellucid.results import resume_case, run_case
 from pellucid.results.report.report import write_report
 from pellucid.results.storage import lock
 from pellucid.results.storage.files import OutputError
-from pellucid.results.storage.run_folder import RunFolder
 
 pytestmark = pytest.mark.usefixtures("fake")
 
@@ -25,17 +23,10 @@ def live(tmp_path):
     """The folder of a run that goes on in another process until the test ends."""
     out = tmp_path / "run"
     run_case(free_flight(), out, until=0.3, report=False)
-    ready, child = os.pipe(), os.fork()
-    if child == 0:
-        with RunFolder(out).held():
-            os.write(ready[1], b"1")
-            time.sleep(60.0)
-        os._exit(0)
-    os.read(ready[0], 1)
-    yield out, child
-    with suppress(ProcessLookupError):
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+    here, there = pipe()
+    with killed_at_last(hold, out, there) as process:
+        assert here.poll(PATIENCE)
+        yield out, process
 
 
 @pytest.mark.parametrize("command", [lambda out: run_case(free_flight(), out), resume_case, write_report])
@@ -43,7 +34,7 @@ def test_a_folder_in_which_another_process_runs_is_left_alone(live, command):
     out, process = live
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     with pytest.raises(
-        UsageError, match=rf"process {process} on .*, since 20.* is writing to .*run\n.*wait until it has ended"
+        UsageError, match=rf"process {process.pid} on .*, since 20.* is writing to .*run\n.*wait until it has ended"
     ):
         command(out)
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
@@ -51,8 +42,8 @@ def test_a_folder_in_which_another_process_runs_is_left_alone(live, command):
 
 def test_the_lock_goes_with_a_killed_process(live):
     out, process = live
-    os.kill(process, signal.SIGKILL)
-    os.waitpid(process, 0)
+    process.kill()
+    process.join(PATIENCE)
     assert resume_case(out, report=False).finished
 
 

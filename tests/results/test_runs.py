@@ -1,14 +1,14 @@
 """Whole runs of the fake simulation: what they leave behind, and that a broken-off run ends as an undisturbed one."""
 
 import json
-import os
 import resource
-import signal
 import time
 
 import numpy as np
 import pytest
+from commands_of_runs import OFTEN, begin_with_a_checkpoint_each_step, go_on
 from free_flight import FakeSimulation, free_flight
+from other_processes import killed_at_last
 
 import pellucid
 from pellucid.errors import RunStopped, UsageError
@@ -160,32 +160,27 @@ def test_resuming_a_finished_run_changes_nothing(tmp_path, expected):
 
 
 def test_resuming_from_the_checkpoint_before_a_damaged_one(tmp_path, expected):
-    run = run_case(free_flight(**{"output.checkpoint": 1e-9}), tmp_path / "run", report=False)
-    newest = max((run.out / "checkpoint").glob("*.npz"))
+    run = run_case(free_flight(**OFTEN), tmp_path / "run", report=False)
+    newest = newest_checkpoint(run.out)
     newest.write_bytes(newest.read_bytes()[:-1])
     with pytest.warns(UserWarning, match="damaged"):
         resume_case(run.out, report=False)
     assert results(run.out) == expected
 
 
+def newest_checkpoint(out):
+    return max((out / "checkpoint").glob("*.npz"), default=None)
+
+
 def test_killed_at_any_moment_and_resumed_ends_in_the_same_bits(tmp_path, expected):
     out, generator = tmp_path / "run", np.random.default_rng(11)
     for attempt in range(12):
-        child = os.fork()
-        if child == 0:
-            try:
-                if attempt == 0 or not (out / "case.toml").exists():
-                    run_case(free_flight(**{"output.checkpoint": 1e-9}), out, report=False)
-                else:
-                    resume_case(out, report=False)
-            finally:
-                os._exit(0)
-        latest = time.monotonic() + 20.0  # a child of a process with threads may stand still from its start
-        while not (out / "case.toml").exists() and time.monotonic() < latest:  # a busy machine may be slow
-            time.sleep(0.001)
-        time.sleep(0.01 + 0.04 * generator.random())
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        before = newest_checkpoint(out)
+        with killed_at_last(go_on if before else begin_with_a_checkpoint_each_step, out) as process:
+            while attempt % 3 and newest_checkpoint(out) == before and process.is_alive():
+                time.sleep(0.001)  # others are killed while they set up
+            time.sleep(0.04 * generator.random())
+    assert newest_checkpoint(out)
     resume_case(out, report=False)
     assert results(out) == expected
 
@@ -244,7 +239,7 @@ def test_curves_reach_the_stop_where_all_of_the_row_is_known(tmp_path, fake, mon
         monkeypatch.setattr(fake, "is_balanced", balanced)
         out = tmp_path / f"run-{balanced}"
         with pytest.raises(RunStopped):
-            run_case(free_flight(**{"output.checkpoint": 1e-9}), out, report=False)
+            run_case(free_flight(**OFTEN), out, report=False)
         assert Run(out).history["time"][-1] == pytest.approx(last)
     monkeypatch.setattr(fake, "breaks_at", None)
     resume_case(tmp_path / "run-True", report=False)

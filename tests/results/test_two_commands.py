@@ -1,59 +1,34 @@
 """Two commands on one folder, in any order and at the same time: nothing is lost, and what goes on ends in the same bits."""
 
 import itertools
-import os
 from contextlib import suppress
 
 import pytest
+from commands_of_runs import (
+    OFTEN,
+    begin,
+    begin_another,
+    begin_in_part,
+    go_on,
+    go_on_in_part,
+    go_on_with_another_limit,
+    write_plain_report,
+)
 from free_flight import free_flight
+from other_processes import PATIENCE, REFUSED, start
 from test_runs import results
 
 from pellucid.errors import UsageError
 from pellucid.results import Run, resume_case, run_case
-from pellucid.results.pictures import figures
-from pellucid.results.report.report import write_report
 
-pytestmark = pytest.mark.usefixtures("fake", "no_pictures")
+pytestmark = pytest.mark.usefixtures("fake")
 
-SHORT = {"time.end": 0.5}
-
-
-@pytest.fixture
-def no_pictures(monkeypatch):
-    """Reports without figures, which take longest."""
-    monkeypatch.setattr(figures, "figures_of", lambda run, beside, notices: {})
-
-
-def begin(out):
-    run_case(free_flight(), out, report=False)
-
-
-def begin_in_part(out):
-    run_case(free_flight(), out, until=0.3, report=False)
-
-
-def begin_another(out):
-    run_case(free_flight(**SHORT), out, report=False)
-
-
-def go_on(out):
-    resume_case(out, report=False)
-
-
-def go_on_in_part(out):
-    resume_case(out, until=0.7, report=False)
-
-
-def go_on_with_another_limit(out):
-    resume_case(out, settings={"energy.warn": 0.05}, report=False)
-
-
-COMMANDS = (begin, begin_another, go_on, go_on_in_part, go_on_with_another_limit, write_report)
+COMMANDS = (begin, begin_another, go_on, go_on_in_part, go_on_with_another_limit, write_plain_report)
 
 
 def killed(out):
     """A run that was killed after its first checkpoint: no summary, a draft, a row too many."""
-    run_case(free_flight(**{"output.checkpoint": 1e-9}), out, until=0.4, report=False)
+    run_case(free_flight(**OFTEN), out, until=0.4, report=False)
     (out / "summary.json").unlink()
     (out / "checkpoint/.writing").write_bytes(b"half")
     with (out / "history.csv").open("a") as file:
@@ -99,26 +74,17 @@ def results_or_none(out):
         return results(out)
 
 
-@pytest.mark.parametrize("pair", list(itertools.combinations_with_replacement((begin, go_on, write_report), 2)))
+@pytest.mark.parametrize("pair", list(itertools.combinations_with_replacement((begin, go_on, write_plain_report), 2)))
 def test_at_the_same_time(tmp_path, whole, pair):
     if not whole[1.0].exists():
         run_case(free_flight(), whole[1.0], report=False)
     out = tmp_path / "run"
     begin_in_part(out)
-    children = []
-    for command in pair:
-        if (child := os.fork()) == 0:
-            status = 1
-            try:
-                command(out)
-                status = 0
-            except UsageError as error:
-                status = 2 if "is writing to" in str(error) else 1
-            finally:
-                os._exit(status)
-        children.append(child)
-    ends = [os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in children]
-    assert set(ends) <= {0, 2}
+    processes = [start(command, out) for command in pair]
+    for process in processes:
+        process.join(PATIENCE)
+    ends = [process.exitcode for process in processes]
+    assert set(ends) <= {0, REFUSED}
     assert 0 in ends
     resume_case(out, report=False)
     assert results(out) == results(whole[1.0])

@@ -1,20 +1,16 @@
 import os
 import resource
-import signal
 import time
 
 import numpy as np
 import pytest
+from endless_writers import arrays, write_checkpoints
+from other_processes import killed_at_last
 
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import OutputError
 
 NUMBERS = {"time": 0.1 + 0.2, "steps": 12, "name": "µ", "nested": {"tiny": 5e-324}}
-
-
-def arrays(seed: int, size: int = 50) -> dict[str, np.ndarray]:
-    generator = np.random.default_rng(seed)
-    return {"gas/position": generator.random((size, 3)), "gas/id": generator.permutation(size)}
 
 
 def written(folder):
@@ -92,14 +88,9 @@ def test_a_kill_at_any_moment_leaves_a_whole_one(tmp_path):
     generator = np.random.default_rng(3)
     for _ in range(15):
         seed = checkpoint.read_latest(tmp_path)[1]["seed"]
-        child = os.fork()
-        if child == 0:
-            while True:
-                seed += 1
-                checkpoint.write(tmp_path, arrays(seed), {"seed": seed})
-        time.sleep(0.002 + 0.02 * generator.random())
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        with killed_at_last(write_checkpoints, tmp_path, seed):
+            time.sleep(0.002 + 0.02 * generator.random())
         found, numbers = checkpoint.read_latest(tmp_path)
         assert np.array_equal(found["gas/position"], arrays(numbers["seed"])["gas/position"])
         assert len(written(tmp_path)) <= 3, "two, and a third for a moment"
+    assert numbers["seed"] > 0
