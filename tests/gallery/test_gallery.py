@@ -121,6 +121,7 @@ def test_mass_is_constant(quick):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(0)
 @pytest.mark.parametrize("name", catalogue.ids())
 def test_full_run_is_within_its_tolerances(name):
     run = pellucid.run(load(name), report=False)

@@ -78,6 +78,7 @@ def test_sets_lie_where_their_names_say():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(0)
 def test_three_edges_or_more_lead_through_the_right_wall_at_the_finest():
     mesh = heart(SIZES[2])
     away = np.full(len(mesh.nodes), -1)
