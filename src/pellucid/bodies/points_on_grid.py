@@ -21,6 +21,7 @@ from pellucid.grid.points import (
     MOMENTUM_X,
     NO_AFFINE,
     NO_CELLS,
+    NO_STRESS,
     POWER,
     RATE,
     SHIFT,
@@ -88,9 +89,10 @@ class PointsOnGrid(GridBody):
         self.sort()
 
     def _bind(self) -> None:
-        """Take up the arrays; they stay what they are, whatever their order."""
-        self.points = PointArrays(*(self.arrays[name] for name in PointArrays._fields))
-        self._affine = self.arrays.get("affine", NO_AFFINE)
+        """Take up the arrays, which stay what they are in any order. Points have no stress where elements do."""
+        a = self.arrays
+        self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], a.get("stress", NO_STRESS))
+        self._affine = a.get("affine", NO_AFFINE)
 
     def _make_bundles(self) -> None:
         """Make the bundles of points and slabs that kernels take."""

@@ -22,7 +22,6 @@ from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import NO_AFFINE, NO_STRESS, PointArrays
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -86,11 +85,6 @@ class FilmOnGrid(PointsOnGrid):
         self.element_arrays = {name: self._film[name] for name in ("x", "v", "part_mass")}
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())  # nodes have no extent
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
-
-    def _bind(self) -> None:
-        a = self.arrays
-        self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
-        self._affine = a.get("affine", NO_AFFINE)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What its functions depend on, too."""

@@ -10,7 +10,6 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import NO_AFFINE, NO_STRESS, PointArrays
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -48,11 +47,6 @@ class ElementsOnGrid(PointsOnGrid):
         # nodes have no extent: GIMP takes half a cell
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
-
-    def _bind(self) -> None:
-        a = self.arrays
-        self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], NO_STRESS)
-        self._affine = a.get("affine", NO_AFFINE)
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.slabs.first)
