@@ -3,7 +3,6 @@
 import os
 import signal
 import sys
-import types
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from pellucid.results.pictures import figures
 from pellucid.results.storage import files, run_folder
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "results"))
-from free_flight import FakeSimulation, free_flight
+from free_flight import FakeSimulation, fake_module, free_flight
 
 SIGNALS = ((signal.SIGTERM, 143), (signal.SIGINT, 130))
 
@@ -34,8 +33,7 @@ def interruptible() -> Iterator[None]:
 @pytest.fixture
 def case(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """The file of a case that the fake simulation runs."""
-    fake = types.SimpleNamespace(Simulation=FakeSimulation)
-    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
+    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
     path = tmp_path / "mine.toml"
     path.write_text(dumps(free_flight()))
     return path

@@ -5,7 +5,7 @@ They begin as copies of a process that has no threads. Copies of this one, whose
 
 import multiprocessing
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -22,22 +22,29 @@ _context = multiprocessing.get_context("forkserver")
 _context.set_forkserver_preload(IMPORTED)
 
 
-def start(work: Callable, *arguments: object) -> BaseProcess:
-    """Another process that has just begun its work. Runs are made by the fake simulation there.
+def start_together(works: Sequence[Callable], *arguments: object) -> list[BaseProcess]:
+    """Other processes that begin their works at once, when all of them are there. Runs are made by the fake simulation there.
 
-    It exits with `REFUSED` where another one is writing to the run's folder.
+    They exit with `REFUSED` where another one is writing to the run's folder.
     """
-    here, there = pipe()
-    process = _context.Process(target=_do, args=(there, work, arguments), daemon=True)
-    process.start()
-    assert here.poll(PATIENCE), "it did not begin"
-    return process
+    processes, ends = [], []
+    for work in works:
+        here, there = pipe()
+        process = _context.Process(target=_do, args=(there, work, arguments), daemon=True)
+        process.start()
+        processes.append(process)
+        ends.append(here)
+    for end in ends:
+        assert end.poll(PATIENCE), "a process did not begin"
+    for end in ends:
+        end.send(True)
+    return processes
 
 
 @contextmanager
 def killed_at_last(work: Callable, *arguments: object) -> Iterator[BaseProcess]:
     """Another process at work, which is killed at the end of the block."""
-    process = start(work, *arguments)
+    (process,) = start_together([work], *arguments)
     try:
         yield process
     finally:
@@ -51,9 +58,10 @@ def pipe() -> tuple[Connection, Connection]:
     return _context.Pipe()
 
 
-def _do(begun: Connection, work: Callable, arguments: tuple) -> None:
+def _do(end: Connection, work: Callable, arguments: tuple) -> None:
     sys.modules["pellucid.simulation.simulation"] = fake_module()
-    begun.send(True)
+    end.send(True)
+    end.recv()  # until all are there
     try:
         work(*arguments)
     except UsageError as error:

@@ -176,7 +176,8 @@ def test_killed_at_any_moment_and_resumed_ends_in_the_same_bits(tmp_path, expect
     out, generator = tmp_path / "run", np.random.default_rng(11)
     for attempt in range(12):
         before = newest_checkpoint(out)
-        with killed_at_last(go_on if before else begin_with_a_checkpoint_each_step, out) as process:
+        command = go_on if (out / "case.toml").exists() else begin_with_a_checkpoint_each_step
+        with killed_at_last(command, out) as process:
             while attempt % 3 and newest_checkpoint(out) == before and process.is_alive():
                 time.sleep(0.001)  # others are killed while they set up
             time.sleep(0.04 * generator.random())

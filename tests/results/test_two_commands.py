@@ -15,7 +15,7 @@ from commands_of_runs import (
     write_plain_report,
 )
 from free_flight import free_flight
-from other_processes import PATIENCE, REFUSED, start
+from other_processes import PATIENCE, REFUSED, start_together
 from test_runs import results
 
 from pellucid.errors import UsageError
@@ -80,7 +80,7 @@ def test_at_the_same_time(tmp_path, whole, pair):
         run_case(free_flight(), whole[1.0], report=False)
     out = tmp_path / "run"
     begin_in_part(out)
-    processes = [start(command, out) for command in pair]
+    processes = start_together(pair, out)
     for process in processes:
         process.join(PATIENCE)
     ends = [process.exitcode for process in processes]

@@ -1,7 +1,6 @@
 """Pictures of runs that stopped themselves."""
 
 import sys
-import types
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,12 @@ from pellucid.results.pictures import figures
 from pellucid.results.pictures.stopped import where_it_stopped
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from free_flight import FakeSimulation, free_flight
+from free_flight import FakeSimulation, fake_module, free_flight
 
 
 @pytest.fixture
 def stopped(tmp_path, monkeypatch):
-    fake = types.SimpleNamespace(Simulation=FakeSimulation)
-    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
+    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
     monkeypatch.setattr(FakeSimulation, "breaks_at", 19)
     monkeypatch.setattr(FakeSimulation, "is_balanced", False)
     monkeypatch.setattr(FakeSimulation, "conservation", lambda sim: {"mass": 0.0, "momentum": 0.0, "energy": 0.03 * sim.time})

@@ -4,7 +4,7 @@ import sys
 import types
 
 import pytest
-from free_flight import FakeSimulation, free_flight
+from free_flight import FakeSimulation, fake_module, free_flight
 from typer.testing import CliRunner
 
 from pellucid.case import load
@@ -49,8 +49,7 @@ def gallery():
         patch.setattr(pellucid.catalogue, "module", lambda name: module if name == case.id else None)
         patch.setattr(pellucid.catalogue, "ids", lambda: (case.id,))
         patch.setattr(pellucid.case, "load", lambda name: case if name == case.id else load(name))
-        fake = types.SimpleNamespace(Simulation=FakeSimulation)
-        patch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
+        patch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
         yield case
 
 
@@ -225,8 +224,7 @@ def test_a_run_with_damaged_fields_has_a_report_of_the_rest(tmp_path, damage):
     out = tmp_path / "run"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FakeSimulation, "breaks_at", None)
-        fake = types.SimpleNamespace(Simulation=FakeSimulation)
-        patch.setitem(sys.modules, "pellucid.simulation.simulation", fake)
+        patch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
         run_case(free_flight(), out, until=0.3, report=False)
     path = out / "fields/gas.vtkhdf"
     path.write_bytes(damage(path.read_bytes()))
