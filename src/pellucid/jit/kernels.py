@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pellucid.errors import UsageError
+from pellucid.interrupts import signals_held
 from pellucid.jit.registry import IN_KERNELS, activate, kernels
 
 MOST_PER_CORE = 16
@@ -43,6 +44,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
             from pellucid.jit.cache import KernelCache
 
             compiled._cache = KernelCache(function)
+            compiled.compile = signals_held()(compiled.compile)
             if called_by_kernels:
                 _keep_from_python(compiled)
             else:

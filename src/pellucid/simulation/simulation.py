@@ -24,7 +24,7 @@ from pellucid.processes import free_cores
 from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.interrupts import signals_caught
+from pellucid.interrupts import signals_caught
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES

@@ -1,4 +1,5 @@
-"""SIGTERM and Ctrl-C: in the steps of a run they wait until a step is done, elsewhere what is half written is undone."""
+"""SIGTERM and Ctrl-C: in the steps of a run they wait until a step is done, in the compiler until a kernel is, elsewhere what
+is half written is undone."""
 
 import signal
 import threading
@@ -8,13 +9,30 @@ from typing import Any
 
 from pellucid.errors import Terminated
 
+CAUGHT = signal.SIGTERM, signal.SIGINT
+
 
 @contextmanager
 def signals_caught() -> Iterator[list[int]]:
     """Collect SIGTERM and SIGINT instead of dying in the middle of a step; only the main thread can."""
     caught: list[int] = []
-    with _handled({number: lambda n, _: caught.append(n) for number in (signal.SIGTERM, signal.SIGINT)}):
+    with _handled({number: lambda n, _: caught.append(n) for number in CAUGHT}):
         yield caught
+
+
+@contextmanager
+def signals_held() -> Iterator[None]:
+    """Let SIGTERM and SIGINT wait until the block is done; only the main thread can.
+
+    What a handler raises while numba compiles may be lost: it calls Python from the compiler's C++, which passes on no error.
+    """
+    caught: list[int] = []
+    try:
+        with signals_caught() as caught:
+            yield
+    finally:
+        for number in dict.fromkeys(caught):
+            signal.raise_signal(number)
 
 
 @contextmanager
