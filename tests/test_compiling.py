@@ -1,3 +1,5 @@
+from time import monotonic
+
 import pytest
 
 from pellucid.compiling import compilation_told
@@ -42,8 +44,11 @@ def test_each_kernel_is_told_once_with_how_many_there_were_before(monkeypatch, t
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     for expected in (0, 3):
         record = Record()
-        with compilation_told(record, "key"):
+        begun = monotonic()
+        with compilation_told(record, "key") as seconds:
+            assert seconds() == 0.0
             compile_two()
+        assert 0.0 < seconds() < monotonic() - begun
         assert record.told == [("outer", 1, expected), "compiled", ("alone", 3, expected), "compiled"]
 
 

@@ -10,14 +10,16 @@ from pellucid.progress import Progress
 
 
 @contextmanager
-def compilation_told(progress: Progress, key: str, at_first: Callable[[], None] = lambda: None) -> Iterator[None]:
+def compilation_told(
+    progress: Progress, key: str, at_first: Callable[[], None] = lambda: None
+) -> Iterator[Callable[[], float]]:
     """Tell of every kernel that is compiled in the block, and call `at_first` with the first; what is loaded from the cache is
-    none.
+    none. Gives what says how long the block has compiled and loaded so far [s].
 
     `key` names the kernels that the block needs. How many these are is known from an earlier time, such as that of other
     sources or of another version of numba; a cache that holds some of them makes it fewer.
     """
-    from numba.core.event import Listener, install_listener
+    from numba.core.event import Listener, TimingListener, install_listener
 
     expected = _kept_count(key)
 
@@ -37,9 +39,9 @@ def compilation_told(progress: Progress, key: str, at_first: Callable[[], None] 
             if self.depth == 0:
                 progress.compiled()
 
-    teller = Teller()
-    with install_listener("numba:compile", teller):
-        yield
+    teller, timer = Teller(), TimingListener()
+    with install_listener("numba:compile", teller), install_listener("numba:compiler_lock", timer):
+        yield lambda: timer.duration if timer.done else 0.0
     if teller.number > expected:
         _keep_count(key, teller.number)
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numba.core import event as numba_event
 from small_cases import SLIP, advance, box, case, simulation
 
 import pellucid
@@ -108,16 +109,19 @@ def test_a_settling_that_ran_out_of_steps_goes_on_with_more(tmp_path):
     assert histories[0] == histories[1]
 
 
-def test_the_wall_time_of_a_run_has_its_settling_in_it(tmp_path, monkeypatch):
-    """Also where it was stopped in between: here each step takes a second."""
+def test_the_wall_time_of_a_run_has_its_settling_in_it_and_no_compilation(tmp_path, monkeypatch):
+    """Also where it was stopped in between: here each step takes a second, and five more in the compiler."""
     seconds, kept = [0.0], Simulation.advance_bodies
 
     def step(sim):
         kept(sim)
         seconds[0] += 1.0
+        with numba_event.trigger_event("numba:compiler_lock"):
+            seconds[0] += 5.0
 
     monkeypatch.setattr(Simulation, "advance_bodies", step)
     monkeypatch.setattr(recorder, "clock", SimpleNamespace(monotonic=lambda: seconds[0]))
+    monkeypatch.setattr(numba_event, "timer", lambda: seconds[0])
     found = heavy_column({"most_steps": 60}, end=0.05)
     with pytest.raises(RunStopped):
         pellucid.run(found, out=tmp_path / "run", report=False)

@@ -1,6 +1,6 @@
 """From a case to a finished run in a folder, and from a folder on."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import mkdtemp
@@ -48,10 +48,11 @@ def run_case(
         if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
             raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
     start = read_start(case, progress.message)
-    with _simulation(case, threads, progress, start) as simulation:  # before the folder is touched: a bad case erases nothing
+    # before the folder is touched: a bad case erases nothing
+    with _simulation(case, threads, progress, start) as (simulation, compiling):
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
-        recorder = Recorder(folder, case, start=start)
+        recorder = Recorder(folder, case, compiling, start=start)
         with explained(folder.path), folder.made():
             if folder.case.is_file():
                 progress.note(f"replacing the earlier run in {folder.path}")
@@ -97,8 +98,8 @@ def _go_on(
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
         start = read_start(case, progress.message)
-        with _simulation(case, threads, progress, start) as simulation:
-            recorder = Recorder(folder, case, start=start)
+        with _simulation(case, threads, progress, start) as (simulation, compiling):
+            recorder = Recorder(folder, case, compiling, start=start)
             folder.start(case)
             if settings:
                 folder.write_case(case)
@@ -110,7 +111,7 @@ def _go_on(
     _same_inputs(case, recorded["inputs"])
     start = read_start(case, progress.message)
     check_start(folder.path, start, kept)
-    with _simulation(case, threads, progress, start) as simulation:
+    with _simulation(case, threads, progress, start) as (simulation, compiling):
         check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
         if case.time.passed(simulation.time):
@@ -118,7 +119,7 @@ def _go_on(
             raise UsageError(f"{text}; give a later end, or start a new run")
         if settings:
             folder.write_case(case)
-        recorder = Recorder(folder, case, recorded, start)
+        recorder = Recorder(folder, case, compiling, recorded, start)
         if not recorder.resumes_record:
             folder.discard_record(case)
         return _finish(simulation, recorder, until, progress, report)
@@ -135,8 +136,11 @@ def _check_until(until: float | None, case: "Case") -> None:
 @contextmanager
 def _simulation(
     case: "Case", threads: int | None, progress: Progress, start: Mapping[str, Mapping[str, Any]] | None = None
-) -> Iterator[Any]:
-    """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told."""
+) -> Iterator[tuple[Any, Callable[[], float]]]:
+    """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told.
+
+    With it comes what says how long that has taken so far [s].
+    """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
     from pellucid.simulation.ahead import compiled_ahead
@@ -145,8 +149,8 @@ def _simulation(
 
     check_memory(case)
     progress.begin("setting up")
-    with compiled_ahead(case) as begin, compilation_told(progress, kernel_key(case), begin), laws_blamed(case):
-        yield Simulation(case, threads, start=start)
+    with compiled_ahead(case) as begin, compilation_told(progress, kernel_key(case), begin) as seconds, laws_blamed(case):
+        yield Simulation(case, threads, start=start), seconds
 
 
 @contextmanager

@@ -31,7 +31,7 @@ def facts(run: Run) -> str:
         "points": ("nodes" if alone else "points", lambda value: f"{value:,}".replace(",", "\u202f")),
         "steps": ("steps of the clock" if alone else "steps", lambda value: f"{value:,}".replace(",", "\u202f")),
         "end_time": ("simulated time", lambda value: f"{number(value)} s"),
-        "wall_seconds": ("wall time", lambda value: f"{number(value, 3)} s"),
+        "wall_seconds": ("wall time of the steps", lambda value: f"{number(value, 3)} s"),
         "point_steps_per_second": ("point-steps per second", lambda value: f"{number(value / 1e6, 3)} million"),
         "threads": ("threads", str),
         "version": ("pellucid", lambda value: escape(value) + _commit(known["commit"])),

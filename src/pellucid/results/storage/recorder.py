@@ -1,7 +1,7 @@
 """The recorder: writes what is due after every step. It never changes a step."""
 
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,11 +26,17 @@ if TYPE_CHECKING:
 class Recorder:
     """Writes history, frames, checkpoints and the facts of a run to its folder.
 
-    `numbers` are those of the checkpoint that the run goes on from, None for a run from the start.
+    `compiling` says how long kernels were compiled so far [s]; `numbers` are those of the checkpoint that the run goes on from,
+    None for a run from the start.
     """
 
     def __init__(
-        self, folder: RunFolder, case: "Case", numbers: Mapping[str, Any] | None = None, start: Start | None = None
+        self,
+        folder: RunFolder,
+        case: "Case",
+        compiling: Callable[[], float],
+        numbers: Mapping[str, Any] | None = None,
+        start: Start | None = None,
     ) -> None:
         self.folder, self.case, self._start = folder, case, start_digest(start or {})
         self.resumes_record = numbers is not None and bool(numbers.get("begun", True))
@@ -44,7 +50,9 @@ class Recorder:
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
         self._written, self._known = Written(), recorded.get("written", {})
         self._wall_before = float(recorded["wall_seconds"])
-        self._started = self._checkpointed = clock.monotonic()
+        self._compiling = compiling
+        self._started = clock.monotonic() - compiling()
+        self._checkpointed = clock.monotonic()
         self.facts: dict[str, Any] = {}
 
     def begin(self, sim: Any) -> None:
@@ -126,8 +134,9 @@ class Recorder:
             error.add_note(f"the last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
-        """Wall-clock time spent on the run so far, by every process that had a part in it [s]."""
-        return self._wall_before + clock.monotonic() - self._started
+        """Wall-clock time spent on the steps so far and on what they leave, not on compilation, by every process that had a part
+        in it [s]."""
+        return self._wall_before + clock.monotonic() - self._compiling() - self._started
 
     def _columns(self, sim: Any) -> dict[str, str]:
         energies = dict.fromkeys(map(column_of, sim.energies()), "J")
