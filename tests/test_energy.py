@@ -1,6 +1,9 @@
 """The balance of mass, momentum and energy."""
 
 import json
+import os
+import subprocess
+import sys
 import warnings
 from types import SimpleNamespace
 
@@ -315,6 +318,25 @@ def test_what_is_at_stake_is_strain_the_potential_of_gravity_and_little_of_inter
     assert energy_at_stake([solid, gas], (0.0, 0.0, 0.0), speeds) == pytest.approx(3.0 + 5.0)
     # 2 kg 3 m and 4 kg 1 m above the lowest point
     assert energy_at_stake([solid, gas], (0.0, 0.0, -10.0), speeds) == pytest.approx(8.0 + 100.0)
+
+
+AT_STAKE = """
+from types import SimpleNamespace
+import numpy as np
+from pellucid.energy import energy_at_stake
+
+numbers = np.random.default_rng(1).random((60_000, 4))
+arrays = {"mass": numbers[:, 0].copy(), "position": numbers[:, 1:].copy()}
+body = SimpleNamespace(arrays=arrays, totals=SimpleNamespace(stored=0.0), energy_kind="strain")
+print(energy_at_stake([body], (0.3, 0.0, -9.81), [0.0]).hex())
+"""
+
+
+def test_what_is_at_stake_does_not_depend_on_the_threads_of_matrix_products():
+    """Numpy shares these among the cores of a machine, and adds up what each of them found."""
+    environments = [os.environ | {"OPENBLAS_NUM_THREADS": threads} for threads in ("1", "2")]
+    one, two = (subprocess.check_output([sys.executable, "-c", AT_STAKE], env=environment) for environment in environments)
+    assert one == two
 
 
 def test_what_a_small_strain_of_solids_would_store_is_at_stake():

@@ -273,7 +273,7 @@ class PointsOnGrid(GridBody):
         for array, values in zip(arrays, kept, strict=True):
             array[...] = values  # no strain leaves no viscous stress
         if self._goes_on and len(self._affine):
-            self.totals.affine = float(self.arrays["mass"] @ self._affine[:, FIELD_ENERGY])
+            self.totals.affine = float(np.sum(self.arrays["mass"] * self._affine[:, FIELD_ENERGY]))
             self.totals.kinetic += self.totals.affine
 
     def renew_totals(self) -> None:

@@ -38,7 +38,7 @@ def energy_at_stake(bodies: Sequence[Stores], gravity: tuple[float, float, float
         if body.energy_kind == "strain":
             strain += abs(body.totals.stored) + 0.5 * float(body.arrays["mass"].sum()) * (speed * ROUNDING_STRAIN) ** 2
     internal = sum(abs(body.totals.stored) for body in bodies if body.energy_kind != "strain")
-    heights = [-body.arrays["position"] @ np.array(gravity) for body in bodies]  # times the acceleration [m²/s²]
+    heights = [-np.sum(body.arrays["position"] * gravity, axis=1) for body in bodies]  # times the acceleration [m²/s²]
     lowest = min(float(height.min()) for height in heights)
-    potential = sum(float(body.arrays["mass"] @ (height - lowest)) for body, height in zip(bodies, heights, strict=True))
+    potential = sum(float(np.sum(body.arrays["mass"] * (height - lowest))) for body, height in zip(bodies, heights, strict=True))
     return strain + potential + ROUNDING_SHARE * internal
