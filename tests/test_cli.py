@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 
@@ -41,6 +42,14 @@ def test_the_version_is_printed() -> None:
 @pytest.mark.parametrize("arguments", [["fly"], ["run"], ["run", "basics/sod", "--threads", "0"], ["validate", "--fast"]])
 def test_a_bad_argument_ends_with_status_2(arguments: list[str]) -> None:
     assert CliRunner().invoke(app, arguments).exit_code == 2
+
+
+@pytest.mark.parametrize("number", ["0", "two", "-1", "2.5", "1000000"])
+def test_a_bad_number_of_threads_is_told_with_limit_and_remedy(number: str) -> None:
+    result = CliRunner().invoke(app, ["run", "basics/sod", "--threads", number])
+    assert result.exit_code == 2
+    told = re.sub("'", "", result.stderr)
+    assert re.search(rf"threads = {number} must be a whole number from 1 to \d+, .*; leave it out to let runs choose", told)
 
 
 @pytest.mark.parametrize(

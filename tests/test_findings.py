@@ -33,6 +33,12 @@ def test_abbreviations_are_found(name, meant):
     assert hint(name, KINDS) == f"did you mean `{meant}`?"
 
 
+@pytest.mark.parametrize("name", ["c10", "c01", "c3"])
+def test_names_with_other_digits_are_other_names(name):
+    assert hint(name, ["c1", "c2", "bulk_modulus"]) == ""
+    assert hint("C1", ["c1", "c2", "bulk_modulus"]) == "did you mean `c1`?"
+
+
 @pytest.mark.parametrize("name", ["fluid", "h", "ogh", ""])
 def test_nothing_is_guessed_where_nothing_is_near(name):
     assert hint(name, KINDS) == ""

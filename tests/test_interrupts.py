@@ -66,7 +66,11 @@ def test_held_signals_come_after_the_block_once_each_and_to_whom_they_are_for():
 
 
 def test_a_held_signal_is_not_lost_with_an_error():
-    with pytest.raises(KeyboardInterrupt) as raised, signals_held():
-        os.kill(os.getpid(), signal.SIGINT)
-        raise ValueError
+    def fail():
+        with signals_held():
+            os.kill(os.getpid(), signal.SIGINT)
+            raise ValueError
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        fail()
     assert isinstance(raised.value.__context__, ValueError)

@@ -41,8 +41,11 @@ def examine() -> list[Row]:
     return [
         ("python", f"{platform.python_version()} ({sys.executable})", ""),
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
-        *((name, _version(name) or "missing", "" if _version(name) else "pip install pellucid") for name in PACKAGES),
-        *((name, _version(name) or "not installed", f"optional: pip install 'pellucid[{e}]'") for name, e in EXTRAS.items()),
+        *((name, _version(name) or "missing", "" if _version(name) else "pip install . in the clone") for name in PACKAGES),
+        *(
+            (name, _version(name) or "not installed", f"optional: pip install '.[{extra}]' in the clone")
+            for name, extra in EXTRAS.items()
+        ),
         _threading(),
         _kernel_cache(),
         _drawing(),
@@ -92,7 +95,7 @@ def _writable(folder: Path) -> bool:
 
 def _drawing() -> Row:
     if not _version("pyvista"):
-        return "drawing in 3-D", "matplotlib (pyvista is not installed)", "optional: pip install 'pellucid[viz]'"
+        return "drawing in 3-D", "matplotlib (pyvista is not installed)", "optional: pip install '.[viz]' in the clone"
     status, text = _in_own_process(_DRAWING)
     if status == 0:
         return "drawing in 3-D", f"pyvista draws off screen, {text}", ""

@@ -54,9 +54,16 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names)
 
 
+def _digits(name: str) -> list[str]:
+    return re.findall(r"\d", name)
+
+
 def hint(name: str, choices: Sequence[str]) -> str:
-    """ "did you mean ..." where one of the choices is close or the name abbreviates it, else empty."""
-    lower = {choice.lower(): choice for choice in reversed(choices)}
+    """ "did you mean ..." where one of the choices is close or the name abbreviates it, else empty.
+
+    Names that differ in a digit are other names: c10 and c01 would both be near c1.
+    """
+    lower = {choice.lower(): choice for choice in reversed(choices) if _digits(choice) == _digits(name)}
     close = difflib.get_close_matches(name.lower(), lower, 1) or [
         choice for choice in lower if len(name) > 1 and _abbreviates(name.lower(), re.split(r"\W|_", choice))
     ]

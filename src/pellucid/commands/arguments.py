@@ -19,8 +19,25 @@ ChangedSettings = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Go on with another end, step, limit or output; may be given often."),
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run.")]
+
+
+def read_threads(text: str) -> int:
+    """A number of threads. Raises UsageError."""
+    from pellucid.jit import check_threads
+
+    threads = int(text) if text.isdecimal() else text
+    check_threads(threads)
+    return int(threads)
+
+
 Threads = Annotated[
-    int | None, typer.Option("--threads", metavar="N", min=1, help="Number of threads (default: a run tries which is soonest).")
+    int | None,
+    typer.Option(
+        "--threads",
+        metavar="N",
+        parser=read_threads,
+        help="Number of threads (default: a run tries which is soonest, bench takes all cores).",
+    ),
 ]
 NoReport = Annotated[
     bool, typer.Option("--no-report", help="Draw no figures and write no report; `pellucid report DIR` does it later.")

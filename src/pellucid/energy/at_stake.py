@@ -38,7 +38,9 @@ def energy_at_stake(bodies: Sequence[Stores], gravity: tuple[float, float, float
         if body.energy_kind == "strain":
             strain += abs(body.totals.stored) + 0.5 * float(body.arrays["mass"].sum()) * (speed * ROUNDING_STRAIN) ** 2
     internal = sum(abs(body.totals.stored) for body in bodies if body.energy_kind != "strain")
+    masses = [body.arrays["mass"] for body in bodies]
     heights = [-np.sum(body.arrays["position"] * gravity, axis=1) for body in bodies]  # times the acceleration [m²/s²]
     lowest = min(float(height.min()) for height in heights)
-    potential = sum(float(np.sum(body.arrays["mass"] * (height - lowest))) for body, height in zip(bodies, heights, strict=True))
+    # no matrix products: their bits depend on the cores of the machine
+    potential = sum(float(np.sum(mass * (height - lowest))) for mass, height in zip(masses, heights, strict=True))
     return strain + potential + ROUNDING_SHARE * internal

@@ -53,7 +53,7 @@ class InsideMesh(Tetrahedral):
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""
         if find_spec("tetgen") is None:
-            raise Refusal("filling a surface with tetrahedra needs tetgen", "pip install 'pellucid[mesh]'")
+            raise Refusal("filling a surface with tetrahedra needs tetgen", "pip install '.[mesh]' in the clone of pellucid")
         surface = closed_triangles(self.surface)
         mesh = _filled(surface, self.size**3 / REGULAR)
         volume, found = enclosed_volume(*surface), float(mesh.volumes.sum())

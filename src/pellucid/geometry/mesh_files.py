@@ -30,7 +30,7 @@ def read_mesh(path: str, what: str, readable: str) -> Any:
     """
     _check_there(path)
     if find_spec("meshlane") is None:
-        raise Refusal(f"reading {path} needs meshlane", "pip install 'pellucid[mesh]'")
+        raise Refusal(f"reading {path} needs meshlane", "pip install '.[mesh]' in the clone of pellucid")
     import meshlane
 
     endings = Path(path).name.lower().split(".")[1:]

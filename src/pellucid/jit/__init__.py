@@ -7,12 +7,13 @@ Numba's disk cache does not see edits in other files; `cache` keeps kernels for 
 """
 
 from pellucid.jit.folder import cache_folder
-from pellucid.jit.kernels import kernel, set_threads
+from pellucid.jit.kernels import check_threads, kernel, set_threads
 from pellucid.jit.registry import MissingFunction, default_function, generic, implementations, point_function, pointwise
 
 __all__ = [
     "MissingFunction",
     "cache_folder",
+    "check_threads",
     "default_function",
     "generic",
     "implementations",

@@ -69,15 +69,21 @@ def _keep_from_python(compiled: Any) -> None:
     compiled._compile_for_args = refuse
 
 
+def check_threads(threads: object) -> None:
+    """Raises UsageError for what is no number of threads that makes sense on this machine."""
+    most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
+    if not (isinstance(threads, int) and 1 <= threads <= most_useful):
+        text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
+        raise UsageError(f"{text}, {MOST_PER_CORE} times the cores of this machine; leave it out to let runs choose")
+
+
 def set_threads(threads: int | None) -> int:
     """Use this many threads, as many as there are cores where None; the number in use. Results do not depend on it.
 
     Raises UsageError for a number that makes no sense on this machine.
     """
-    most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
-    if threads is not None and not (isinstance(threads, int) and 1 <= threads <= most_useful):
-        text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
-        raise UsageError(f"{text}, {MOST_PER_CORE} times the cores of this machine; leave it out to let runs choose")
+    if threads is not None:
+        check_threads(threads)
     if threads is not None and "numba" not in sys.modules:
         os.environ["NUMBA_NUM_THREADS"] = str(max(threads, os.cpu_count() or 1))
     import numba

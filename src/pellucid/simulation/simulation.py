@@ -17,6 +17,7 @@ from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip
+from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
 from pellucid.parts.families import GridBody, NodalBody
@@ -24,7 +25,6 @@ from pellucid.processes import free_cores
 from pellucid.progress import Progress
 from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, worthwhile_threads
 from pellucid.simulation.clock import Clock
-from pellucid.interrupts import signals_caught
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES

@@ -134,8 +134,7 @@ class Recorder:
             error.add_note(f"the last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
-        """Wall-clock time spent on the steps so far and on what they leave, not on compilation, by every process that had a part
-        in it [s]."""
+        """Wall-clock time spent on the run so far but not on compilation, by every process that had a part in it [s]."""
         return self._wall_before + clock.monotonic() - self._compiling() - self._started
 
     def _columns(self, sim: Any) -> dict[str, str]:
