@@ -1,8 +1,11 @@
 """A parallel region: threads that do the chunks of some loops, colour after colour, until none is left.
 
-Each thread takes the next number until there is none. The numbers of a colour begin where those of the one before end, and a
-thread that takes one waits until all before the colour's are done. So the region is entered and left once, which costs as much
-as some hundred points. Who waits looks for some microseconds, no longer than most chunks take, and then lets others run.
+Of each colour a thread first does its own share of the numbers, then what others have not begun of theirs, and it begins a
+colour when all numbers of the one before are done. So the region is entered and left once, which costs as much as some hundred
+points. Who waits looks for some microseconds, no longer than most chunks take, and then lets others run.
+
+Shares are the same in every loop and step: what a thread wrote is in the caches of the core that reads it next. Where each
+took the next number that was left, two cores with no cache in common took as long as one.
 
 The code is made once in a process, and known by name to the drivers of loops, which would else have a copy each.
 """
@@ -24,10 +27,13 @@ DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
 LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP, INTP])
 """Chunks of a kernel in rows: how one is done, the arguments, and what `Chunks` has."""
 COLOURS = 4
-TASK = ir.LiteralStructType([INTP, INTP, LOOP.as_pointer(), INTP, INTP, *COLOURS * [INTP]])
-"""What threads share: how many numbers are taken, how many are done; the loops of the first colour, from these to those of the
-next, how many loops a colour has; how many numbers each colour has. A number is a chunk of each loop that has so many."""
-TAKEN, DONE, LOOPS_AT, TO_NEXT_COLOUR, PER_COLOUR, NUMBERS = range(6)
+TASK = ir.LiteralStructType([INTP, LOOP.as_pointer(), INTP, INTP, INTP, INTP.as_pointer(), ir.ArrayType(INTP, COLOURS)])
+"""What threads share: how many numbers are done; the loops of the first colour, from these to those of the next, how many loops
+a colour has; how many threads there are, where it says how many numbers of each one's shares are taken; how many numbers each
+colour has. A number is a chunk of each loop that has so many."""
+DONE, LOOPS_AT, TO_NEXT_COLOUR, PER_COLOUR, THREADS, TAKEN_AT, NUMBERS = range(7)
+LINE = 8
+"""Numbers in a line of the cache, one of which each thread has for what is taken of its shares."""
 SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
 """What numba's runtime calls on each thread."""
 LOOKS = 5000
@@ -150,9 +156,14 @@ def _define_run(module: Any, share: Any) -> Any:
     function, builder = _define(module, ir.FunctionType(ir.VoidType(), [LOOP.as_pointer(), INTP, INTP]), "run")
     loops, to_next, count = function.args
     task, total = cgutils.alloca_once(builder, TASK), INTP(0)
-    _fill(builder, task, INTP(0), INTP(0), loops, to_next, count)
+    asked = cgutils.get_or_insert_function(module, ir.FunctionType(INTP, []), "get_num_threads")
+    threads = builder.sext(builder.trunc(builder.call(asked, []), ir.IntType(32)), INTP)
+    taken = builder.alloca(INTP, builder.mul(threads, INTP(LINE)))
+    taken.align = 8 * LINE
+    cgutils.memset(builder, taken, builder.mul(threads, INTP(LINE * 8)), 0)
+    _fill(builder, task, INTP(0), loops, to_next, count, threads, taken)
     for colour in range(COLOURS):
-        numbers = _member(builder, task, NUMBERS + colour)
+        numbers = _member(builder, task, NUMBERS, colour)
         builder.store(INTP(0), numbers)
         with cgutils.for_range(builder, count, intp=INTP) as each:
             loop = builder.gep(loops, [builder.add(builder.mul(INTP(colour), to_next), each.index)])
@@ -161,8 +172,6 @@ def _define_run(module: Any, share: Any) -> Any:
         total = builder.add(total, builder.load(numbers))
     args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))
     steps, dimensions = cgutils.alloca_once_value(builder, INTP(1)), cgutils.alloca_once(builder, INTP)
-    asked = cgutils.get_or_insert_function(module, ir.FunctionType(INTP, []), "get_num_threads")
-    threads = builder.sext(builder.trunc(builder.call(asked, []), ir.IntType(32)), INTP)
     builder.store(threads, dimensions)
     data = builder.bitcast(task, BYTES)
     alone = builder.or_(builder.icmp_signed("<=", threads, INTP(1)), builder.icmp_signed("<=", total, INTP(1)))
@@ -182,28 +191,39 @@ def _define_share(module: Any) -> Any:
     """What each thread does."""
     function, builder = _define(module, SHARE, "share")
     task = builder.bitcast(function.args[-1], TASK.as_pointer())
-    taken, done = _member(builder, task, TAKEN), _member(builder, task, DONE)
-    loops, to_next, count, *numbers = (
-        builder.load(_member(builder, task, place)) for place in range(LOOPS_AT, len(TASK.elements))
-    )
-    head, body, end = (function.append_basic_block(name) for name in ("head", "body", "end"))
-    builder.branch(head)
-    builder.position_at_end(head)
-    number = builder.atomic_rmw("add", taken, INTP(1), "monotonic")
-    begin, colour, reached = INTP(0), INTP(0), INTP(0)
-    for place, several in enumerate(numbers):
-        is_in = builder.icmp_signed(">=", number, reached)
-        begin, colour = builder.select(is_in, reached, begin), builder.select(is_in, INTP(place), colour)
-        reached = builder.add(reached, several)
-    builder.cbranch(builder.icmp_signed("<", number, reached), body, end)
-    builder.position_at_end(body)
-    _await(builder, done, begin)
-    _do_number(builder, builder.sub(number, begin), count, builder.gep(loops, [builder.mul(colour, to_next)]))
-    builder.atomic_rmw("add", done, INTP(1), "release")
-    builder.branch(head)
-    builder.position_at_end(end)
+    done = _member(builder, task, DONE)
+    loops, to_next, count, threads, taken = (builder.load(_member(builder, task, place)) for place in range(LOOPS_AT, NUMBERS))
+    own = builder.ptrtoint(builder.load(function.args[0]), INTP)  # steps of one from address 0: the number of the thread
+    before = cgutils.alloca_once_value(builder, INTP(0))
+    with cgutils.for_range(builder, INTP(COLOURS)) as colour:
+        numbers = builder.load(_member(builder, task, NUMBERS, colour.index))
+        of_colour = builder.gep(loops, [builder.mul(colour.index, to_next)])
+        with builder.if_then(builder.icmp_signed(">", numbers, INTP(0))):
+            _await(builder, done, builder.load(before))
+            with cgutils.for_range(builder, threads) as further:
+                owner = builder.srem(builder.add(own, further.index), threads)
+                begin, end = (
+                    builder.sdiv(builder.mul(numbers, place), threads) for place in (owner, builder.add(owner, INTP(1)))
+                )
+                of_owner = builder.gep(taken, [builder.add(builder.mul(owner, INTP(LINE)), colour.index)])
+                _do_share(builder, of_owner, begin, end, done, count, of_colour)
+        builder.store(builder.add(builder.load(before), numbers), before)
     builder.ret_void()
     return function
+
+
+def _do_share(builder: Any, taken: Any, begin: Any, end: Any, done: Any, count: Any, loops: Any) -> None:
+    """The numbers of a share that no thread has taken yet."""
+    head, body, on = (builder.append_basic_block(name) for name in ("head", "body", "on"))
+    builder.branch(head)
+    builder.position_at_end(head)
+    number = builder.add(begin, builder.atomic_rmw("add", taken, INTP(1), "monotonic"))
+    builder.cbranch(builder.icmp_signed("<", number, end), body, on)
+    builder.position_at_end(body)
+    _do_number(builder, number, count, loops)
+    builder.atomic_rmw("add", done, INTP(1), "release")
+    builder.branch(head)
+    builder.position_at_end(on)
 
 
 def _await(builder: Any, done: Any, wanted: Any) -> None:
