@@ -8,6 +8,7 @@ from small_cases import SOLID, advance, box, case, simulation
 import pellucid
 from pellucid.errors import CaseError
 from pellucid.grid.velocity_transfer import Flip
+from pellucid.simulation import overlap
 from pellucid.simulation.assembly import build_bodies
 from pellucid.simulation.overlap import refuse_overlaps
 
@@ -196,6 +197,18 @@ def test_contact_begins_within_a_quarter_of_a_cell(first, half, tilt, functions,
 
 def bodies_of(whole):
     return [body for body, _ in build_bodies(whole, Flip(), n_loads=0)[1].values()]
+
+
+@pytest.mark.parametrize(("gap", "looked_at"), [(0.0, 2), (0.5, 2), (1.5, 0)])
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_only_bodies_less_than_a_cell_apart_are_looked_at(gap, looked_at, goes_on, monkeypatch):
+    """Of many bodies most are far from each other."""
+    places, contents = [], overlap._contents
+    monkeypatch.setattr(overlap, "_contents", lambda model, *rest: places.append(model.name) or contents(model, *rest))
+    first, second = (box((at, 0, 0), (at + 2, 2, 2), name=name, field=name) for name, at in (("first", 0), ("second", 2 + gap)))
+    whole = case(first, second, counts=(6, 3, 3))
+    overlap.refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none, {"first"} if goes_on else set())
+    assert len(places) == looked_at
 
 
 def test_bodies_that_overlap_at_the_start_are_refused():

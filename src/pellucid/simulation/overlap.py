@@ -5,9 +5,8 @@ volumes overlap: that is a warning. A body that goes on from an earlier run is w
 describes it; two such have met in that run already, and are not looked at again.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from itertools import combinations, permutations
 
 import numpy as np
 
@@ -35,13 +34,12 @@ def refuse_overlaps(
     if grid is None:  # without a grid they do not touch
         return
     known = {model.name: model.with_others(models) for model in models}
-    for one, two in combinations(bodies, 2):
-        if {one.name, two.name} <= going_on:
-            continue
+    near = _near(known, bodies, grid, going_on)
+    for one, two in near:
         if one.is_surface and two.is_surface and known[one.name].field != known[two.name].field:
             _refuse_crossing(one, two)
-    for body, other in permutations(bodies, 2):
-        if other.is_surface or known[body.name].field == known[other.name].field or {body.name, other.name} <= going_on:
+    for body, other in [*near, *((two, one) for one, two in near)]:
+        if other.is_surface or known[body.name].field == known[other.name].field:
             continue
         position = body.arrays["position"]
         if body.is_surface:  # its vertices may stand on both sides of a body that it cuts
@@ -66,10 +64,8 @@ def overlaps_within_fields(
     if grid is None:
         return
     known = {model.name: model.with_others(models) for model in models}
-    for body, other in combinations(bodies, 2):
+    for body, other in _near(known, bodies, grid, going_on):
         if body.is_surface or other.is_surface or known[body.name].field != known[other.name].field:
-            continue
-        if {body.name, other.name} <= going_on:
             continue
         position = body.arrays["position"]
         position = position[:: max(1, len(position) // SAMPLES)]
@@ -80,6 +76,21 @@ def overlaps_within_fields(
                 f"bodies {body.name} and {other.name} overlap in one velocity field, for example at ({place}) m: there is the "
                 f"mass of both there; name one in `outside` of the other, or move one"
             )
+
+
+def _near(
+    known: Mapping[str, BodyModel], bodies: Sequence[Body], grid: GridCase, going_on: AbstractSet[str]
+) -> list[tuple[Body, Body]]:
+    """Each two bodies, in their order, whose boxes are less than a cell apart, but for two that go on."""
+    boxes = []
+    for body in bodies:
+        position = body.arrays["position"]
+        goes_on = body.name in going_on
+        boxes.append((position.min(axis=0), position.max(axis=0)) if goes_on else known[body.name].bounds())
+    lower, upper = (np.array(ends)[:, ~np.array(grid.thin())] for ends in zip(*boxes, strict=True))
+    meet = (lower[:, None] <= upper[None] + grid.cell).all(axis=2)
+    pairs = np.argwhere(np.triu(meet & meet.T, 1)).tolist()
+    return [(bodies[i], bodies[j]) for i, j in pairs if not {bodies[i].name, bodies[j].name} <= going_on]
 
 
 def _contents(model: BodyModel, body: Body, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
