@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from pellucid.results.pictures.quantities import limits, meaning, values_of
+from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
 from pellucid.results.storage.stored_case import StoredBody
 
 
@@ -16,6 +17,15 @@ def test_speeds_have_no_colours_below_zero(speeds):
     low, high, extend = limits([speeds])
     assert 0.0 == low < high
     assert extend in ("neither", "max")
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "ends"), [(-3.0, 10.0, (-10.0, 10.0)), (-10.0, 3.0, (-10.0, 10.0)), (-1.0, 10.0, None)]
+)
+def test_where_both_signs_are_large_zero_has_a_colour_of_its_own(least, most, ends):
+    found = limits([np.repeat([least, most], 50)])
+    assert found[:2] == (ends or (least, most))
+    assert found.palette == (DIVERGING if ends else SEQUENTIAL)
 
 
 def test_one_negative_value_lies_between_the_limits():

@@ -101,6 +101,9 @@ def _failure(run: "Run") -> "Figure":
     later = MICRO * np.abs(history["reaction_y"][time > START])
     if later.size:
         panels["force"].set_ylim(-1.1 * later.max(), 1.1 * later.max())
+        first = MICRO * float(history["reaction_y"].max())
+        if first > 1.1 * later.max():  # the pipette starts at once
+            panels["force"].text(0.08, 0.95, f"at first up to {first:.3g} µN", transform=panels["force"].transAxes, va="top")
     label(panels["force"], "time", "force", "µs", "µN")
     _place(panels["place"], run)
     return figure

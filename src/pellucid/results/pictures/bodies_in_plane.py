@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
 
 INSTANTS = 4
+MOST_TICKS = 5
 MOST_POINTS = 60_000
 """More points than this are thinned out evenly: a picture has no more places to show them."""
 
@@ -110,10 +111,11 @@ class _Flat:
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
         x, y = paper.T
-        dots = axes.scatter(x, y, c=values, s=size, linewidths=0, vmin=colours.low, vmax=colours.high)
+        dots = axes.scatter(x, y, c=values, s=size, linewidths=0, cmap=colours.palette, vmin=colours.low, vmax=colours.high)
         axes.set_xlim(self.low[0], self.high[0])
         axes.set_ylim(self.low[1], self.high[1])
         axes.set_aspect("equal")
+        axes.locator_params(nbins=MOST_TICKS)  # else there are more after the layout, with longer labels that find no room
         axes.grid(False)
         label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
         axes.label_outer()

@@ -14,7 +14,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import SEQUENTIAL, WIDTH, new_figure, with_unit
+from pellucid.results.pictures.style import WIDTH, new_figure, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +53,7 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     shown = [
         {name: values_of(bodies[name], fields, quantity, start[name]) for name, fields in state.items()} for state in states
     ]
-    low, high, extend = limits([values for state in shown for values in state.values()])
+    limited = limits([values for state in shown for values in state.values()])
     cells = {name: run.cells(name) for name in bodies}
     solids = [position for name, position in start.items() if len(cells[name].tetrahedra)]
     cut = opening(list(start.values()))
@@ -72,7 +72,7 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     for axes, time, state, values in zip(panels, chosen, states, shown, strict=False):
         drawn: list[Drawable] = []
         for name, fields in state.items():
-            colours = np.nan_to_num(coloured(values[name], (low, high), SEQUENTIAL))
+            colours = np.nan_to_num(coloured(values[name], limited[:2], limited.palette))
             lies_on = len(solids) > 0 and len(cells[name].tetrahedra) == 0 and len(surfaces[name].triangles) > 0
             drawn.append(_drawable(fields, surfaces[name], colours, nearer if lies_on else 0.0 * nearer))
             if cut and len(cells[name].tetrahedra):
@@ -82,8 +82,8 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
         corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
     for unused in panels[len(chosen) :]:
         unused.remove()
-    scale = ScalarMappable(Normalize(low, high), SEQUENTIAL)
-    bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend=extend)
+    scale = ScalarMappable(Normalize(limited.low, limited.high), limited.palette)
+    bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend=limited.extend)
     bar.set_label(with_unit(*meaning(run.stored.bodies, quantity)))
     bar.outline.set_visible(False)
     return figure

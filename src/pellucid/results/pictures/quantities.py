@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import FIELDS
@@ -13,12 +14,21 @@ Fields = dict[str, np.ndarray]
 """The fields of a body at an instant, by name."""
 
 
+BOTH_SIGNS = 0.2
+"""Where the smaller of the largest values of either sign is this part of the larger, zero has a colour of its own."""
+
+
 class Limits(NamedTuple):
     """Values at the ends of the colours, and at which of them values go on beyond."""
 
     low: float
     high: float
     extend: Literal["neither", "both", "min", "max"]
+
+    @property
+    def palette(self) -> str:
+        """The colours: those of two signs where zero lies in the middle."""
+        return DIVERGING if self.low == -self.high else SEQUENTIAL
 
 
 def is_still(body: StoredBody) -> bool:
@@ -59,7 +69,8 @@ def values_of(body: StoredBody, fields: Fields, quantity: str, start: np.ndarray
 
 
 def limits(values: list[np.ndarray]) -> Limits:
-    """Common limits of the colours; a few extreme points do not wash out the rest. Only negative values go below 0."""
+    """Common limits of the colours; a few extreme points do not wash out the rest. Only negative values go below 0; where there
+    are large ones of both signs, zero is in the middle."""
     everything = np.concatenate(values)
     everything = everything[np.isfinite(everything)]
     if not everything.size:
@@ -68,5 +79,7 @@ def limits(values: list[np.ndarray]) -> Limits:
     low, high = (float(value) for value in np.percentile(everything, (0.5, 99.5)))
     if high <= low:  # nearly all values are the same
         low, high = (0.0, high or 1.0) if least >= 0.0 else (low - 0.5 * abs(low), low + 0.5 * abs(low))
+    if min(-low, high) > BOTH_SIGNS * max(-low, high):
+        low, high = -max(-low, high), max(-low, high)
     below, above = least < low, most > high
     return Limits(low, high, "both" if below and above else "min" if below else "max" if above else "neither")

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
 # Okabe and Ito's palette, the yellow left out: it is too faint for lines on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 LINES = ("-", "--", "-.", ":")
-SEQUENTIAL = "viridis"
+SEQUENTIAL, DIVERGING = "viridis", "coolwarm"
+"""Palettes of values of one sign, and of both, whose grey middle stands out from white paper."""
 DPI = 144
 WIDTH = 9.5  # of a figure in the report [inch]
 

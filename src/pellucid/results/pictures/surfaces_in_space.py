@@ -14,7 +14,7 @@ from pellucid.results.pictures.rendering.axes import INK, coloured, scale_bar, s
 from pellucid.results.pictures.rendering.camera import View, camera_for
 from pellucid.results.pictures.rendering.drawables import Mesh
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import SEQUENTIAL, new_figure, with_unit
+from pellucid.results.pictures.style import new_figure, with_unit
 from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
@@ -55,10 +55,10 @@ class _Stage:
 
     def draw(self, axes: "Axes", time: float) -> None:
         """The surfaces at an instant [s], with arrows of the part of their velocity that lies in them."""
-        state, limited = self._state(time), (self.colours.low, self.colours.high)
+        state, limited = self._state(time), self.colours
         meshes = []
         for name, fields in state.items():
-            place, colours = fields["position"], coloured(self._values(name, fields), limited, SEQUENTIAL)
+            place, colours = fields["position"], coloured(self._values(name, fields), limited[:2], limited.palette)
             meshes.append(Mesh(place, self._triangles[name], colours, np.zeros(len(place), bool)))
         show(axes, render(meshes, self.camera), self.camera)
         scale_bar(axes, self.camera)
@@ -106,7 +106,7 @@ def film_of_surfaces(run: "Run", names: Sequence[str]) -> Animation:
         figure = new_figure(width + 1.2, width * rows / columns + 0.5, layout="compressed")
         axes = figure.subplots()
         stage.draw(axes, time)
-        scale = ScalarMappable(Normalize(stage.colours.low, stage.colours.high), SEQUENTIAL)
+        scale = ScalarMappable(Normalize(stage.colours.low, stage.colours.high), stage.colours.palette)
         bar = figure.colorbar(scale, ax=axes, shrink=0.8, pad=0.01, aspect=25, extend=stage.colours.extend)
         bar.set_label(stage.word)
         bar.outline.set_visible(False)  # type: ignore[operator]
