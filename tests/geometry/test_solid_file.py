@@ -340,5 +340,5 @@ def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(n
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.msh").write_text("")
     monkeypatch.setitem(sys.modules, "meshlane", None)
-    with pytest.raises(ValueError, match=r"needs meshlane; pip install 'pellucid\[mesh\]'"):
+    with pytest.raises(ValueError, match=r"needs meshlane; pip install '\.\[mesh\]' in the clone"):
         SolidFile(path=str(tmp_path / "a.msh"))

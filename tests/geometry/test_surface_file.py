@@ -126,7 +126,7 @@ def test_a_path_starts_from_the_folder_of_the_case(meshlane, tmp_path, monkeypat
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.stl").write_text("")
     monkeypatch.setitem(sys.modules, "meshlane", None)
-    with pytest.raises(ValueError, match=r"needs meshlane; pip install 'pellucid\[mesh\]'"):
+    with pytest.raises(ValueError, match=r"needs meshlane; pip install '\.\[mesh\]' in the clone"):
         SurfaceFile(path=str(tmp_path / "a.stl"))
 
 
