@@ -37,6 +37,7 @@ def test_abbreviations_are_found(name, meant):
 def test_names_with_other_digits_are_other_names(name):
     assert hint(name, ["c1", "c2", "bulk_modulus"]) == ""
     assert hint("C1", ["c1", "c2", "bulk_modulus"]) == "did you mean `c1`?"
+    assert hint("radius1", ["radius"]) == "did you mean `radius`?"
 
 
 @pytest.mark.parametrize("name", ["fluid", "h", "ogh", ""])

@@ -54,16 +54,17 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names)
 
 
-def _digits(name: str) -> list[str]:
-    return re.findall(r"\d", name)
+def _are_numbered_apart(name: str, choice: str) -> bool:
+    digits = re.findall(r"\d", name), re.findall(r"\d", choice)
+    return all(digits) and digits[0] != digits[1]
 
 
 def hint(name: str, choices: Sequence[str]) -> str:
     """ "did you mean ..." where one of the choices is close or the name abbreviates it, else empty.
 
-    Names that differ in a digit are other names: c10 and c01 would both be near c1.
+    Names with other digits are other names: c10 and c01 would both be near c1.
     """
-    lower = {choice.lower(): choice for choice in reversed(choices) if _digits(choice) == _digits(name)}
+    lower = {choice.lower(): choice for choice in reversed(choices) if not _are_numbered_apart(name, choice)}
     close = difflib.get_close_matches(name.lower(), lower, 1) or [
         choice for choice in lower if len(name) > 1 and _abbreviates(name.lower(), re.split(r"\W|_", choice))
     ]

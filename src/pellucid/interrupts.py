@@ -52,8 +52,11 @@ def _handled(handlers: dict[int, Any]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    previous = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    # what was not put there from Python cannot be put back, and stays
+    previous = {number: before for number in handlers if (before := signal.getsignal(number)) is not None}
     try:
+        for number in previous:
+            signal.signal(number, handlers[number])
         yield
     finally:
         for number, handler in previous.items():

@@ -25,7 +25,7 @@ def read_threads(text: str) -> int:
     """A number of threads. Raises UsageError."""
     from pellucid.jit import check_threads
 
-    threads = int(text) if text.isdecimal() else text
+    threads = int(text) if text.isascii() and text.isdecimal() else text
     check_threads(threads)
     return int(threads)
 

@@ -214,9 +214,12 @@ def _define_share(module: Any) -> Any:
 
 def _do_share(builder: Any, taken: Any, begin: Any, end: Any, done: Any, count: Any, loops: Any) -> None:
     """The numbers of a share that no thread has taken yet."""
-    head, body, on = (builder.append_basic_block(name) for name in ("head", "body", "on"))
+    head, take, body, on = (builder.append_basic_block(name) for name in ("head", "take", "body", "on"))
     builder.branch(head)
     builder.position_at_end(head)
+    left = builder.icmp_signed("<", builder.load_atomic(taken, "monotonic", 8), builder.sub(end, begin))
+    builder.cbranch(left, take, on)  # who looks only does not take the line from other cores
+    builder.position_at_end(take)
     number = builder.add(begin, builder.atomic_rmw("add", taken, INTP(1), "monotonic"))
     builder.cbranch(builder.icmp_signed("<", number, end), body, on)
     builder.position_at_end(body)

@@ -28,6 +28,13 @@ def test_where_both_signs_are_large_zero_has_a_colour_of_its_own(least, most, en
     assert found.palette == (DIVERGING if ends else SEQUENTIAL)
 
 
+@pytest.mark.parametrize("few", [[-2.0, 1.0], [-2.0], [-2.0, 2.0]])
+def test_a_few_values_among_zeros_have_limits(few):
+    found = limits([np.append(np.zeros(1000), few)])
+    assert found.low < found.high
+    assert found.low <= 0.0 <= found.high
+
+
 def test_one_negative_value_lies_between_the_limits():
     low, high, extend = limits([np.full(5, -2.0)])
     assert low < -2.0 < high < 0.0

@@ -30,8 +30,8 @@ START = 2.0  # us, after which the pulse of the start has gone by
 
 CAPTIONS = piezo_pictures.CAPTIONS | {
     "failure": "Left: failed points, path of the tip and force of the motion on the pipette, which sets off at once: the force "
-    "of the first microsecond is off the scale. Right: the side of the zona that faces the pipette, as it lies at the start; "
-    "colours tell at which recorded instant a point had failed.",
+    "of the first two microseconds is off the scale. Right: the side of the zona that faces the pipette, as it lies at the "
+    "start; colours tell at which recorded instant a point had failed.",
 }
 
 METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
@@ -101,9 +101,9 @@ def _failure(run: "Run") -> "Figure":
     later = MICRO * np.abs(history["reaction_y"][time > START])
     if later.size:
         panels["force"].set_ylim(-1.1 * later.max(), 1.1 * later.max())
-        first = MICRO * float(history["reaction_y"].max())
+        first = MICRO * float(np.abs(history["reaction_y"]).max())
         if first > 1.1 * later.max():  # the pipette starts at once
-            panels["force"].text(0.08, 0.95, f"at first up to {first:.3g} µN", transform=panels["force"].transAxes, va="top")
+            panels["force"].text(0.15, 0.95, f"at first up to {first:.3g} µN", transform=panels["force"].transAxes, va="top")
     label(panels["force"], "time", "force", "µs", "µN")
     _place(panels["place"], run)
     return figure
