@@ -167,8 +167,8 @@ def conclude(finished: "Run", folder: Path) -> None:
 
     summary = finished.summary
     typer.echo(
-        f"done: t = {summary['end_time']:.6g} s after {summary['steps']} steps of {summary['points']} points "
-        f"in {clock(summary['wall_seconds'])} ({summary['point_steps_per_second'] / 1e6:.3g} M point-steps/s)"
+        f"done: t = {summary['end_time']:.6g} s after {summary['steps']} steps of {summary['points']} points, "
+        f"which took {clock(summary['wall_seconds'])} ({summary['point_steps_per_second'] / 1e6:.3g} M point-steps/s)"
     )
     print_metrics({"metric": list(finished.metrics)}, list(finished.metrics.values()))
     typer.echo(f"results in {folder}")

@@ -4,8 +4,8 @@ Of each colour a thread first does its own share of the numbers, then what other
 colour when all numbers of the one before are done. So the region is entered and left once, which costs as much as some hundred
 points. Who waits looks for some microseconds, no longer than most chunks take, and then lets others run.
 
-Shares are the same in every loop and step: what a thread wrote is in the caches of the core that reads it next. Where each
-took the next number that was left, two cores with no cache in common took as long as one.
+Shares are the same in every loop and step: with OpenMP, what a thread wrote is in the caches of the core that reads it next.
+Where each took the next number that was left, two cores at times took as long as one.
 
 The code is made once in a process, and known by name to the drivers of loops, which would else have a copy each.
 """
