@@ -1,6 +1,7 @@
 """Makes the modules of this folder that hold no tests (`algebra`, `small_cases`) importable from the tests below it."""
 
 import os
+import signal
 
 import pytest
 from hypothesis import settings
@@ -45,3 +46,11 @@ def gradients_in_doubles(monkeypatch):
     from pellucid.bodies.meshless_solid import tables
 
     monkeypatch.setattr(tables, "STORAGE", np.float64)
+
+
+@pytest.fixture
+def interruptible():
+    """Ctrl-C interrupts, also where the tests were started in the background, by a shell that ignores it there."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -2,7 +2,6 @@
 
 import os
 import signal
-from collections.abc import Iterator
 
 import numba
 import numpy as np
@@ -12,13 +11,7 @@ from numba.core.event import Listener, install_listener
 from pellucid.interrupts import signals_caught, signals_held
 from pellucid.jit import kernel
 
-
-@pytest.fixture(autouse=True)
-def interruptible() -> Iterator[None]:
-    """Ctrl-C interrupts, also where the tests were started in the background, by a shell that ignores it there."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
+pytestmark = pytest.mark.usefixtures("interruptible")
 
 
 @kernel(inner=True)
@@ -74,3 +67,13 @@ def test_a_held_signal_is_not_lost_with_an_error():
     with pytest.raises(KeyboardInterrupt) as raised:
         fail()
     assert isinstance(raised.value.__context__, ValueError)
+
+
+def test_a_handler_that_python_did_not_set_stays(monkeypatch):
+    """Python does not know it, and could not put it back."""
+    handler = signal.getsignal
+    with monkeypatch.context() as patch:
+        patch.setattr(signal, "getsignal", lambda number: None)
+        with signals_held():
+            assert handler(signal.SIGINT) is signal.default_int_handler
+    assert handler(signal.SIGINT) is signal.default_int_handler

@@ -3,7 +3,6 @@
 import os
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -19,15 +18,9 @@ from pellucid.results.storage import files, run_folder
 sys.path.insert(0, str(Path(__file__).parents[1] / "results"))
 from free_flight import FakeSimulation, fake_module, free_flight
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 SIGNALS = ((signal.SIGTERM, 143), (signal.SIGINT, 130))
-
-
-@pytest.fixture(autouse=True)
-def interruptible() -> Iterator[None]:
-    """Ctrl-C interrupts, also where the tests were started in the background, by a shell that ignores it there."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

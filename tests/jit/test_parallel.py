@@ -10,6 +10,7 @@ import pytest
 
 from pellucid.jit import kernel
 from pellucid.jit.parallel import _plain, _plain_by_colour, parallel_by_colour, parallel_for
+from pellucid.jit.region import make_known
 
 
 @kernel(inner=True)
@@ -86,12 +87,13 @@ def test_every_chunk_is_done_once(threads, count):
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="there is one thread")
 def test_each_thread_has_its_own_share(threads):
     """As OpenMP numbers threads; other layers of numba may give shares to whoever comes."""
+    make_known()
+    if numba.threading_layer() != "omp":
+        pytest.skip(f"the layer {numba.threading_layer()} does not number threads so")
     count = 41
     for _ in range(3):
         who = np.full(count, -1)
         meet(count, threads, np.zeros((2, threads)), np.zeros(threads), who)
-        if numba.threading_layer() != "omp":
-            pytest.skip(numba.threading_layer())
         assert np.array_equal(who, np.repeat(np.arange(threads), np.diff(np.arange(threads + 1) * count // threads)))
 
 

@@ -82,15 +82,15 @@ def _near(
     known: Mapping[str, BodyModel], bodies: Sequence[Body], grid: GridCase, going_on: AbstractSet[str]
 ) -> list[tuple[Body, Body]]:
     """Each two bodies, in their order, whose boxes are less than a cell apart, but for two that go on."""
-    boxes = []
-    for body in bodies:
-        position = body.arrays["position"]
-        goes_on = body.name in going_on
-        boxes.append((position.min(axis=0), position.max(axis=0)) if goes_on else known[body.name].bounds())
+    boxes = [_box(body.arrays["position"]) if body.name in going_on else known[body.name].bounds() for body in bodies]
     lower, upper = (np.array(ends)[:, ~np.array(grid.thin())] for ends in zip(*boxes, strict=True))
     meet = (lower[:, None] <= upper[None] + grid.cell).all(axis=2)
     pairs = np.argwhere(np.triu(meet & meet.T, 1)).tolist()
     return [(bodies[i], bodies[j]) for i, j in pairs if not {bodies[i].name, bodies[j].name} <= going_on]
+
+
+def _box(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return places.min(axis=0), places.max(axis=0)
 
 
 def _contents(model: BodyModel, body: Body, grid: GridCase, going_on: AbstractSet[str]) -> Contains:

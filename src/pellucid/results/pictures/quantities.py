@@ -78,8 +78,12 @@ def limits(values: list[np.ndarray]) -> Limits:
     least, most = float(everything.min()), float(everything.max())
     low, high = (float(value) for value in np.percentile(everything, (0.5, 99.5)))
     if high <= low:  # nearly all values are the same
-        around = (low - 0.5 * abs(low), low + 0.5 * abs(low)) if low != 0.0 else (least, most)
-        low, high = (0.0, high or 1.0) if least >= 0.0 else around
+        if least >= 0.0:
+            low, high = 0.0, high or 1.0
+        elif low != 0.0:
+            low, high = low - 0.5 * abs(low), low + 0.5 * abs(low)
+        else:
+            low, high = least, most
     if min(-low, high) > BOTH_SIGNS * max(-low, high):
         low, high = -max(-low, high), max(-low, high)
     below, above = least < low, most > high

@@ -51,8 +51,8 @@ class Recorder:
         self._written, self._known = Written(), recorded.get("written", {})
         self._wall_before = float(recorded["wall_seconds"])
         self._compiling = compiling
-        self._started = clock.monotonic() - compiling()
         self._checkpointed = clock.monotonic()
+        self._started = self._checkpointed - compiling()
         self.facts: dict[str, Any] = {}
 
     def begin(self, sim: Any) -> None:
