@@ -23,12 +23,12 @@ class BodiesAndConditions(Protocol):
     def conditions(self) -> Mapping[type[Condition], Sequence[Condition]]: ...
 
 
-def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = ()) -> WorkLayout:
-    """The columns of works that the conditions of a case need, and those of other channels."""
+def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
+    """The columns of works that the conditions of a case need, and those of other channels; touching: see `WorkLayout`."""
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [Channel(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
-    return WorkLayout(loads, [*stated, *others], len(case.support))
+    return WorkLayout(loads, [*stated, *others], len(case.support), touching)
 
 
 class ActiveConditions:

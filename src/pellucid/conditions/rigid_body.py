@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.conditions import driven_points
 from pellucid.conditions.rigid_motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid_nodes import RigidNodes
-from pellucid.energy import IMPACT, SUPPORT, StepWork, total_work
+from pellucid.energy import CONTACT, IMPACT, SUPPORT, StepWork, total_work
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 
@@ -51,6 +51,12 @@ class RigidBody:
         self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
+        self._pushed: list[tuple[np.ndarray, np.ndarray]] = []
+        self._push_work = 0.0
+
+    def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
+        """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
+        self._pushed.append((place.copy(), force))
 
     def hold_nodes(self, dt: float) -> None:
         """Let the nodes that it reaches move as it does over this step dt [s]."""
@@ -60,7 +66,14 @@ class RigidBody:
         self._motions = RigidMotions(self._thin, self._turns, self._arm)
         self._at_points = self._motions.at(self._arm)
         self._walls.find(x, self._widths(), self._at_points, dt)
-        self.nodes.hold(self._arm, self._motions)
+        v = self.body.arrays["velocity"]
+        before = np.sum(m * v, axis=0) / np.sum(m)
+        self._spin = np.sum(m * np.cross(self._arm, v - before), axis=0)
+        old = np.concatenate([before, self._motions.length * self._turn(self._arm)])
+        push = sum((dt * self._motions.momentum_of(place - self._centre, force) for place, force in self._pushed), np.zeros(6))
+        self._pushed = []
+        new = self.nodes.hold(self._arm, self._motions, push)
+        self._push_work = float(push @ (0.5 * (old + new)))
 
     def _widths(self) -> np.ndarray:
         """How far points reach beyond their places [m]."""
@@ -86,9 +99,13 @@ class RigidBody:
 
     def prescribe_positions(self) -> None:
         """Positions of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
-        r = self._arm @ _rotation(self._dt * self._turn(self._arm)).T
-        target = self._centre + self._dt * self._velocity + r
+        rotation = _rotation(self._dt * self._turn(self._arm))
+        r = self._arm @ rotation.T
+        moved = self._centre + self._dt * self._velocity
+        target = moved + r
         driven_points.move_points_to(self._points.n_slabs, self._points.mapped, target)
+        if (surface := getattr(self.body, "surface", None)) is not None:
+            surface.turn(self._centre, rotation, moved, self._dt)
         self.body.arrays["velocity"][...] = self._velocity + np.cross(self._turn(r), r)
 
     def _turn(self, r: np.ndarray) -> np.ndarray:
@@ -103,7 +120,8 @@ class RigidBody:
     def work(self) -> StepWork:
         """The kinetic energy of the part of the velocities that is not rigid is lost; what supports give it."""
         done = self._layout.no_work()
-        done.works[IMPACT] = self._loss
+        done.works[IMPACT] = self._loss + self._push_work  # the field counted it as one of impacts
+        done.works[CONTACT] = self._push_work
         self.nodes.count(done)
         for wall, push in self._pushes:
             done.reactions[wall.row, wall.axis] += push

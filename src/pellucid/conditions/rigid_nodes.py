@@ -39,15 +39,20 @@ class RigidNodes:
         self._field, self._nodes = actions.field, actions.field.grid.nodes
         self._mass, self._moment = np.zeros((2, actions.field.grid.n_nodes, 3))
 
-    def hold(self, arm: np.ndarray, motions: RigidMotions) -> None:
-        """Let the nodes move as the body, whose points are at these places from its centre, shape (n, 3) [m]."""
+    def hold(self, arm: np.ndarray, motions: RigidMotions, push: np.ndarray) -> np.ndarray:
+        """Let the nodes move as the body, whose points are at these places from its centre, shape (n, 3) [m].
+
+        push: what forces on its surface give it in the step, shape (6,), see `RigidMotions`. Returns its numbers then.
+        """
         self._find_nodes(arm, motions)
+        self._push = push
         velocity = self._nodes.velocity[self._at]
         self._impulse = self._to_rigid(velocity)
         if np.abs(self._impulse).max(initial=0.0) <= ROUNDING * np.abs(self._weight * velocity).max(initial=0.0):
             self._impulse[:] = 0.0
         else:
             self._give(self._impulse)
+        return self._motion
 
     def await_contact(self) -> None:
         """All other impulses were given: what comes now is that of contact."""
@@ -98,11 +103,12 @@ class RigidNodes:
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
         """Impulses after which nodes with these velocities, shape (n, 3), move as the body."""
         goals = self._actions.supports.velocity
-        momentum = np.einsum("kd,kdi->i", self._weight * velocity, self._motions)
+        momentum = self._push + np.einsum("kd,kdi->i", self._weight * velocity, self._motions)
         for row, k, d in self._clamped:
             momentum += self._hold * goals[row, d] * self._motions[k, d]
         free = self._roots @ (self._roots.T @ momentum)
         motion, pushes = self._walls.keep_inside(free, self._roots)
+        self._motion = motion
         self._reactions = [(wall.row, wall.axis, push) for wall, push in pushes]
         for row, k, d in self._clamped:
             self._reactions.append((row, d, self._hold * float(goals[row, d] - self._motions[k, d] @ motion)))

@@ -52,23 +52,36 @@ class WorkLayout:
 
     loads: the channels of external forces, each with an array at the nodes and the columns from FIRST_LOAD on; others: those of
     work that conditions or kernels count. channels: those of both that the history shows, in its order, with their columns.
-    Raises ValueError where two channels have one name.
+    touching: whether surfaces touch: their forces have an array at the nodes too, the last one, whose work goes to that of
+    contact. Raises ValueError where two channels have one name.
     """
 
-    def __init__(self, loads: Iterable[Channel] = (), others: Iterable[Channel] = (), n_supports: int = 0) -> None:
+    def __init__(
+        self, loads: Iterable[Channel] = (), others: Iterable[Channel] = (), n_supports: int = 0, touching: bool = False
+    ) -> None:
         loads, others = dict.fromkeys(loads), dict.fromkeys(others)
         own = [*loads, *(channel for channel in others if channel not in FIXED_COLUMNS and channel not in loads)]
         names = [channel.name for channel in (*FIXED_COLUMNS, *own)]
         if repeated := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"two channels of the energy balance have the name {repeated[0]}")
-        self.n_loads, self.n_columns, self.n_supports = len(loads), FIRST_LOAD + len(own), n_supports
-        columns = {channel: FIRST_LOAD + number for number, channel in enumerate(own)}
+        self.n_loads, self.n_supports = len(loads) + touching, n_supports
+        self.n_columns = FIRST_LOAD + touching + len(own)
+        self.surface_contact = FIRST_LOAD + len(loads) if touching else None
+        """The column of the work of forces between surfaces."""
+        columns = {channel: FIRST_LOAD + number + (touching and number >= len(loads)) for number, channel in enumerate(own)}
         fixed = {channel: column for channel, column in FIXED_COLUMNS.items() if channel in others}
         self.channels: Mapping[Channel, int] = {**ALWAYS, **columns, **fixed}
 
     def column(self, channel: Channel) -> int:
         """The column of a channel of this run."""
         return self.channels[channel]
+
+    def with_surface_contact(self, done: "StepWork") -> "StepWork":
+        """The work of a step, in which that of forces between surfaces is in its place: beside that of other contact."""
+        if self.surface_contact is not None:
+            done.works[CONTACT] += done.works[self.surface_contact]
+            done.works[self.surface_contact] = 0.0
+        return done
 
     def no_work(self) -> "StepWork":
         """No work, in a row with all columns."""

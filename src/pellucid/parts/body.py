@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.faces import Faces
 from pellucid.contact.surface import ContactBody
 from pellucid.energy import Totals
@@ -263,6 +264,13 @@ class Body(ABC):
     def on_grid(self) -> ContactBody | None:
         """Its points on the grid, where others may touch it; nothing where it was given none."""
         return None
+
+    def make_contact_surface(self, column: int) -> ContactSurface | None:
+        """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
+        return None
+
+    def bound_by_contact(self) -> None:  # noqa: B027
+        """All contacts are known: bound the first step by how fast the body swings on others."""
 
     @property
     def met(self) -> ContactBody | None:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
 from pellucid.contact.impulses import SLIP, STICK
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
+from pellucid.contact.surface_pairs import STICKS, SurfacePair
 from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
@@ -55,16 +57,45 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
     return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
 
 
-def pairs_of(fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact]) -> list[ContactPair]:
-    """Every two velocity fields with the contact of the case; without friction where it names none."""
-    bodies = {field: [body.met for body, own in built.values() if own is field and body.met] for field in fields}
+def pairs_of(
+    fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact], column: int | None
+) -> tuple[list[ContactPair], list[SurfacePair]]:
+    """Every two velocity fields with the contact of the case; without friction where it names none.
+
+    column: of the work of forces between surfaces. Two fields touch by their surfaces where all of their bodies have one, and
+    not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
+    """
+    members = {field: [body for body, own in built.values() if own is field] for field in fields}
+    surfaces: dict[int, ContactSurface | None] = {}
+    if column is not None:
+        surfaces = {id(body): body.make_contact_surface(column) for bodies in members.values() for body in bodies}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
-    pairs = []
+    pairs, touching = [], []
     for one, other in combinations(fields, 2):
         if (other, one) in named:  # so that the first is the first named
             one, other = other, one
-        pairs.append(_pair((one, other), bodies, named.get((one, other))))
-    return pairs
+        contact = named.get((one, other))
+        found = [[surfaces.get(id(body)) for body in members[field]] for field in (one, other)]
+        known = [surface for surface in (*found[0], *found[1]) if surface is not None]
+        if len(known) == len(found[0]) + len(found[1]) and not all(surface.two_sided for surface in known):
+            touching += _surface_pairs(one.grid, found, contact)
+        else:
+            met = {field: [body.met for body in bodies if body.met] for field, bodies in members.items()}
+            pairs.append(_pair((one, other), met, contact))
+    return pairs, touching
+
+
+def _surface_pairs(grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None) -> list[SurfacePair]:
+    friction, name = 0.0, None
+    if contact is not None:
+        friction, name = STICKS if contact.kind == "stick" else contact.friction or 0.0, contact.name
+    dimension = 2 - sum(grid.thin)
+    return [
+        SurfacePair((one, other), friction, dimension, grid.slice_thickness, name)
+        for one in found[0]
+        for other in found[1]
+        if one is not None and other is not None
+    ]
 
 
 def _pair(

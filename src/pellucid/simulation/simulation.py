@@ -12,6 +12,7 @@ import numpy as np
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import NO_CONTACT, ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
@@ -65,7 +66,8 @@ class Simulation:
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
         columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
         columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
-        layout = layout_of(case, [*columns, *(channel for body in case.body for channel in body.channels())])
+        others = [*columns, *(channel for body in case.body for channel in body.channels())]
+        layout = self._layout = layout_of(case, others, touching=several)
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
@@ -90,9 +92,16 @@ class Simulation:
             field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
         ]
         small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
+        if several:
+            for actions in self.conditions.actions:
+                actions.take_loads()
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
-        pairs = pairs_of(self.velocity_fields, built, case.contact)
+        pairs, touching = pairs_of(self.velocity_fields, built, case.contact, layout.surface_contact)
+        self.surface_pairs = SurfacePairs(touching)
+        if touching:
+            for body in self.bodies:
+                body.bound_by_contact()
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
         self._contact = NO_CONTACT
@@ -213,7 +222,9 @@ class Simulation:
         if won > 0.0:
             lost += return_heat(self.grid_bodies, won)
         done = total_work([*self._works, *self.conditions.works(), *lost, *own], self._columns)
-        self.budget.record(self.bodies, done, self._contact.impulses, dt, self.clock.weight)
+        done = self._layout.with_surface_contact(done)
+        impulses = self._contact.impulses | self.surface_pairs.impulses()
+        self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
 
     def begin_balance(self) -> None:
@@ -269,6 +280,7 @@ class Simulation:
         self.clock.pace(dt)
         time, passing = self.clock.span(dt)
         self.conditions.begin(time, passing)
+        self.surface_pairs.act(dt, self.clock.dt)
         if self.case.gravity_amplitude is not None:
             self._share_gravity(self.case.gravity_amplitude.at(time))
 

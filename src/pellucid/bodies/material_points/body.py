@@ -9,7 +9,10 @@ from pellucid.bodies.material_points.derived_fields import point_energies, point
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.bodies.material_points.surface import RigidSurface, surface_of
+from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.energy import FIRST_LOAD
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import straining
 from pellucid.grid.full_cells import Filling
@@ -39,6 +42,7 @@ class MaterialPoints(PointsOnGrid):
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
         self._by_cells = case.cell_pressure
+        self._model, self._grid_case = case, grid_case
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)
@@ -63,6 +67,27 @@ class MaterialPoints(PointsOnGrid):
     def _strains(self) -> bool:
         """Whether the grid strains it."""
         return self.constraint is None or self.constraint.strains
+
+    def make_contact_surface(self, column: int) -> GridSurface | None:
+        """That of its shape; None of a fluid, which has none of its own."""
+        if self.material.flows:
+            return None
+        constraint, takes = self.constraint, getattr(self.constraint, "add_forces", None)
+
+        def load() -> np.ndarray:
+            return self.velocity_field.load_row(column - FIRST_LOAD)
+
+        self.surface = surface_of(self._model, self._grid_case, self.grid, self.mapped, load, takes is not None)
+        if self.surface is not None:
+            self.surface.is_hard = not self._strains
+            if isinstance(self.surface, RigidSurface) and constraint is not None:
+                self.surface.takes, self.surface.rigid_mass = constraint, self.mass
+        return self.surface
+
+    def bound_by_contact(self) -> None:
+        """A rigid body swings on others."""
+        if self.surface is not None:
+            self.totals.rate = max(self.totals.rate, self.surface.contact_rate)
 
     @property
     def filling(self) -> Filling | None:
@@ -99,11 +124,14 @@ class MaterialPoints(PointsOnGrid):
         """Totals, the bound on the step; positions of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
+        if move and self.surface is not None:
+            self.surface.follow(dt)
         if self._strains:
             self._collect_strain_sums(last=move)
         else:
             squares = np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
-            self._bound_rate(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell)
+            swing = self.surface.contact_rate if self.surface is not None else 0.0
+            self._bound_rate(max(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell, swing))
 
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]

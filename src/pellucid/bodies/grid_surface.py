@@ -1,0 +1,133 @@
+"""The surface of a solid of material points, by which others touch it.
+
+Points of the surface are moved by the grid as those within are: each has an anchor in the layer of the outermost material
+points, where the nodes that reach it have mass, and an offset from there to the surface. With the velocity gradient L at the
+anchor the offset o changes by L o and the vector area a by tr(L) a - Lᵀ a, as lines and areas of the material do. Forces act at
+the anchors, along whose velocities they work.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import uintp
+
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.grid.lattice import Lattice
+from pellucid.grid.stencil import add_vector, gather, gather_gradient, stencil
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
+
+CHUNK = 256  # points that a thread takes at a time
+WIDTHS = 2.5  # distances between its points over which the weights of one reach
+
+
+class MovedSurface(NamedTuple):
+    """Points of a surface and the nodes that move them."""
+
+    functions: Any  # shape functions along x, y, z
+    lattice: Lattice
+    velocity: np.ndarray  # (nodes, 3) that moves points [m/s]
+    strain_velocity: np.ndarray  # (nodes, 3) that strains them [m/s]
+    anchor: np.ndarray  # (m, 3) [m]
+    offset: np.ndarray  # (m, 3) [m]
+    area: np.ndarray  # (m, 3) [m²]
+    motion: np.ndarray  # (m, 3) velocity of the anchors in the last step [m/s]
+
+
+@kernel(inner=True)
+def _follow_chunk(chunk, surface, dt):
+    functions, lattice, x, o, a = surface.functions, surface.lattice, surface.anchor, surface.offset, surface.area
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(x))):
+        about = stencil(functions, lattice, x, uintp(p))
+        v = gather(about, lattice, surface.velocity)
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = gather_gradient(about, lattice, surface.strain_velocity)
+        o0, o1, o2 = o[p, 0], o[p, 1], o[p, 2]
+        o[p, 0] += dt * (xx * o0 + xy * o1 + xz * o2)
+        o[p, 1] += dt * (yx * o0 + yy * o1 + yz * o2)
+        o[p, 2] += dt * (zx * o0 + zy * o1 + zz * o2)
+        a0, a1, a2, growth = a[p, 0], a[p, 1], a[p, 2], xx + yy + zz
+        a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
+        a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
+        a[p, 2] += dt * (growth * a2 - xz * a0 - yz * a1 - zz * a2)
+        for d in range(3):
+            surface.motion[p, d] = v[d]
+            x[p, d] += dt * v[d]
+
+
+@kernel()
+def _follow(chunks, surface, dt):
+    parallel_for(_follow_chunk, chunks, surface, dt)
+
+
+@kernel()
+def _scatter(surface, listed, force, target):
+    for e in range(len(listed)):
+        p = uintp(listed[e])
+        vector = (force[p, 0], force[p, 1], force[p, 2])
+        add_vector(stencil(surface.functions, surface.lattice, surface.anchor, p), surface.lattice, target, vector)
+
+
+class GridSurface(ContactSurface):
+    """Points at places [m] with vector areas [m²], shape (m, 3), of a body on the grid.
+
+    mapped: of the body; depth: of the outermost material points below the surface [m]; spacing: of the surface's points [m];
+    load: forces on the nodes, shape (nodes, 3), to which those on the surface are added.
+    """
+
+    def __init__(
+        self,
+        mapped: Bundle,
+        place: np.ndarray,
+        area: np.ndarray,
+        depth: float,
+        spacing: float,
+        load: Callable[[], np.ndarray],
+        velocity: np.ndarray,
+    ) -> None:
+        size = np.linalg.norm(area, axis=1, keepdims=True)
+        self.offset, self.area = depth * area / size, area.copy()
+        self.anchor = place - self.offset
+        self.place = place.copy()
+        self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
+        self.reach = np.full(len(place), WIDTHS * spacing)
+        self._load = load
+        nodes = mapped.nodes
+        moved = MovedSurface(
+            mapped.functions,
+            mapped.lattice,
+            nodes.velocity,
+            nodes.strain_velocity,
+            self.anchor,
+            self.offset,
+            self.area,
+            self.velocity,
+        )
+        self._moved = Bundle(moved)
+
+    def begin(self) -> None:
+        """Put the points on the surface."""
+        np.add(self.anchor, self.offset, out=self.place)
+
+    def follow(self, dt: float) -> None:
+        """Move with the nodes over a step dt [s]."""
+        _follow(len(self.anchor) // CHUNK + 1, self._moved, dt)
+
+    def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
+        """Move as a rigid body whose centre goes to a new place [m], (3,), and which turns by a rotation, (3, 3), in dt [s]."""
+        arm = self.anchor + self.offset - centre
+        self.anchor[...] = new_centre + (self.anchor - centre) @ rotation.T
+        self.offset[...] = self.offset @ rotation.T
+        self.area[...] = self.area @ rotation.T
+        if dt > 0.0:
+            self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
+
+    def add_forces(self, force: np.ndarray) -> None:
+        """To the nodes about the anchors."""
+        _scatter(self._moved, np.flatnonzero(force.any(axis=1)), force, self._load())
+
+    def state_arrays(self) -> Mapping[str, np.ndarray]:
+        """What a checkpoint keeps."""
+        names = ("anchor", "offset", "area", "velocity", "slip")
+        return {f"surface/{name}": getattr(self, name) for name in names}

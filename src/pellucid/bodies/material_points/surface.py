@@ -1,0 +1,68 @@
+"""The surface of a solid of material points: sampled from its shape when a run is set up."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from pellucid.bodies.grid_surface import GridSurface
+from pellucid.bodies.material_points.seeded_body import SeededBody
+from pellucid.bodies.material_points.seeding import points_along_axes
+from pellucid.geometry.boundary_points import boundary_points
+from pellucid.grid.lattice import Grid
+from pellucid.grid.model import GridCase
+from pellucid.jit.bundle import Bundle
+
+if TYPE_CHECKING:
+    from pellucid.parts.body import PointConstraint
+
+
+class TakesForces(Protocol):
+    """What leads a rigid body."""
+
+    def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
+        """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
+
+
+class RigidSurface(GridSurface):
+    """The surface of a rigid body, which turns with it; forces act on the body where they are."""
+
+    takes: TakesForces
+
+    def follow(self, dt: float) -> None:
+        """It is turned by what leads the body."""
+
+    def add_forces(self, force: np.ndarray) -> None:
+        """On the body as a whole."""
+        self.takes.add_forces(self.place, force)
+
+
+def surface_of(
+    model: SeededBody, grid_case: GridCase, grid: Grid, mapped: Bundle, load: Callable[[], np.ndarray], rigid: bool
+) -> GridSurface | None:
+    """The surface of the shape of a body within the grid; None where it has none there."""
+    x, y, z = active = tuple(not thin for thin in grid.thin)
+    per_cell = points_along_axes(model.points_per_cell, grid_case.thin())
+    spacing = grid_case.cell / max(2, min(n for n, counts in zip(per_cell, active, strict=True) if counts))
+    lower, upper = model.bounds()
+    thickness = grid.slice_thickness
+
+    def contains(places: np.ndarray) -> np.ndarray:
+        return model.contains(places, (x, y, z))
+
+    place, area = boundary_points(contains, lower, upper, spacing, (x, y, z), thickness)
+    low, high = np.array(grid_case.lower, float), np.array(grid_case.extent_upper(), float)
+    depth = 0.5 * spacing
+    anchor = place - depth * area / np.linalg.norm(area, axis=1, keepdims=True)
+    flat = ~np.array(active)
+    slack = 1e-9 * grid_case.cell
+    within = (((place > low - slack) & (place < high + slack) & (anchor > low) & (anchor < high)) | flat).all(axis=1)
+    if not within.any():
+        return None
+    place, area = place[within], area[within]
+    place[:, flat] = (0.5 * (low + high))[flat]
+    kind = RigidSurface if rigid else GridSurface
+    surface = kind(mapped, place, area, depth, spacing, load, model.initial_velocity(place))
+    surface.rate = model.wave_speeds()[0] / grid_case.cell
+    surface.mass_per_area = model.material.density * grid_case.cell
+    return surface

@@ -1,0 +1,51 @@
+"""The surface of a body by which others touch it: points with places, areas and velocities, on which contact gives forces."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
+import numpy as np
+
+
+class ContactSurface(ABC):
+    """m points on the surface of a body.
+
+    place [m], area (vectors, outwards) [m²], velocity [m/s]: shape (m, 3), of the state as a step begins. slip: how far each
+    is carried from where it stuck to another surface [m], shape (m, 3). reach: how far along the surface a point stands for it
+    [m], shape (m,).
+    """
+
+    two_sided = False
+    """Whether others may meet it from both sides: a membrane."""
+    half_width = 0.0
+    """How far the body reaches beyond the points [m]."""
+    mass_per_area: float
+    """Of what moves with the surface at once [kg/m²]."""
+    rate: float
+    """How fast it can swing: a step that the body allows is below the reciprocal [1/s]."""
+    rigid_mass = np.inf
+    """Of a body that moves as a rigid one [kg], infinite where its motion is prescribed."""
+    is_hard = False
+    """Whether it does not deform: it is rigid, or its motion is prescribed."""
+    contact_rate = 0.0
+    """How fast a rigid body swings on what it touches, which its step has to follow [1/s]."""
+    place: np.ndarray
+    area: np.ndarray
+    velocity: np.ndarray
+    reach: np.ndarray
+    slip: np.ndarray
+
+    def begin(self) -> None:
+        """Before contact of a step is found: renew what follows from the state of the body."""
+
+    @abstractmethod
+    def add_forces(self, force: np.ndarray) -> None:
+        """Forces on the points over this step [N], shape (m, 3)."""
+
+    def state_arrays(self) -> Mapping[str, np.ndarray]:
+        """What a checkpoint keeps."""
+        return {"surface/slip": self.slip}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint."""
+        for name, array in self.state_arrays().items():
+            array[...] = arrays[name]

@@ -1,0 +1,238 @@
+"""Where points on one surface lie beside another: kernels.
+
+The other surface is known by points with vector areas. About a place x the tangent planes of those that face it are averaged,
+with weights w that reach over a few of them, in two ways: the mean of n_q·(x - x_q), and n·(x - x̄) with the mean normal n and
+the mean place x̄. On a surface of radius R and for weights of variance s² the first errs by -s²/2R and the second by s²/2R, so
+that their mean is the distance up to third order. (The first is the implicit moving-least-squares surface of Kolluri 2008,
+ACM Trans. Algorithms 4, 18.)
+
+Weights reach over the rim of a surface that ends. There less of them is found than on a plane that goes on: from three quarters
+of it down to one quarter, the point counts less and less, and half where it lies just beside the rim.
+"""
+
+from math import pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy import uintp
+
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.local import zeros
+from pellucid.jit.parallel import parallel_for
+
+CHUNK = 256  # points that a thread takes at a time
+FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
+GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
+"""Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; and
+by how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
+
+
+class Points(NamedTuple):
+    """m points of a surface."""
+
+    place: np.ndarray  # (m, 3) [m]
+    normal: np.ndarray  # (m, 3) unit normals
+    area: np.ndarray  # (m,) [m²]
+    reach: np.ndarray  # (m,) how far along the surface the weights of a point reach [m]
+
+
+class Bins(NamedTuple):
+    """Points by the boxes of a lattice."""
+
+    lower: np.ndarray  # (3,) [m]
+    size: float  # edge of a box [m]
+    counts: tuple[int, int, int]
+    first: np.ndarray  # (boxes + 1,) of each box in `order`
+    order: np.ndarray
+
+
+class Meeting(NamedTuple):
+    """How two surfaces meet."""
+
+    two_sided: tuple[bool, bool]  # whether others may meet the one, and the other, from both sides
+    deepest: float  # how deep a place may lie behind a plane that still counts [m]
+    dimension: int  # of the surfaces: 2, in the plane 1, along a line 0
+    thickness: float  # of a slice [m]
+
+
+@kernel()
+def count_boxes(place, lower, size, counts, box, first, order):
+    """Sort points by box; those beyond all boxes are left out. box: scratch, shape (m,)."""
+    for q in range(len(place)):
+        box[q] = 0
+        for d in range(3):
+            i = int(np.floor((place[q, d] - lower[d]) / size))
+            if i < 0 or i >= counts[d] or box[q] < 0:
+                box[q] = -1
+            else:
+                box[q] = box[q] * counts[d] + i
+        if box[q] >= 0:
+            first[box[q] + 1] += 1
+    for b in range(1, len(first)):
+        first[b] += first[b - 1]
+    for q in range(len(place)):
+        if box[q] >= 0:
+            order[first[box[q]]] = q
+            first[box[q]] += 1
+    for b in range(len(first) - 1, 0, -1):
+        first[b] = first[b - 1]
+    first[0] = 0
+
+
+@pointwise
+def _weight(other, meeting, q, x, n):
+    """The weight of point q of the other surface at a place x with normal n, its normal towards x, and x from it."""
+    two_sided, deepest, dimension, thickness = meeting
+    d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
+    m = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2])
+    facing = -(n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
+    if two_sided[1] and facing < 0.0:
+        m, facing = (-m[0], -m[1], -m[2]), -facing
+    if two_sided[0]:
+        facing = abs(facing)
+    along, reach = d[0] * m[0] + d[1] * m[1] + d[2] * m[2], other.reach[q]
+    apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along
+    if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:
+        return 0.0, m, d
+    ratio = 1.0 - apart / (reach * reach)
+    whole = pi * reach * reach / 3.0 if dimension == 2 else (16.0 / 15.0 * reach * thickness if dimension == 1 else thickness**2)
+    return ratio * ratio * facing * other.area[q] / whole, m, d
+
+
+@pointwise
+def _first_box(bins, x, d):
+    return max(0, min(bins.counts[d] - 1, int(np.floor((x[d] - bins.lower[d]) / bins.size)) - 1))
+
+
+@pointwise
+def _last_box(bins, x, d):
+    return max(-1, min(bins.counts[d] - 1, int(np.floor((x[d] - bins.lower[d]) / bins.size)) + 1))
+
+
+@kernel(inner=True)
+def _find_chunk(chunk, one, other, bins, meeting, found):
+    place, normal = one
+    s = zeros(17)
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(place))):
+        found[p, SHARE] = 0.0
+        x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
+        for a in range(17):
+            s[a] = 0.0
+        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
+            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
+                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
+                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
+                    for r in range(bins.first[b], bins.first[b + 1]):
+                        w, m, d = _weight(other, meeting, uintp(bins.order[r]), x, n)
+                        if w > 0.0:
+                            s[0] += w
+                            s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
+                            for a in range(3):
+                                s[2 + a] += w * m[a]
+                                s[5 + a] += w * d[a]
+                                for c in range(3):
+                                    s[8 + 3 * a + c] += w * d[a] * d[c]
+        if s[0] <= NONE:
+            continue
+        size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
+        if size < 0.3 * s[0]:  # what faces it has no direction
+            continue
+        found[p, SHARE] = min(1.0, (s[0] - NONE) / (FULL - NONE))
+        found[p, WEIGHT] = s[0]
+        n0, n1, n2 = s[2] / size, s[3] / size, s[4] / size
+        found[p, NORMAL], found[p, NORMAL + 1], found[p, NORMAL + 2] = n0, n1, n2
+        e = (s[5] / s[0], s[6] / s[0], s[7] / s[0])
+        away = n0 * e[0] + n1 * e[1] + n2 * e[2]
+        found[p, GAP] = 0.5 * (s[1] / s[0] + away)
+        _find_slope(p, s, (n0, n1, n2), e, away, meeting[2], found)
+
+
+@kernel(inline=True)
+def _find_slope(p, s, n, e, away, dimension, found):
+    """The change c of the weights with Σ w (1 + c·(d - e)) d = 0 along the surface, from the moments of w; e: the mean of d."""
+    found[p, LEVEL] = 1.0
+    for a in range(3):
+        found[p, SLOPE + a] = 0.0
+    if dimension == 0:
+        return
+    # two directions along the surface
+    if abs(n[0]) <= abs(n[1]) and abs(n[0]) <= abs(n[2]):
+        t = (0.0, -n[2], n[1])
+    elif abs(n[1]) <= abs(n[2]):
+        t = (n[2], 0.0, -n[0])
+    else:
+        t = (-n[1], n[0], 0.0)
+    size = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
+    t = (t[0] / size, t[1] / size, t[2] / size)
+    u = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
+    tt = tu = uu = et = eu = 0.0
+    for a in range(3):
+        et += t[a] * e[a]
+        eu += u[a] * e[a]
+        for c in range(3):
+            tt += t[a] * t[c] * s[8 + 3 * a + c]
+            tu += t[a] * u[c] * s[8 + 3 * a + c]
+            uu += u[a] * u[c] * s[8 + 3 * a + c]
+    tt, tu, uu = tt / s[0] - et * et, tu / s[0] - et * eu, uu / s[0] - eu * eu
+    least = 1e-3 * (tt + uu)  # in the plane nothing varies across
+    tt, uu = tt + least, uu + least
+    whole = tt * uu - tu * tu
+    if not whole > 0.0:
+        return
+    a, b = -(uu * et - tu * eu) / whole, -(tt * eu - tu * et) / whole
+    for d in range(3):
+        found[p, SLOPE + d] = a * t[d] + b * u[d]
+    found[p, LEVEL] = 1.0 - a * et - b * eu
+
+
+@kernel()
+def find_beside(chunks, one, other, bins, meeting, found):
+    """What lies beside points (places and normals) of one surface, into `found`, shape (m, COLUMNS), where they count."""
+    parallel_for(_find_chunk, chunks, one, other, bins, meeting, found)
+
+
+@pointwise
+def _corrected(w, found, p, d):
+    """The weight with which the mean place is the foot of point p; in sum such weights are one."""
+    return w * (found[p, LEVEL] + found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]) / found[p, WEIGHT]
+
+
+@kernel()
+def mean_velocities(listed, one, other, bins, meeting, found, velocity, mean):
+    """Velocities of the other surface, shape (q, 3), at the foot of each listed point [m/s], shape (n, 3)."""
+    place, normal = one
+    for e in range(len(listed)):
+        p = uintp(listed[e])
+        x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
+        mean[e, 0] = mean[e, 1] = mean[e, 2] = 0.0
+        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
+            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
+                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
+                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
+                    for r in range(bins.first[b], bins.first[b + 1]):
+                        q = uintp(bins.order[r])
+                        w, m, d = _weight(other, meeting, q, x, n)
+                        if w > 0.0:
+                            w = _corrected(w, found, p, d)
+                            for a in range(3):
+                                mean[e, a] += w * velocity[q, a]
+
+
+@kernel()
+def spread_forces(listed, one, other, bins, meeting, found, force, target):
+    """Add forces at listed points, shape (n, 3), to the points about their feet on the other surface, shape (q, 3) [N]."""
+    place, normal = one
+    for e in range(len(listed)):
+        p = uintp(listed[e])
+        x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
+        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
+            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
+                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
+                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
+                    for r in range(bins.first[b], bins.first[b + 1]):
+                        q = uintp(bins.order[r])
+                        w, m, d = _weight(other, meeting, q, x, n)
+                        if w > 0.0:
+                            w = _corrected(w, found, p, d)
+                            for a in range(3):
+                                target[q, a] += w * force[e, a]
