@@ -37,6 +37,14 @@ class ContactSurface(ABC):
     def begin(self) -> None:
         """Before contact of a step is found: renew what follows from the state of the body."""
 
+    def side(self) -> float:
+        """The area of the largest of its sides along the axes [m²]."""
+        return 0.5 * float(np.abs(self.area).sum(axis=0).max())
+
+    def speed(self) -> float:
+        """The largest of its points [m/s]."""
+        return float(np.linalg.norm(self.velocity, axis=1).max())
+
     @abstractmethod
     def add_forces(self, force: np.ndarray) -> None:
         """Forces on the points over this step [N], shape (m, 3)."""

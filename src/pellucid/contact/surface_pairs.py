@@ -24,6 +24,10 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
 
 DAMPING = 0.1  # of what is critical for the masses of the layers that touch
+SINK, IMPACT = 3e-4, 0.2
+"""Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
+so with the speeds of the start."""
+RESOLVED = 0.6  # of how fast a rigid body swings then, which bounds its step as waves do that of others: mostly less touches
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 
@@ -66,7 +70,12 @@ class Pass:
 
 
 class SurfacePair:
-    """Two surfaces that touch. friction: coefficient μ, infinite where they stick while they press."""
+    """Two surfaces that touch.
+
+    friction: coefficient μ, `STICKS` where they stick while they press. dimension: of the surfaces, 2, in the plane 1, along a
+    line 0; thickness: of a slice [m]. swing: how fast bodies that do not deform are to swing on each other [1/s], see
+    `swing_of`; 0 where nothing moves them, and their materials tell.
+    """
 
     def __init__(
         self,
@@ -74,18 +83,23 @@ class SurfacePair:
         friction: float,
         dimension: int,
         thickness: float,
+        swing: float = 0.0,
         name: str | None = None,
     ) -> None:
         one, other = self.surfaces = surfaces
         self.name, self._friction = name, friction
-        layers = [surface.mass_per_area for surface in surfaces]
-        self._stiffness = 1.0 / sum(1.0 / (layer * surface.rate**2) for layer, surface in zip(layers, surfaces, strict=True))
-        self._damping = 2.0 * DAMPING * sqrt(self._stiffness / sum(1.0 / layer for layer in layers))
         self._hard = one.is_hard and other.is_hard
         self._mass = 1.0 / max(sum(1.0 / surface.rigid_mass for surface in surfaces), 1e-300)
-        for surface in surfaces:
-            if np.isfinite(surface.rigid_mass):
-                surface.contact_rate = max(surface.contact_rate, self._rate(surface))
+        layers = [surface.mass_per_area for surface in surfaces]
+        soft = [surface for surface in surfaces if self._hard or not surface.is_hard]
+        self._stiffness = 1.0 / sum(1.0 / (surface.mass_per_area * surface.rate**2) for surface in soft)
+        rigid = [surface for surface in surfaces if surface.rigid_mass < np.inf]
+        if self._hard and rigid and swing > 0.0:
+            self._stiffness = swing**2 * self._mass / max(surface.side() for surface in rigid)
+        self._damping = 2.0 * DAMPING * sqrt(self._stiffness / sum(1.0 / layer for layer in layers))
+        for surface in rigid:
+            swings = sqrt(self._stiffness * surface.side() / self._mass)
+            surface.contact_rate = max(surface.contact_rate, RESOLVED * swings)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
         self._passes = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
@@ -95,11 +109,6 @@ class SurfacePair:
         """On the first surface over this step [N s]."""
         self.stored = 0.0
         """Energy of the overlap [J]."""
-
-    def _rate(self, surface: ContactSurface) -> float:
-        """How fast a rigid body swings on the other surface, where the largest of its sides lies on it [1/s]."""
-        side = 0.5 * float(np.abs(surface.area).sum(axis=0).max())
-        return sqrt(self._stiffness * side / self._mass)
 
     def find(self, described: dict[int, tuple[np.ndarray, np.ndarray]]) -> bool:
         """Find where they overlap; whether they do. described: normals and areas of the points of surfaces, by identity."""
@@ -179,6 +188,11 @@ def _bins(one: np.ndarray, other: np.ndarray, reach: float) -> Bins | None:
     shape = int(counts[0]), int(counts[1]), int(counts[2])
     proximity.count_boxes(other, lower, size, shape, np.empty(len(other), np.int64), first, order)
     return Bins(lower, size, shape, first, order)
+
+
+def swing_of(cell: float, gravity: float, speed: float) -> float:
+    """How fast bodies that do not deform are to swing on each other [1/s], for cells [m], gravity [m/s²] and speeds [m/s]."""
+    return max(sqrt(gravity / (SINK * cell)), speed / (IMPACT * cell))
 
 
 class SurfacePairs:

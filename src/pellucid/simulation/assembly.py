@@ -1,7 +1,7 @@
 """From a case to its bodies, the velocity fields that they share, and the pairs of these in contact."""
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from pellucid.approximants import GridFunctions
@@ -10,7 +10,7 @@ from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
-from pellucid.contact.surface_pairs import STICKS, SurfacePair
+from pellucid.contact.surface_pairs import STICKS, SurfacePair, swing_of
 from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
@@ -58,11 +58,11 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
 
 
 def pairs_of(
-    fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact], column: int | None
+    fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact], column: int | None, gravity: float
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    column: of the work of forces between surfaces. Two fields touch by their surfaces where all of their bodies have one, and
+    column: of the work of forces between surfaces; gravity: largest [m/s²]. Two fields touch by their surfaces where all of their bodies have one, and
     not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
@@ -78,24 +78,26 @@ def pairs_of(
         found = [[surfaces.get(id(body)) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         if len(known) == len(found[0]) + len(found[1]) and not all(surface.two_sided for surface in known):
-            touching += _surface_pairs(one.grid, found, contact)
+            touching += _surface_pairs(one.grid, found, contact, gravity)
         else:
             met = {field: [body.met for body in bodies if body.met] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
     return pairs, touching
 
 
-def _surface_pairs(grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None) -> list[SurfacePair]:
+def _surface_pairs(
+    grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None, gravity: float
+) -> list[SurfacePair]:
     friction, name = 0.0, None
     if contact is not None:
         friction, name = STICKS if contact.kind == "stick" else contact.friction or 0.0, contact.name
     dimension = 2 - sum(grid.thin)
-    return [
-        SurfacePair((one, other), friction, dimension, grid.slice_thickness, name)
-        for one in found[0]
-        for other in found[1]
-        if one is not None and other is not None
-    ]
+    pairs = []
+    for one, other in product(*found):
+        if one is not None and other is not None:
+            swing = swing_of(grid.lattice.cell, gravity, one.speed() + other.speed())
+            pairs.append(SurfacePair((one, other), friction, dimension, grid.slice_thickness, swing, name))
+    return pairs
 
 
 def _pair(

@@ -97,7 +97,8 @@ class Simulation:
                 actions.take_loads()
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
-        pairs, touching = pairs_of(self.velocity_fields, built, case.contact, layout.surface_contact)
+        pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
+        pairs, touching = pairs_of(self.velocity_fields, built, case.contact, layout.surface_contact, pull)
         self.surface_pairs = SurfacePairs(touching)
         if touching:
             for body in self.bodies:
@@ -107,7 +108,6 @@ class Simulation:
         self._contact = NO_CONTACT
         self._without_heat = {field for field, group in self._on_grid.items() if not all(body.keeps_heat for body in group)}
         self._support_names = [support.name for support in case.support]
-        pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
         clock = Clock(case.time, longest, most)

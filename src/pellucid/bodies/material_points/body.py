@@ -77,11 +77,10 @@ class MaterialPoints(PointsOnGrid):
         def load() -> np.ndarray:
             return self.velocity_field.load_row(column - FIRST_LOAD)
 
-        self.surface = surface_of(self._model, self._grid_case, self.grid, self.mapped, load, takes is not None)
-        if self.surface is not None:
-            self.surface.is_hard = not self._strains
-            if isinstance(self.surface, RigidSurface) and constraint is not None:
-                self.surface.takes, self.surface.rigid_mass = constraint, self.mass
+        where = self.grid, self.mapped, load
+        self.surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
+        if isinstance(self.surface, RigidSurface) and constraint is not None:
+            self.surface.takes, self.surface.rigid_mass = constraint, self.mass
         return self.surface
 
     def bound_by_contact(self) -> None:

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from pellucid.parts.body import PointConstraint
 
 
+SOFT, HARD = 2, 4
+"""Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
+of its surface it rolls as a polygon over its edges."""
+
+
 class TakesForces(Protocol):
     """What leads a rigid body."""
 
@@ -38,12 +43,13 @@ class RigidSurface(GridSurface):
 
 
 def surface_of(
-    model: SeededBody, grid_case: GridCase, grid: Grid, mapped: Bundle, load: Callable[[], np.ndarray], rigid: bool
+    model: SeededBody, grid_case: GridCase, grid: Grid, mapped: Bundle, load: Callable[[], np.ndarray], rigid: bool, hard: bool
 ) -> GridSurface | None:
-    """The surface of the shape of a body within the grid; None where it has none there."""
+    """The surface of the shape of a body within the grid; None where it has none there. hard: whether it does not deform."""
     x, y, z = active = tuple(not thin for thin in grid.thin)
     per_cell = points_along_axes(model.points_per_cell, grid_case.thin())
-    spacing = grid_case.cell / max(2, min(n for n, counts in zip(per_cell, active, strict=True) if counts))
+    each = min(n for n, counts in zip(per_cell, active, strict=True) if counts)
+    spacing = grid_case.cell / max(HARD if hard else SOFT, each)
     lower, upper = model.bounds()
     thickness = grid.slice_thickness
 
@@ -52,7 +58,7 @@ def surface_of(
 
     place, area = boundary_points(contains, lower, upper, spacing, (x, y, z), thickness)
     low, high = np.array(grid_case.lower, float), np.array(grid_case.extent_upper(), float)
-    depth = 0.5 * spacing
+    depth = 0.5 * grid_case.cell / each
     anchor = place - depth * area / np.linalg.norm(area, axis=1, keepdims=True)
     flat = ~np.array(active)
     slack = 1e-9 * grid_case.cell
@@ -63,6 +69,7 @@ def surface_of(
     place[:, flat] = (0.5 * (low + high))[flat]
     kind = RigidSurface if rigid else GridSurface
     surface = kind(mapped, place, area, depth, spacing, load, model.initial_velocity(place))
+    surface.is_hard = hard
     surface.rate = model.wave_speeds()[0] / grid_case.cell
     surface.mass_per_area = model.material.density * grid_case.cell
     return surface
