@@ -1,9 +1,9 @@
 """The surface of a solid of material points, by which others touch it.
 
 Points of the surface are moved by the grid as those within are: each has an anchor in the layer of the outermost material
-points, where the nodes that reach it have mass, and an offset from there to the surface. With the velocity gradient L at the
-anchor the offset o changes by L o and the vector area a by tr(L) a - Lᵀ a, as lines and areas of the material do. Forces act at
-the anchors, along whose velocities they work.
+points, where the nodes that reach it have mass, and lies above it along the normal, at a depth that stays. So a surface comes
+nearer by the velocity of its anchors, at which forces act: what these take and give is the same. With the velocity gradient L
+at the anchor the vector area a changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,22 +31,17 @@ class MovedSurface(NamedTuple):
     velocity: np.ndarray  # (nodes, 3) that moves points [m/s]
     strain_velocity: np.ndarray  # (nodes, 3) that strains them [m/s]
     anchor: np.ndarray  # (m, 3) [m]
-    offset: np.ndarray  # (m, 3) [m]
     area: np.ndarray  # (m, 3) [m²]
     motion: np.ndarray  # (m, 3) velocity of the anchors in the last step [m/s]
 
 
 @kernel(inner=True)
 def _follow_chunk(chunk, surface, dt):
-    functions, lattice, x, o, a = surface.functions, surface.lattice, surface.anchor, surface.offset, surface.area
+    functions, lattice, x, a = surface.functions, surface.lattice, surface.anchor, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(x))):
         about = stencil(functions, lattice, x, uintp(p))
         v = gather(about, lattice, surface.velocity)
         xx, xy, xz, yx, yy, yz, zx, zy, zz = gather_gradient(about, lattice, surface.strain_velocity)
-        o0, o1, o2 = o[p, 0], o[p, 1], o[p, 2]
-        o[p, 0] += dt * (xx * o0 + xy * o1 + xz * o2)
-        o[p, 1] += dt * (yx * o0 + yy * o1 + yz * o2)
-        o[p, 2] += dt * (zx * o0 + zy * o1 + zz * o2)
         a0, a1, a2, growth = a[p, 0], a[p, 1], a[p, 2], xx + yy + zz
         a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
         a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
@@ -86,10 +81,8 @@ class GridSurface(ContactSurface):
         load: Callable[[], np.ndarray],
         velocity: np.ndarray,
     ) -> None:
-        size = np.linalg.norm(area, axis=1, keepdims=True)
-        self.offset, self.area = depth * area / size, area.copy()
-        self.anchor = place - self.offset
-        self.place = place.copy()
+        self.area, self._depth = area.copy(), depth
+        self.place, self.anchor = place.copy(), place - self._above()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self.reach = np.full(len(place), WIDTHS * spacing)
         self._load = load
@@ -100,15 +93,19 @@ class GridSurface(ContactSurface):
             nodes.velocity,
             nodes.strain_velocity,
             self.anchor,
-            self.offset,
             self.area,
             self.velocity,
         )
         self._moved = Bundle(moved)
 
+    def _above(self) -> np.ndarray:
+        """From the anchors to the surface [m], shape (m, 3)."""
+        size = np.linalg.norm(self.area, axis=1, keepdims=True)
+        return self._depth * self.area / np.where(size > 0.0, size, 1.0)
+
     def begin(self) -> None:
         """Put the points on the surface."""
-        np.add(self.anchor, self.offset, out=self.place)
+        np.add(self.anchor, self._above(), out=self.place)
 
     def follow(self, dt: float) -> None:
         """Move with the nodes over a step dt [s]."""
@@ -116,9 +113,8 @@ class GridSurface(ContactSurface):
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
         """Move as a rigid body whose centre goes to a new place [m], (3,), and which turns by a rotation, (3, 3), in dt [s]."""
-        arm = self.anchor + self.offset - centre
+        arm = self.anchor + self._above() - centre
         self.anchor[...] = new_centre + (self.anchor - centre) @ rotation.T
-        self.offset[...] = self.offset @ rotation.T
         self.area[...] = self.area @ rotation.T
         if dt > 0.0:
             self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
@@ -129,5 +125,5 @@ class GridSurface(ContactSurface):
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
-        names = ("anchor", "offset", "area", "velocity", "slip")
+        names = ("anchor", "area", "velocity", "slip")
         return {f"surface/{name}": getattr(self, name) for name in names}
