@@ -15,6 +15,7 @@ from pellucid.bodies.material_points.checks import (
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems
 from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.rotation import plane_problems
 from pellucid.model import parameter
 from pellucid.parts.body_model import StepLimit
 from pellucid.parts.condition import is_driven
@@ -66,6 +67,7 @@ class MaterialPointsCase(SeededBody):
         grid = parts.grid
         yield from hydrostatic_problems(self, path, parts)
         yield from stress_problems(self, path)
+        yield from plane_problems(self.shape.rotate, (*path, "shape"), parts.active_axes)
         if grid is not None:
             yield from grid_problems(self, path, grid)
             yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at)
