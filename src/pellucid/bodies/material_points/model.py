@@ -54,6 +54,15 @@ class MaterialPointsCase(SeededBody):
         text = f"body {self.name} is rigid: its points cannot follow a motion as well"
         return Reason(text, "leave `rigid = true` out: a body that follows a motion as a whole is rigid")
 
+    def why_no_outflow(self) -> Reason | None:
+        """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""
+        if self.rigid:
+            return Reason(f"body {self.name} is rigid: it cannot lose points", "leave `rigid = true` out, or this body")
+        if self.cell_pressure:
+            text = f"the `cell_pressure` of body {self.name} takes faces of the grid for walls"
+            return Reason(text, "leave `cell_pressure` out, or this body")
+        return None
+
     def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
         """Signals cross no more than a cell in a step; a rigid body has no waves."""
         if self.rigid or is_driven or any(self.material.problems()):

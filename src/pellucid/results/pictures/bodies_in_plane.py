@@ -37,7 +37,7 @@ def profiles(run: "Run", axis: int) -> "Figure":
     component = "xyz"[axis]
     for axes, field in zip(grid, wanted, strict=False):
         for name, colour in zip(names, COLOURS * len(names), strict=False):
-            fields = bodies[name]
+            fields = {key: values[_there(bodies[name])] for key, values in bodies[name].items()}
             values = scalar(fields[field], component if fields[field].ndim > 1 else None)
             axes.plot(fields["position"][:, axis], values, ".", markersize=2, color=colour, label=name)
         label(axes, component, field, "m", FIELDS[field].unit)
@@ -74,7 +74,8 @@ def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     panels = panels[: len(chosen)]
     for axes, bodies, shown, time in zip(panels, states, values, chosen, strict=True):
         together = np.concatenate([fields["position"] for fields in bodies])
-        dots = flat.draw(axes, together, shown, width, colours)
+        there = np.concatenate([_there(fields) for fields in bodies])
+        dots = flat.draw(axes, together[there], shown[there], width, colours)
         for skin in skins:
             flat.draw_skin(axes, run.fields(skin, float(time))["position"], run.cells(skin).lines)
         axes.set_title(f"t = {time:.4g} s")
@@ -128,6 +129,11 @@ class _Flat:
         for width, colour in ((3.2, "white"), (1.6, INK)):
             drawn = LineCollection(position[:, self.flat][lines], linewidths=width, colors=colour, capstyle="round")
             axes.add_collection(drawn)
+
+
+def _there(fields: Fields) -> np.ndarray:
+    """Which points have not left the grid: these have no mass any more."""
+    return np.asarray(fields["mass"] > 0.0) if "mass" in fields else np.ones(len(fields["position"]), dtype=bool)
 
 
 def _thinned(fields: Fields) -> Fields:
