@@ -223,6 +223,16 @@ def test_what_left_stays_away_in_a_run_that_goes_on_from_there(run, folder, when
     assert (went_on.fields("jet", 0.0)["mass"] == 0.0)[left].all()
 
 
+def test_a_run_that_all_have_left_has_its_report(tmp_path):
+    table = jet(end=20.0, probe=PROBES, output={"frames": 1.0}).to_data()
+    run = pellucid.run(Case.model_validate(table), out=tmp_path / "run", report=True)
+    assert run.summary["outflow"]["points"] == 90
+    assert (tmp_path / "run/report.html").is_file()
+    assert run.history["mass"][-1] == run.history["number"][-1] == 0.0
+    assert np.isnan(run.history["pressure"][-1])
+    assert not run.fields("jet")["mass"].any()
+
+
 SUPPORT = '[[support]]\nwhere = "y-lower"\nfix = "normal"\n'
 TEXT = f"""\
 schema = 1

@@ -109,7 +109,8 @@ class _Flat:
     def draw(self, axes: "Axes", position: np.ndarray, values: np.ndarray, width: float, colours: Limits) -> "PathCollection":
         paper = position[:, self.flat]
         extent = self.high - self.low
-        spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
+        spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) if len(paper) else 0.0  # all may have left
+        spacing *= width * 72.0 / extent[0]
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
         x, y = paper.T
         dots = axes.scatter(x, y, c=values, s=size, linewidths=0, cmap=colours.palette, vmin=colours.low, vmax=colours.high)
