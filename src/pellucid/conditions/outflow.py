@@ -13,7 +13,6 @@ from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
-from pellucid.parts.families import GridBody
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -40,6 +39,8 @@ class Outflow(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """Bodies let their points go by themselves: nothing else acts in a step."""
+        from pellucid.parts.families import GridBody  # heavy: only where a run is assembled
+
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
         for outflow in conditions:
             for name, member in assembly.bodies.items():
