@@ -119,6 +119,19 @@ def test_a_mesh_of_a_solid_turns_and_is_made_once():
     assert not list(rotated.faults())
 
 
+def test_a_turned_shape_is_filled_with_tetrahedra():
+    mesh = SolidMesh(fill={"shape": BOX | {"rotate": ROTATE}, "size": 0.08}).mesh()
+    assert mesh.volumes.sum() == pytest.approx(0.8 * 0.3 * 1.2, rel=0.03)
+    back = Shape(**BOX, rotate=ROTATE).geometry().turn.back(mesh.nodes)
+    assert np.all((back > np.array(BOX["box"]["lower"]) - 1e-6) & (back < np.array(BOX["box"]["upper"]) + 1e-6))
+
+
+def test_an_open_surface_that_is_turned_has_no_inside_to_fill():
+    tube = {"tube": {"start": (0, 0, 0), "end": (0, 0, 1), "radius": 0.5, "points": (12, 4)}}
+    with pytest.raises(ValidationError, match="the surface is open"):
+        SolidMesh(fill={"shape": {"inside": {"surface": tube}, "rotate": ROTATE}, "size": 0.2})
+
+
 def test_a_region_turns_and_rounding_decides_nothing():
     """The nodes on the faces of a turned block lie in the box turned alike, and some do not if it is not turned."""
     nodes = Selectable.of_solid(SolidMesh(box=BOX["box"] | {"cells": (4, 2, 6)}, rotate=ROTATE).mesh())
