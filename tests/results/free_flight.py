@@ -52,6 +52,8 @@ def free_flight(**settings: object) -> Case:
 
 
 class FakeBody:
+    constant_fields = ("id", "mass")
+
     def __init__(self, name: str, fluid: bool, lower: tuple[float, float], points: int, speed: float) -> None:
         generator = np.random.default_rng(len(name))
         self.name, self.fluid, self.n_points = name, fluid, points
@@ -87,6 +89,7 @@ class FakeSimulation:
 
     breaks_at: int | None = None
     is_balanced = True
+    outflow: ClassVar[dict[str, float]] = {}
     place: ClassVar[dict[str, object]] = {}
 
     def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:

@@ -2,8 +2,8 @@
 
 Points of the surface are moved by the grid as those within are: each has an anchor in the layer of the outermost material
 points, where the nodes that reach it have mass, and lies above it along the normal, at a depth that stays. So a surface comes
-nearer by the velocity of its anchors, at which forces act: what these take and give is the same. With the velocity gradient L
-at the anchor the vector area a changes by tr(L) a - Lᵀ a, as areas of the material do.
+nearer by the velocity of its anchors, at which forces act: what these take and give is the same. That velocity is the one
+that strains the points, as the energy of the overlap is stored like that of a strain. With its gradient L at the anchor the vector area a changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ from numpy import uintp
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.stencil import add_vector, gather, gather_gradient, stencil
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
@@ -28,20 +28,32 @@ class MovedSurface(NamedTuple):
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
-    velocity: np.ndarray  # (nodes, 3) that moves points [m/s]
-    strain_velocity: np.ndarray  # (nodes, 3) that strains them [m/s]
+    velocity: np.ndarray  # (nodes, 3) along which internal forces work on the points: that which strains them [m/s]
     anchor: np.ndarray  # (m, 3) [m]
     area: np.ndarray  # (m, 3) [m²]
     motion: np.ndarray  # (m, 3) velocity of the anchors in the last step [m/s]
+
+
+@pointwise
+def within(lattice, x, p):
+    """Whether point p lies within the grid, along the axes that are more than one cell thick."""
+    inside = True
+    for d in range(3):
+        place = (x[p, d] - lattice.lower[d]) * lattice.inverse_cell
+        inside = inside and (lattice.counts[d] == 1 or 0.0 <= place <= lattice.counts[d])
+    return inside
 
 
 @kernel(inner=True)
 def _follow_chunk(chunk, surface, dt):
     functions, lattice, x, a = surface.functions, surface.lattice, surface.anchor, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(x))):
+        if not within(lattice, x, p):
+            a[p, 0] = a[p, 1] = a[p, 2] = 0.0  # it left the grid, and touches nothing any more
+            continue
         about = stencil(functions, lattice, x, uintp(p))
         v = gather(about, lattice, surface.velocity)
-        xx, xy, xz, yx, yy, yz, zx, zy, zz = gather_gradient(about, lattice, surface.strain_velocity)
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = gather_gradient(about, lattice, surface.velocity)
         a0, a1, a2, growth = a[p, 0], a[p, 1], a[p, 2], xx + yy + zz
         a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
         a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
@@ -90,7 +102,6 @@ class GridSurface(ContactSurface):
         moved = MovedSurface(
             mapped.functions,
             mapped.lattice,
-            nodes.velocity,
             nodes.strain_velocity,
             self.anchor,
             self.area,

@@ -88,6 +88,7 @@ class PointsOnGrid(GridBody):
         self.totals = Totals()
         self.slabs = slabs_of(self.grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
+        self.slabs.first[-1] = len(arrays["mass"])
         self._bind()
         self._make_bundles()
         self.sort()
@@ -151,11 +152,24 @@ class PointsOnGrid(GridBody):
 
     # sorting
 
+    @property
+    def n_there(self) -> int:
+        """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass."""
+        return int(self.slabs.first[-1])
+
     def sort(self) -> None:
         """Sort the points by their nodes and divide them into slabs."""
-        sort_by_nodes(self.arrays, self._scratch, self.grid.lattice, self.functions, self.slabs)
+        there = {name: array[: self.n_there] for name, array in self.arrays.items()}
+        sort_by_nodes(there, self._scratch, self.grid.lattice, self.functions, self.slabs)
         self._follow_order()
-        self._short_runs = ShortRuns(self.n_points, self.sorting_cost)
+        self._short_runs = ShortRuns(self.n_there, self.sorting_cost)
+
+    def _put_behind(self, left: np.ndarray) -> None:
+        """Put those of the points that are there which have left, shape (n_there,), behind the others; they must be sorted."""
+        order = np.argsort(left, kind="stable")
+        for array in self.arrays.values():
+            array[: len(order)] = array[order]
+        self.slabs.first[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
         """Sort again where a point left its slab, or short runs of points with the same nodes cost more than sorting."""
@@ -321,6 +335,7 @@ class PointsOnGrid(GridBody):
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
         self._take(state)
+        self._put_behind(self.arrays["mass"] == 0.0)
         self.sort()
         self._goes_on = True
 
@@ -338,13 +353,30 @@ class PointsOnGrid(GridBody):
         return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
 
     def field(self, name: str) -> np.ndarray:
-        """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+        """A field in the order in which the points that have not left are stored; units in `pellucid.state.FIELDS`."""
         if name == "density":
-            return self.arrays["mass"] / self.arrays["volume"]
+            return self._there("mass") / self._there("volume")
         if name == "pressure":
-            return -self.arrays["stress"][:, :3].mean(axis=1)
+            return np.asarray(-self._there("stress")[:, :3].mean(axis=1))
         if name == "kinetic_energy":
-            return self.kinetic_energies()
+            return self.kinetic_energies()[: self.n_there]
         if name == "stored_energy":
-            return self.arrays["mass"] * self.arrays["strain_energy"]
-        return self.arrays[name]
+            return self._there("mass") * self._there("strain_energy")
+        return self._there(name)
+
+    def _there(self, name: str) -> np.ndarray:
+        return self.arrays[name][: self.n_there]
+
+    def frame(self) -> dict[str, np.ndarray]:
+        """The fields of all points in their original order; of those that left zeros, and where they left the grid."""
+        there, left = np.argsort(self._there("id")), self.arrays["id"][self.n_there :]
+        if not len(left):
+            return super().frame()
+        fields = {}
+        for name in self.field_names:
+            values = self.field(name)
+            fields[name] = np.zeros((self.n_points, *values.shape[1:]), values.dtype)
+            fields[name][np.sort(self._there("id"))] = values[there]
+        for name in ("id", "position"):
+            fields[name][left] = self.arrays[name][self.n_there :]
+        return fields

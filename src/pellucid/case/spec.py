@@ -20,6 +20,7 @@ from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.damping import Damping
 from pellucid.conditions.loads import AnyLoad
+from pellucid.conditions.outflow import Outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid import Rigid
@@ -158,6 +159,7 @@ class Case(Model):
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
+    outflow: tuple[Outflow, ...] = parameter("", "faces of the grid through which material points leave", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())

@@ -9,6 +9,7 @@ from pydantic import field_validator, model_validator
 from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
+from pellucid.geometry.rotation import plane_problems
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
@@ -72,8 +73,10 @@ class Support(Condition):
             yield from self._only_body_problems(path, parts)
         elif parts.lacks_grid:
             yield from self._nothing_problems((*path, "where"), parts)
-        elif parts.grid is not None and isinstance(self.where, Region) and self.where.box is not None:
-            yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)
+        elif parts.grid is not None and isinstance(self.where, Region):
+            yield from plane_problems(self.where.rotate, (*path, "where"), parts.active_axes)
+            if self.where.box is not None and (shape := self.where.shape) is not None:
+                yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
 
     @property
     def _means_a_body(self) -> bool:

@@ -3,6 +3,7 @@ judged by what is `at_stake`."""
 
 from pellucid.energy.at_stake import energy_at_stake
 from pellucid.energy.budget import FIRST_JUDGED, EnergyBudget, Totals
+from pellucid.energy.left import Left
 from pellucid.energy.works import (
     ABSORBED,
     ABSORBED_ENERGY,
@@ -19,6 +20,7 @@ from pellucid.energy.works import (
     INTERNAL,
     MOTION,
     MOTION_WORK,
+    OUTFLOW_ENERGY,
     SUPPORT,
     TRANSFER,
     TRANSFER_HEAT,
@@ -50,6 +52,7 @@ __all__ = [
     "INTERNAL",
     "MOTION",
     "MOTION_WORK",
+    "OUTFLOW_ENERGY",
     "SUPPORT",
     "TRANSFER",
     "TRANSFER_HEAT",
@@ -57,6 +60,7 @@ __all__ = [
     "VISCOUS_HEAT",
     "Channel",
     "EnergyBudget",
+    "Left",
     "StepWork",
     "Totals",
     "WorkLayout",

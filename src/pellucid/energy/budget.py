@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, Channel, StepWork
+from pellucid.energy.left import Left
+from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, OUTFLOW_ENERGY, Channel, StepWork
 
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses"
 """Of the balance, which a checkpoint keeps as lists."""
@@ -29,6 +30,12 @@ class Totals:
         self.kinetic = self.affine = self.stored = self.half_power = self.heating = self.rate = self.momentum_size = 0.0
         self.momentum = np.zeros(3)
         self.parts: dict[str, float] = {}
+
+    def give(self, left: Left, affine: float) -> None:
+        """Without what points take along that leave; affine: of their kinetic energy that of affine fields [J]."""
+        self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
+        self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
+        self.momentum = self.momentum - left.momentum
 
     def to_data(self) -> dict[str, object]:
         """What a checkpoint keeps."""
@@ -84,6 +91,7 @@ class EnergyBudget:
         self.support_impulses = np.zeros((0, 3))
         self.named_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
+        self.left_points, self.left_mass, self.left_stored = 0, 0.0, 0.0
 
     def record(
         self,
@@ -99,12 +107,14 @@ class EnergyBudget:
         """
         kinetic, stored, half_power, heating, size = self._sums(bodies)
         works = done.works.tolist()
-        internal, external, exchanged = works[INTERNAL], 0.0, abs(stored - self.initial["stored"])
+        internal, external = works[INTERNAL], 0.0
+        exchanged = abs(stored + self.left_stored - self.initial["stored"])
         for channel, column in self.channels.items():
             amount = works[column]
             self.sums[channel.name] = so_far = self.sums[channel.name] + amount
             external += channel.sign * amount
-            exchanged += abs(so_far)
+            # what is stored in points that leave has not moved: no error is judged by it
+            exchanged += abs(so_far - (self.left_stored if channel == OUTFLOW_ENERGY else 0.0))
         self.transfer += kinetic - self.kinetic - (internal + external)
         staggering = dt * (half_power - self.half_power)
         self.time_integration += stored - self.stored + staggering + internal
@@ -115,6 +125,22 @@ class EnergyBudget:
         self._record_impulses(done, contact_impulses, dt, weight)
         self.moved = max(self.moved, kinetic + exchanged)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
+
+    def let_go(self, bodies: Sequence[Balanced], left: Left, dt: float) -> None:
+        """Points have left after a step dt [s] that was recorded; bodies: without them.
+
+        They take what their velocities were ahead of their stresses along, too: no error changes.
+        """
+        staggered = dt * left.half_power
+        self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
+        self.stored_by_kind = self._stored_by_kind(bodies)
+        self.staggering -= staggered
+        self.sums[OUTFLOW_ENERGY.name] += left.kinetic + left.stored + staggered
+        self.impulse -= left.momentum
+        self.exchanged += np.abs(left.momentum)
+        self.left_points += left.points
+        self.left_mass += left.mass
+        self.left_stored += left.stored
 
     def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
         others = (dt * done.gravity_mass * self.gravity, done.impulse, *done.motions.values())
@@ -188,7 +214,7 @@ class EnergyBudget:
         impulses from outside, which may cancel: what passes through a body from a push to its support rounds as it is large."""
         lost = np.abs(self._momentum(bodies) - self.initial_momentum - self.impulse).max()
         return {
-            "mass": abs(self._mass(bodies) - self.initial["mass"]) / self.initial["mass"],
+            "mass": abs(self._mass(bodies) + self.left_mass - self.initial["mass"]) / self.initial["mass"],
             "momentum": float(lost / self.momentum_scale) if self.momentum_scale > 0.0 else 0.0,
             "energy": self.energy_error(),
         }

@@ -28,6 +28,8 @@ GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
 ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT = (
     Channel(name, -1.0) for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat", "transfer_heat")
 )
+OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
+"""Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
 FIXED_COLUMNS: Mapping[Channel, int] = {
     GRAVITY_WORK: GRAVITY,
     SUPPORT_WORK: SUPPORT,

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field
 from pellucid.geometry.geometry import AXES, ActiveAxes, Geometry
 from pellucid.model import Model, Vector, parameter
 
+STEPS = 4001  # along a side, in which its reach is looked for: good to 1e-7 of the height
 Positive = Annotated[float, Field(gt=0)]
 
 
@@ -42,6 +43,17 @@ class Cushion(CushionDimensions, Geometry):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         half, kept = 0.5 * np.array([*self.sides, self.height]), np.array([axis in self.halved for axis in AXES])
         return np.array(self.centre_) - np.where(kept, 0.0, half), np.array(self.centre_) + half
+
+    def reach(self, direction: np.ndarray) -> float:
+        """Over η in fine steps; over ξ, where a ξ + k (1 - ξ²) is largest at ξ = a/2k or at an end, exactly."""
+        first, kept = np.array([-1.0, -1.0, -1.0]), [axis in self.halved for axis in AXES]
+        first[kept] = 0.0
+        a, b, c = direction * 0.5 * np.array([*self.sides, self.height])
+        eta = np.linspace(first[1], 1.0, STEPS)
+        up = max(c, c * first[2])
+        k = up * (1.0 - eta**2)
+        xi = np.clip(np.divide(0.5 * a, k, out=np.full(STEPS, np.copysign(np.inf, a)), where=k > 0.0), first[0], 1.0)
+        return float(np.array(self.centre_) @ direction + (a * xi + b * eta + up * dome(xi, eta)).max())
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         offset = np.where(active, points - np.array(self.centre_), 0.0)

@@ -38,9 +38,9 @@ class FillMesh(Tetrahedral):
 
     def make(self) -> SimplexMesh:
         """A lattice whose middle is that of the shape. Raises ValueError where it is too coarse or too fine."""
-        geometry = self.shape.geometry()
-        if isinstance(geometry, Inside):
-            closed_triangles(geometry.surface)
+        geometry, chosen = self.shape.geometry(), self.shape.chosen()
+        if isinstance(chosen, Inside):
+            closed_triangles(chosen.surface)
         lower, upper = geometry.bounds()
         n = np.ceil((upper - lower) / self.size).astype(int) + 1  # half a cube of room at both ends
         counts = int(n[0]), int(n[1]), int(n[2])

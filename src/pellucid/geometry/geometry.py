@@ -31,6 +31,16 @@ class Geometry(Model):
         lower, upper = self.bounds()
         return 0.5 * (lower + upper)
 
+    def reach(self, direction: np.ndarray) -> float:
+        """Largest x·d of its places x [m] along a direction d, shape (3,); not less than that, and
+        for a box exact, is what the corners of its bounds give."""
+        lower, upper = self.bounds()
+        return float(np.maximum(lower * direction, upper * direction).sum())
+
+    def in_own_frame(self, points: np.ndarray) -> tuple["Geometry", np.ndarray]:
+        """The shape as it was before it was turned, and points [m], shape (n, 3), turned back with it."""
+        return self, points
+
     def n_own_points(self) -> int | None:
         """Number of points where the shape is filled by a lattice of its own; None where the grid's lattice fills it."""
         return None

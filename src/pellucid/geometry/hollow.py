@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pellucid.geometry.geometry import AXES, ActiveAxes, Geometry
+from pellucid.geometry.solids import Cylinder, Sphere
 from pellucid.model import Vector, parameter
 
 AtLeastOne = Annotated[int, Field(ge=1)]
@@ -44,6 +45,10 @@ class Shell(Hollow):
         """Those of the outer ball."""
         return self.centre() - self.outer_radius, self.centre() + self.outer_radius
 
+    def reach(self, direction: np.ndarray) -> float:
+        """That of the outer ball."""
+        return Sphere(centre_=self.centre_, radius=self.outer_radius).reach(direction)
+
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         """Which points lie in the wall."""
         return self._in_the_wall((points - self.centre())[:, np.array(active)])
@@ -69,6 +74,11 @@ class Pipe(Hollow):
         half = np.full(3, self.outer_radius)
         half[AXES.index(self.axis)] = 0.5 * self.height
         return self.centre() - half, self.centre() + half
+
+    def reach(self, direction: np.ndarray) -> float:
+        """That of the full cylinder."""
+        full = Cylinder(centre_=self.centre_, radius=self.outer_radius, axis=self.axis, height=self.height)
+        return full.reach(direction)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         """Which points lie in the wall."""

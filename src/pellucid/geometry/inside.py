@@ -20,6 +20,10 @@ class Inside(Geometry):
         vertices = self.surface.triangulate().vertices
         return vertices.min(axis=0), vertices.max(axis=0)
 
+    def reach(self, direction: np.ndarray) -> float:
+        """That of the vertices."""
+        return float((self.surface.triangulate().vertices @ direction).max())
+
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         """Which points a ray along x leaves the region from, having crossed the surface an odd number of times."""
         lower, upper = self.bounds()

@@ -14,6 +14,7 @@ from pydantic import field_validator, model_validator
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.cells import outer_faces, vector_areas
 from pellucid.geometry.geometry import ActiveAxes
+from pellucid.geometry.rotation import plane_problems
 from pellucid.geometry.shapes import Box, Shape
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.model import Vector, parameter
@@ -62,12 +63,14 @@ class Region(Shape):
     def _exactly_one(cls, data: Any) -> Any:
         """At most one shape, and something at all."""
         if isinstance(data, dict):
-            shapes = [name for name in Shape.model_fields if data.get(name) is not None]
+            shapes = [name for name in Shape.alternatives() if data.get(name) is not None]
             if len(shapes) > 1:
                 raise ValueError(f"{cls.what} has one shape, and here are {listed(shapes)}: keep one of them")
+            if data.get("rotate") is not None and not shapes:
+                raise ValueError("`rotate` turns the shape of a region, and this one has none: add a shape, or leave it out")
             if not data.keys() - {"within"}:
                 raise ValueError(
-                    f"{cls.what} is a table with a shape ({listed(list(Shape.model_fields))}), a named `set` or a `normal`, "
+                    f"{cls.what} is a table with a shape ({listed(Shape.alternatives())}), a named `set` or a `normal`, "
                     "for example { normal = [0, 0, 1], within = 30 }"
                 )
         return data
@@ -93,8 +96,8 @@ class Region(Shape):
     @property
     def shape(self) -> Shape | None:
         """Its shape, if it has one."""
-        name = next((name for name in Shape.model_fields if getattr(self, name) is not None), None)
-        return None if name is None else Shape(**{name: getattr(self, name)})
+        name = next((name for name in Shape.alternatives() if getattr(self, name) is not None), None)
+        return None if name is None else Shape(**{name: getattr(self, name)}, rotate=self.rotate)
 
     def nodes(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
         """Which nodes it chooses, shape (n,); along axes that are not `active` the extent of shapes does not count.
@@ -165,6 +168,9 @@ def faults(
 
     faces: whether the condition acts on faces, not on nodes.
     """
+    if isinstance(where, Region) and (turns := list(plane_problems(where.rotate, path, active))):
+        yield from turns
+        return
     named = where.set_ if isinstance(where, Region) else None
     if not len(of.faces) and needs_mesh(where):
         yield Finding(path, f"body {name} has no mesh of its own whose sets, normals and boundary are known", "use a shape")
@@ -199,10 +205,10 @@ def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) ->
 
 
 def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:
-    geometry = shape.geometry()
-    if not isinstance(geometry, Box) or not len(position):
+    reach = max(reach, REACH * float(np.ptp(position, axis=0).max())) if len(position) else reach
+    geometry, position = shape.geometry().in_own_frame(position)
+    if not isinstance(geometry, Box):
         return geometry.contains(position, active)
-    reach = max(reach, REACH * float(np.ptp(position, axis=0).max()))
     lower, upper = geometry.bounds()
     inside = (position >= lower - reach) & (position <= upper + reach)
     return np.asarray(inside[:, np.array(active)].all(axis=1))

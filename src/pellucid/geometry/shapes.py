@@ -7,15 +7,18 @@ from pellucid.geometry.cushion import Cushion
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.hollow import Pipe, Shell
 from pellucid.geometry.inside import Inside
+from pellucid.geometry.rotated import Rotated
+from pellucid.geometry.rotation import Rotations, rotate_parameter
 from pellucid.geometry.solids import Box, Cylinder, Sphere
 
-__all__ = ["Box", "Cushion", "Cylinder", "Geometry", "Inside", "Pipe", "Shape", "Shell", "Sphere"]
+__all__ = ["Box", "Cushion", "Cylinder", "Geometry", "Inside", "Pipe", "Rotated", "Shape", "Shell", "Sphere"]
 
 
 class Shape(Choice):
     """A table with one key that names the shape."""
 
     what: ClassVar[str] = "a shape"
+    beside: ClassVar[tuple[str, ...]] = ("rotate",)
 
     box: Box | None = None
     sphere: Sphere | None = None
@@ -24,8 +27,9 @@ class Shape(Choice):
     pipe: Pipe | None = None
     inside: Inside | None = None
     cushion: Cushion | None = None
+    rotate: Rotations = rotate_parameter("the shape")
 
     def geometry(self) -> Geometry:
         """The shape itself."""
         geometry: Geometry = self.chosen()
-        return geometry
+        return geometry if self.rotate is None else Rotated(shape=geometry, rotate=self.rotate)

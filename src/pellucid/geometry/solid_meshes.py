@@ -10,6 +10,7 @@ from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.fill_mesh import FillMesh
 from pellucid.geometry.heart_mesh import HeartMesh
 from pellucid.geometry.inside_mesh import InsideMesh
+from pellucid.geometry.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import Fault, solid_faults
 from pellucid.geometry.solid_file import SolidFile
@@ -20,6 +21,7 @@ class SolidMesh(Choice):
     """A table with one key that names the mesh of a solid."""
 
     what: ClassVar[str] = "the mesh of a solid"
+    beside: ClassVar[tuple[str, ...]] = ("rotate",)
 
     box: BoxMesh | None = None
     cylinder: CylinderMesh | None = None
@@ -27,17 +29,26 @@ class SolidMesh(Choice):
     inside: InsideMesh | None = None
     heart: HeartMesh | None = None
     file: SolidFile | None = None
+    rotate: Rotations = rotate_parameter("the mesh")
 
     def mesh(self) -> SimplexMesh:
         """Its nodes and tetrahedra, made once; whoever asks shares them."""
         chosen: Tetrahedral = self.chosen()
-        return chosen.mesh()
+        return _turned(chosen.mesh(), self.rotate)
 
     def faults(self) -> Iterator[Fault]:
         """Everything wrong with them, as text, which names the file that they are from, and remedy."""
         chosen: Tetrahedral = self.chosen()
         before = f"{chosen.origin}: " if chosen.origin else ""
-        return ((before + text, remedy) for text, remedy in _faults(chosen.mesh(), chosen.is_pattern))
+        return ((before + text, remedy) for text, remedy in _faults(self.mesh(), chosen.is_pattern))
+
+
+@lru_cache(maxsize=8)
+def _turned(mesh: SimplexMesh, rotate: Rotations) -> SimplexMesh:
+    if rotate is None:
+        return mesh
+    middle = 0.5 * (mesh.nodes.min(axis=0) + mesh.nodes.max(axis=0))
+    return SimplexMesh(turn_about(rotate, middle).forth(mesh.nodes), mesh.cells, mesh.sets)
 
 
 @lru_cache(maxsize=8)

@@ -42,6 +42,9 @@ class Sphere(Geometry):
         centre = np.array(self.centre_)
         return centre - self.radius, centre + self.radius
 
+    def reach(self, direction: np.ndarray) -> float:
+        return float(np.array(self.centre_) @ direction + self.radius * np.linalg.norm(direction))
+
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         offset = (points - np.array(self.centre_))[:, np.array(active)]
         return np.einsum("ij,ij->i", offset, offset) <= self.radius**2
@@ -65,6 +68,11 @@ class Cylinder(Geometry):
         half = np.full(3, self.radius)
         half[AXES.index(self.axis)] = 0.5 * self.height
         return np.array(self.centre_) - half, np.array(self.centre_) + half
+
+    def reach(self, direction: np.ndarray) -> float:
+        along = AXES.index(self.axis)
+        across = self.radius * np.linalg.norm(np.delete(direction, along))
+        return float(np.array(self.centre_) @ direction + across + 0.5 * self.height * abs(direction[along]))
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         along = AXES.index(self.axis)

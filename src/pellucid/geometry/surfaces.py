@@ -12,6 +12,7 @@ from pellucid.geometry.ellipsoid_surface import EllipsoidSurface
 from pellucid.geometry.icosphere import Icosphere
 from pellucid.geometry.lid import Lid
 from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.sheets import Rectangle
 from pellucid.geometry.sphere_surface import SphereSurface
 from pellucid.geometry.surface_file import SurfaceFile
@@ -44,6 +45,7 @@ class Surface(Choice):
     """A table with one key that names the surface."""
 
     what: ClassVar[str] = "a surface"
+    beside: ClassVar[tuple[str, ...]] = ("rotate",)
 
     rectangle: Rectangle | None = None
     icosphere: Icosphere | None = None
@@ -56,12 +58,16 @@ class Surface(Choice):
     sphere: SphereSurface | None = None
     cushion: CushionSurface | None = None
     file: SurfaceFile | None = None
+    rotate: Rotations = rotate_parameter("the surface")
 
     def mesh(self, elements: Elements = "quads") -> Mesh:
         """Its elements; the arrays are the caller's own. Where triangles alone are wanted, quadrilaterals are cut in two."""
         chosen = self.chosen()
         # a file may change, and keeps what it read
         mesh = chosen.mesh() if isinstance(chosen, SurfaceFile) else Mesh(*(array.copy() for array in _made(chosen)))
+        if self.rotate is not None:
+            middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+            mesh = mesh._replace(vertices=turn_about(self.rotate, middle).forth(mesh.vertices))
         return mesh if elements == "quads" else Mesh(mesh.vertices, triangles=mesh.triangulated().triangles)
 
     def triangulate(self) -> Triangulation:

@@ -35,7 +35,10 @@ FAULTS = {
         "the element that begins here turned over in this step, or has no area or thickness left",
         "use a smaller time.step or time.courant, finer elements, or wrinkling where the membrane is pushed together",
     ),
-    LOST: Fault("it left the grid", "make the grid larger or put a support on the face it crossed"),
+    LOST: Fault(
+        "it left the grid",
+        "make the grid larger, put a support on the face it crossed, or let it leave through an [[outflow]]",
+    ),
 }
 
 
@@ -161,5 +164,6 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
     GAINED,
     KEPT,
     VECTORS,
+    LOST_POWER,
     COLUMNS,
-) = range(17)
+) = range(18)

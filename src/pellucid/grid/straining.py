@@ -22,6 +22,7 @@ from pellucid.grid.points import (
     HEATING,
     INVERTED,
     LOST,
+    LOST_POWER,
     NOT_FINITE,
     OK,
     POWER,
@@ -163,6 +164,7 @@ def _update_stress_slab(s, strained, dt, move):
         return
     moved, bounds = (points.position, points.velocity, points.mass, points.volume), bounds_of(slabs, s)
     first_fault = at_fault = 0
+    lost_power = 0.0
     state_like = load_state(arrays, uintp(0))
     found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
     c, sums = numbers(WIDTH * (STATE + size(state_like))), zeros((SUMS + 1) * LANES)
@@ -178,10 +180,13 @@ def _update_stress_slab(s, strained, dt, move):
         _respond(law, lattice, dt, n, state_like, c)
         add_columns(c, BAD, n, sums, 0, SUMS)
         largest_of_column(c, FASTEST, n, sums, SUMS)
-        if first_fault == OK and total(load(sums, 0)) > 0.0:
+        if total(load(sums, 0)) > 0.0:
             for q in range(n):
                 fault = _fault(c, q, lattice.counts)
-                if fault != OK and first_fault == OK:
+                if fault == LOST:
+                    lost_power += c[uintp(q + (OF_LAW + 2) * WIDTH)]
+                # a point that left may be allowed to: any other fault comes before it
+                if fault != OK and (first_fault == OK or (first_fault == LOST and fault != LOST)):
                     first_fault = fault
                     at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
         # what would turn over stays as it was, to be read afterwards
@@ -195,6 +200,7 @@ def _update_stress_slab(s, strained, dt, move):
     slabs.fault[s, 1] = at_fault
     for k, column in enumerate((STORED, DISSIPATED, POWER, HEATING)):
         slabs.sums[s, column] = total(load(sums, (2 + k) * LANES))
+    slabs.sums[s, LOST_POWER] = lost_power
     top = 0.0
     for lane in range(LANES):
         top = max(top, sums[SUMS * LANES + lane])
@@ -204,7 +210,7 @@ def _update_stress_slab(s, strained, dt, move):
 @kernel()
 def update_stress(n, strained, dt, move):
     """Velocity gradients, new volumes and stresses; where `move` new positions. Fills STORED, DISSIPATED, HEATING,
-    POWER, RATE of the sums.
+    POWER, RATE of the sums, and LOST_POWER with the part of POWER of points that left the grid.
 
     strained: the bundle of `StrainedPoints`.
     """

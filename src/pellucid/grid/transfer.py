@@ -104,7 +104,7 @@ def _update_positions_slab(s, mapped, velocity, dt):
         v = gather(stencil(functions, lattice, x, p), lattice, velocity)
         fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], bounds)
         left_slab |= beyond
-        if fault != OK and first_fault == OK:
+        if fault != OK and (first_fault == OK or (first_fault == LOST and fault != LOST)):
             first_fault = fault
             at_fault = intp(p)  # type: ignore[assignment]
     slabs.left_slab[s] = left_slab

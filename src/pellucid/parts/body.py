@@ -324,6 +324,9 @@ class Body(ABC):
     def field_names(self) -> list[str]:
         """The fields that results show: `id`, `position`, `velocity`, `mass`, `density`, `stress` and more of its own."""
 
+    constant_fields: Sequence[str] = ("id", "mass")
+    """Of these fields those that never change."""
+
     @abstractmethod
     def field(self, name: str) -> np.ndarray:
         """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""

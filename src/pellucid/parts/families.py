@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.energy import StepWork
+from pellucid.energy import Left, StepWork
 from pellucid.parts.body import Body, NodalSupport
 
 if TYPE_CHECKING:
@@ -57,6 +57,15 @@ class GridBody(Body):
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The `constraint` leads the points."""
+
+    def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
+        """Let points leave through faces of the grid, each an axis and an end, 0 lower and 1 upper, which its model may refuse
+        before (`why_no_outflow`)."""
+        raise ValueError(f"the points of body {self.name} cannot leave it")
+
+    def let_leave(self) -> Left | None:
+        """After a step: remove the points that left through these faces; None where there are none."""
+        return None
 
     def keep_forces_apart(self) -> None:
         """Add internal forces to those that its velocity field keeps apart: asked of bodies that keep heat."""

@@ -13,7 +13,16 @@ from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.contact.pairs import NO_CONTACT, ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
-from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER, TRANSFER_HEAT, EnergyBudget, energy_at_stake, total_work
+from pellucid.energy import (
+    CONTACT_WORK,
+    DAMPING_HEAT,
+    OUTFLOW_ENERGY,
+    TRANSFER,
+    TRANSFER_HEAT,
+    EnergyBudget,
+    energy_at_stake,
+    total_work,
+)
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
@@ -91,7 +100,7 @@ class Simulation:
         self._mapped_again = [
             field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
         ]
-        small_mass = SMALL_MASS * min(float(body.arrays["mass"].min()) for body in self.bodies)
+        small_mass = SMALL_MASS * min(_lightest(body.arrays["mass"]) for body in self.bodies)
         if several:
             for actions in self.conditions.actions:
                 actions.take_loads()
@@ -253,6 +262,9 @@ class Simulation:
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
+        for body in self.grid_bodies:
+            if left := body.let_leave():
+                self.budget.let_go(self.bodies, left, dt)
 
     def _share_gravity(self, share: float) -> None:
         for field in self.velocity_fields:
@@ -385,9 +397,16 @@ class Simulation:
         errors = self.budget.conservation(self.bodies)
         return {name: error for name, error in errors.items() if self.is_balanced or name != "momentum"}
 
+    @property
+    def outflow(self) -> dict[str, float]:
+        """Number and mass [kg] of the points that left; empty where none may."""
+        if OUTFLOW_ENERGY not in self._channels:
+            return {}
+        return {"points": self.budget.left_points, "mass": self.budget.left_mass}
+
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
-        return self.clock.facts() | self._settled
+        return self.clock.facts() | self._settled | ({"outflow": self.outflow} if self.outflow else {})
 
     def kinetic_energy(self) -> float:
         """Of all bodies [J]."""
@@ -426,3 +445,8 @@ class Simulation:
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps
+
+
+def _lightest(mass: np.ndarray) -> float:
+    """Of the points with mass [kg]: those that left in an earlier run have none."""
+    return float(np.min(mass, where=mass > 0.0, initial=inf))

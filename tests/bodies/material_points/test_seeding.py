@@ -6,7 +6,7 @@ from small_cases import box, case, simulation
 
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
-from pellucid.geometry.shapes import Box, Cylinder, Inside, Pipe, Shell, Sphere
+from pellucid.geometry.shapes import Box, Cylinder, Inside, Pipe, Shape, Shell, Sphere
 from pellucid.grid.model import GridCase
 
 SHAPES = {
@@ -68,6 +68,39 @@ def test_a_point_whose_middle_lies_outside_stays_on_the_lattice():
     points, volumes = seed(shell, grid((6, 6, 6)), (3, 3, 3))
     assert shell.contains(points, EVERYWHERE).all()
     assert volumes.sum() == pytest.approx(shell.measure(EVERYWHERE), rel=1e-13)
+
+
+@pytest.mark.parametrize("counts", [(6, 6, 6), (6, 6, 1)], ids=["3-D", "2-D"])
+def test_a_turned_box_has_its_exact_volume_and_points_inside(counts):
+    active = tuple(n > 1 for n in counts)
+    turns = [{"angle": 17}, {"axis": (1, 0, 0), "angle": 40}] if active[2] else {"angle": 17}
+    shape = Shape(box={"lower": (1.4, 2.1, 2.0), "upper": (4.2, 3.7, 3.9)}, rotate=turns).geometry()
+    points, volumes = seed(shape, grid(counts), tuple(3 if a else 1 for a in active))
+    assert volumes.sum() == pytest.approx(2.8 * 1.6 * (1.9 if active[2] else 1.0), rel=1e-13)
+    assert shape.contains(points, active).all()
+    keep = np.array(active)
+    lattice = 3.0 ** -sum(active)
+    assert 0.25 * lattice < volumes.min()
+    assert volumes.max() < 2.5 * lattice
+    x = (points - shape.centre())[:, keep] @ shape.turn.matrix[np.ix_(keep, keep)]
+    assert np.abs(volumes @ x / volumes.sum()).max() < 2e-3
+    # points have no width: of a lattice the second moments lack spacing²/12
+    second = np.einsum("n,ni,nj->ij", volumes, x, x) / volumes.sum() + np.eye(sum(active)) / 108.0
+    assert second == pytest.approx(np.diag(np.array([2.8, 1.6, 1.9])[keep] ** 2 / 12.0), abs=0.01)
+
+
+def test_a_ball_left_out_of_a_turned_box_takes_its_exact_volume():
+    shape = Shape(box={"lower": (1.0, 1.4, 1.4), "upper": (5.0, 4.6, 4.6)}, rotate={"angle": 25}).geometry()
+    ball = Sphere(centre=(3.0, 3.0, 3.0), radius=1.0)
+    _, volumes = seed(shape, grid((6, 6, 6)), (3, 3, 3), (ball,))
+    assert volumes.sum() == pytest.approx(4.0 * 3.2 * 3.2 - 4.0 / 3.0 * np.pi, rel=1e-13)
+
+
+def test_a_turned_box_left_out_of_a_box_takes_its_exact_volume():
+    shape = Shape(box={"lower": (2.0, 2.4, 2.0), "upper": (4.0, 3.6, 4.0)}, rotate={"angle": 25}).geometry()
+    points, volumes = seed(Box(lower=(1, 1, 1), upper=(5, 5, 5)), grid((6, 6, 6)), (3, 3, 3), (shape,))
+    assert volumes.sum() == pytest.approx(64.0 - 2.0 * 1.2 * 2.0, rel=1e-13)
+    assert not shape.contains(points, EVERYWHERE).any()
 
 
 def test_planes_of_symmetry_cut_a_ball():

@@ -1,23 +1,24 @@
 """A fluid or solid body of material points."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
+from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.material_points.surface import RigidSurface, surface_of
 from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.energy import FIRST_LOAD
+from pellucid.energy import FIRST_LOAD, Left
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import straining
 from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import DISSIPATED
+from pellucid.grid.points import DISSIPATED, LOST, LOST_POWER, OK
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -25,6 +26,8 @@ from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 from pellucid.model import Vector
 from pellucid.reductions import ordered_sum
+
+NOBODY = np.zeros(0, dtype=bool)
 
 
 class MaterialPoints(PointsOnGrid):
@@ -43,6 +46,8 @@ class MaterialPoints(PointsOnGrid):
         self.energy_kind = case.material.energy_kind
         self._by_cells = case.cell_pressure
         self._model, self._grid_case = case, grid_case
+        self._open_faces: OpenFaces | None = None
+        self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
         arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)
@@ -155,6 +160,52 @@ class MaterialPoints(PointsOnGrid):
             self.totals.parts["dissipated"] = lost
             self.totals.stored += lost
 
+    # points that leave
+
+    def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
+        """Let points leave through faces of the grid."""
+        if self.constraint is not None:
+            super().open_faces(faces)
+        self._open_faces = self._open_faces or OpenFaces()
+        self._open_faces.add(faces)
+        self.constant_fields = ("id",)
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Stop at faults, but not where points left that may; they go when the step is recorded."""
+        fault = self.slabs.fault
+        if (
+            self._open_faces is not None
+            and np.count_nonzero(fault[:, 0])
+            and np.all((fault[:, 0] == OK) | (fault[:, 0] == LOST))
+        ):
+            self._leaving, lost = self._open_faces.crossed(self._there("position"), self.grid.lattice)
+            if lost.any():
+                self.stop(LOST, int(np.flatnonzero(lost)[0]), n_steps, time)
+            if self._leaving.any():
+                return
+        super().check(n_steps, time)
+
+    def let_leave(self) -> Left | None:
+        """Remove the points that left through open faces in this step."""
+        gone, self._leaving = self._leaving, NOBODY
+        if not gone.any():
+            return None
+        there = {name: self._there(name) for name in self.arrays}
+        stored, dissipated = self.field("stored_energy"), "dissipated_energy" in there
+        if dissipated:
+            lost = there["mass"] * there["dissipated_energy"]
+            self.totals.parts["dissipated"] -= float(np.sum(lost[gone]))
+            stored = stored + lost
+        power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(self.slabs.sums)[LOST_POWER])
+        left, affine = taken_along(there, stored, gone, power)
+        speed = np.linalg.norm(there["velocity"][gone], axis=1)
+        self.totals.momentum_size -= float(np.sum(there["mass"][gone] * speed))
+        self.totals.give(left, affine)
+        empty(there, gone, self.grid.lattice)
+        self._put_behind(gone)
+        self.sort()
+        return left
+
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
@@ -167,7 +218,7 @@ class MaterialPoints(PointsOnGrid):
         if name == "pressure":
             return point_pressures(self.law, self._state, self.field("density"))
         if name == "stored_energy":
-            return self.arrays["mass"] * self.field(self.material.energy_field)
+            return self._there("mass") * self.field(self.material.energy_field)
         if name == self.material.energy_field and name not in self.arrays:
             return point_energies(self.law, self._state, self.field("density"))
         return super().field(name)

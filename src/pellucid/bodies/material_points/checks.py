@@ -27,7 +27,12 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
         points_along_axes(body.points_per_cell, grid.thin())
     except ValueError as error:
         yield Finding((*path, "points_per_cell"), str(error))
-    shape, geometry = (*path, "shape"), body.shape.geometry()
+    shape, geometry = (*path, "shape"), body.shape.chosen()
+    ends = zip("xyz", *geometry.bounds(), grid.thin(), strict=True)
+    for axis, low, high, thin in ends if body.shape.rotate is not None else ():
+        if not thin and high <= low:
+            text = f"along {axis} the shape reaches from {low:g} to {high:g} m before it is turned: it has no extent there"
+            yield Finding(shape, text, "let the upper end lie above the lower one")
     if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
         what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
         yield Finding(shape, f"{what} {NEEDS_SPACE}", "enlarge the grid")
@@ -39,7 +44,7 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
     if geometry.n_own_points() is not None and body.outside:
         text = "a shape with a lattice of its own is filled wholly: no other body's place can be left out of it"
         yield Finding((*path, "outside"), text, "leave out `points` of the shape, or `outside`")
-    if body.cut_at and isinstance(geometry, Box):
+    if body.cut_at and isinstance(body.shape.geometry(), Box):
         text = "a box fills its own lattice, which no face cuts"
         yield Finding((*path, "cut_at"), text, "let the box end at the face")
     elif body.cut_at and geometry.n_own_points() is not None:

@@ -50,7 +50,7 @@ def shares_of_cells(
     share[~cut] = kept[~cut]
     exact = shape.measure(active) + overlap * cell
     for other, sampled in zip(left_out, taken, strict=True):
-        known = isinstance(shape, Box) and _within(other, shape, active)
+        known = _in_a_box(other, shape, active)
         exact -= other.measure(active) if known else sampled * cell
     if _sticks_out(shape, centres, spacing, active):
         exact = float(share.sum()) * cell
@@ -149,8 +149,12 @@ def _sticks_out(shape: Geometry, centres: np.ndarray, spacing: np.ndarray, activ
     return bool(np.any(((lower < low) | (upper > high))[np.array(active)]))
 
 
-def _within(other: Geometry, shape: Geometry, active: tuple[bool, bool, bool]) -> bool:
-    """Whether the bounds of one lie inside those of the other."""
-    (lower, upper), (low, high) = other.bounds(), shape.bounds()
+def _in_a_box(other: Geometry, shape: Geometry, active: tuple[bool, bool, bool]) -> bool:
+    """Whether a shape is a box, turned or not, and the bounds of another lie inside it."""
+    corners = np.stack(np.meshgrid(*np.transpose(other.bounds()), indexing="ij"), axis=-1).reshape(-1, 3)
+    box, corners = shape.in_own_frame(corners)
+    if not isinstance(box, Box):
+        return False
+    low, high = box.bounds()
     slack = 1e-9 * (high - low)
-    return bool(np.all(((lower >= low - slack) & (upper <= high + slack))[np.array(active)]))
+    return bool(np.all(((corners >= low - slack) & (corners <= high + slack))[:, np.array(active)]))

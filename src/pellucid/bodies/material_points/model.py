@@ -15,6 +15,7 @@ from pellucid.bodies.material_points.checks import (
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems
 from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.rotation import plane_problems
 from pellucid.model import parameter
 from pellucid.parts.body_model import StepLimit
 from pellucid.parts.condition import is_driven
@@ -53,6 +54,15 @@ class MaterialPointsCase(SeededBody):
         text = f"body {self.name} is rigid: its points cannot follow a motion as well"
         return Reason(text, "leave `rigid = true` out: a body that follows a motion as a whole is rigid")
 
+    def why_no_outflow(self) -> Reason | None:
+        """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""
+        if self.rigid:
+            return Reason(f"body {self.name} is rigid: it cannot lose points", "leave `rigid = true` out, or this body")
+        if self.cell_pressure:
+            text = f"the `cell_pressure` of body {self.name} takes faces of the grid for walls"
+            return Reason(text, "leave `cell_pressure` out, or this body")
+        return None
+
     def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
         """Signals cross no more than a cell in a step; a rigid body has no waves."""
         if self.rigid or is_driven or any(self.material.problems()):
@@ -66,6 +76,7 @@ class MaterialPointsCase(SeededBody):
         grid = parts.grid
         yield from hydrostatic_problems(self, path, parts)
         yield from stress_problems(self, path)
+        yield from plane_problems(self.shape.rotate, (*path, "shape"), parts.active_axes)
         if grid is not None:
             yield from grid_problems(self, path, grid)
             yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at)

@@ -37,7 +37,7 @@ def profiles(run: "Run", axis: int) -> "Figure":
     component = "xyz"[axis]
     for axes, field in zip(grid, wanted, strict=False):
         for name, colour in zip(names, COLOURS * len(names), strict=False):
-            fields = bodies[name]
+            fields = {key: values[_there(bodies[name])] for key, values in bodies[name].items()}
             values = scalar(fields[field], component if fields[field].ndim > 1 else None)
             axes.plot(fields["position"][:, axis], values, ".", markersize=2, color=colour, label=name)
         label(axes, component, field, "m", FIELDS[field].unit)
@@ -74,7 +74,8 @@ def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     panels = panels[: len(chosen)]
     for axes, bodies, shown, time in zip(panels, states, values, chosen, strict=True):
         together = np.concatenate([fields["position"] for fields in bodies])
-        dots = flat.draw(axes, together, shown, width, colours)
+        there = np.concatenate([_there(fields) for fields in bodies])
+        dots = flat.draw(axes, together[there], shown[there], width, colours)
         for skin in skins:
             flat.draw_skin(axes, run.fields(skin, float(time))["position"], run.cells(skin).lines)
         axes.set_title(f"t = {time:.4g} s")
@@ -108,7 +109,8 @@ class _Flat:
     def draw(self, axes: "Axes", position: np.ndarray, values: np.ndarray, width: float, colours: Limits) -> "PathCollection":
         paper = position[:, self.flat]
         extent = self.high - self.low
-        spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) / extent[0] * width * 72.0
+        spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) if len(paper) else 0.0  # all may have left
+        spacing *= width * 72.0 / extent[0]
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
         x, y = paper.T
         dots = axes.scatter(x, y, c=values, s=size, linewidths=0, cmap=colours.palette, vmin=colours.low, vmax=colours.high)
@@ -128,6 +130,11 @@ class _Flat:
         for width, colour in ((3.2, "white"), (1.6, INK)):
             drawn = LineCollection(position[:, self.flat][lines], linewidths=width, colors=colour, capstyle="round")
             axes.add_collection(drawn)
+
+
+def _there(fields: Fields) -> np.ndarray:
+    """Which points have not left the grid: these have no mass any more."""
+    return np.asarray(fields["mass"] > 0.0) if "mass" in fields else np.ones(len(fields["position"]), dtype=bool)
 
 
 def _thinned(fields: Fields) -> Fields:

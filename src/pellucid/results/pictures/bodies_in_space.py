@@ -132,6 +132,8 @@ def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray, nearer: np.
     position, shown = fields["position"] + nearer, surface.vertex
     if len(surface.triangles):
         return Mesh(position[shown], surface.triangles, colours[shown], np.zeros(len(shown), bool))
-    stride = -(-len(position) // MOST_BALLS)
-    radii = ball_radii(fields["mass"], fields["density"]) * np.cbrt(stride)
+    there = fields["mass"] > 0.0  # the others have left the grid
+    position, colours = position[there], colours[there]
+    stride = max(-(-len(position) // MOST_BALLS), 1)
+    radii = ball_radii(fields["mass"][there], fields["density"][there]) * np.cbrt(stride)
     return Balls(position[::stride], radii[::stride], colours[::stride])

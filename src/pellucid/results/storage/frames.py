@@ -22,7 +22,7 @@ from pellucid.geometry.cells import Cells
 from pellucid.results.storage import vtkhdf
 from pellucid.results.storage.files import OutputError, replacing, sync
 from pellucid.results.storage.staged import put
-from pellucid.results.storage.vtkhdf import Layout, counting, lay_out, layout, opened
+from pellucid.results.storage.vtkhdf import CONSTANT, Layout, counting, lay_out, layout, opened
 
 TO_VTK = [0, 1, 2, 5, 3, 4]
 FROM_VTK = [0, 1, 2, 4, 5, 3]
@@ -35,24 +35,35 @@ class NoFrame(IndexError):
     """A frame that a file does not have."""
 
 
-def create(path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None) -> bytes:
+def create(
+    path: Path,
+    capacity: int,
+    time: float,
+    frame: Frame,
+    cells: Cells | None = None,
+    constant: Collection[str] = CONSTANT,
+) -> bytes:
     """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
 
+    constant: the fields that are the same in all frames.
     Without `cells` every point is one. Returns the digest of the frame. Raises OSError where the system cannot write it.
     """
     if cells is None:
         cells = Cells.of_points(len(frame["position"]))
     with replacing(path) as temporary:
-        lay_out(temporary, capacity, frame, cells)
+        lay_out(temporary, capacity, frame, cells, constant)
         return _write(temporary, layout(temporary), 0, time, frame)
 
 
-def append(path: Path, time: float, frame: Frame) -> bytes:
-    """Write one more frame and return its digest; a file that is full is first laid out anew with twice the room."""
+def append(path: Path, time: float, frame: Frame, constant: Collection[str] = CONSTANT) -> bytes:
+    """Write one more frame and return its digest; a file that is full is first laid out anew with twice the room.
+
+    constant: as in `create`.
+    """
     places = _layout(path)
     if places.frames == places.capacity:
         with replacing(path) as temporary:
-            lay_out(temporary, 2 * places.capacity, frame, read_cells(path))
+            lay_out(temporary, 2 * places.capacity, frame, read_cells(path), constant)
             new = layout(temporary)
             for index, earlier in enumerate(times(path)):
                 _write(temporary, new, index, earlier, read(path, index))

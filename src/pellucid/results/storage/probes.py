@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -67,8 +68,8 @@ class ProbeReader:
     def _value(self, probe: Probe, field: Fetch) -> float:
         if probe.reduce != "point":
             return reduce(probe, field)
-        here = np.flatnonzero(field("id") == self._followed[probe.name])[0]
-        return float(scalar(probe.values(field), probe.component)[here])
+        here = np.flatnonzero(field("id") == self._followed[probe.name])
+        return float(scalar(probe.values(field), probe.component)[here[0]]) if len(here) else nan  # it left the grid
 
     def _reaction(self, probe: Probe, impulses: Mapping[str, np.ndarray], time: float) -> float:
         name = probe.condition or ""
@@ -109,9 +110,12 @@ def reduce(probe: Probe, field: Fetch) -> float:
     """The value of a probe on the fields that `field` gives by name.
 
     Without a component a vector counts with its length and a stress with von Mises' equivalent. "nearest" takes the
-    point that is nearest to the place at the moment, not one that is followed.
+    point that is nearest to the place at the moment, not one that is followed. Where all points have left, counts and sums are
+    zero, and what else is asked is no number.
     """
     values = scalar(probe.values(field), probe.component)
+    if not len(values):
+        return 0.0 if probe.reduce in ("count", "sum") else nan
     if probe.reduce == "nearest":
         return float(values[_nearest(field, probe.at)])
     if probe.reduce == "count":

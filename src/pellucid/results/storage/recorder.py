@@ -141,13 +141,14 @@ class Recorder:
         energies = dict.fromkeys(map(column_of, sim.energies()), "J")
         momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
         clock_columns = {"time": "s", "step": "", "dt": "s"}
-        return clock_columns | energies | {"energy_error": ""} | momentum | self._probes.units()
+        left = {f"outflow_{name}": unit for name, unit in (("points", ""), ("mass", "kg")) if name in sim.outflow}
+        return clock_columns | energies | {"energy_error": ""} | momentum | left | self._probes.units()
 
     def _write_row(self, sim: Any) -> None:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
         values = self._probes.read(sim.bodies, sim.reactions(), sim.time)
         with explained(self.folder.path):
-            line = history.append(self.folder.history, [*row, *sim.momentum(), *values])
+            line = history.append(self.folder.history, [*row, *sim.momentum(), *sim.outflow.values(), *values])
         self._written.add(self.folder.history.name, line)
         self._rows.mark(sim.time, sim.n_steps)
 
@@ -164,9 +165,9 @@ class Recorder:
                 path = self.folder.fields(body.name)
                 if self._frames.done == 0:
                     room = capacity(self.case.time.end, self._frames.interval)
-                    digest = frames.create(path, room, sim.time, body.frame(), body.cells())
+                    digest = frames.create(path, room, sim.time, body.frame(), body.cells(), body.constant_fields)
                 else:
-                    digest = frames.append(path, sim.time, body.frame())
+                    digest = frames.append(path, sim.time, body.frame(), body.constant_fields)
                 self._written.add(body.name, digest)
         self._frames.mark(sim.time, sim.n_steps)
 

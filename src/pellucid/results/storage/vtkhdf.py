@@ -8,7 +8,7 @@ The number of frames is stored twice, as the attribute `NSteps` and as the lengt
 differ. They are made first, so that they lie close together and change with one write.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -21,7 +21,7 @@ from pellucid.results.storage.staged import StagedFile
 from pellucid.state import FIELDS
 
 CONSTANT = ("id", "mass")
-"""Fields that never change: stored once, and every frame refers to them; but in fluid films mass flows between the nodes."""
+"""Fields that mostly never change: stored once, and every frame refers to them. In fluid films mass flows between the nodes."""
 
 POLYGONS, GRID = b"PolyData", b"UnstructuredGrid"
 GROUPS = {"Vertices": ("points",), "Lines": ("lines",), "Polygons": ("quadrilaterals", "triangles"), "Strips": ()}
@@ -54,10 +54,13 @@ def opened(path: Path) -> AbstractContextManager[Any]:
     return h5py.File(path, "r")
 
 
-def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], cells: Cells) -> None:
+def lay_out(
+    path: Path, capacity: int, frame: Mapping[str, np.ndarray], cells: Cells, constant: Collection[str] = CONSTANT
+) -> None:
     """Make a file with places for `capacity` frames of fields of the shapes and types of `frame`; one counts.
 
-    The cells are the same in every frame. Raises OSError where the system cannot write it.
+    The cells are the same in every frame, and so are the fields named `constant`.
+    Raises OSError where the system cannot write it.
     """
     n = len(frame["position"])
     once, starts = np.zeros(capacity, np.int64), np.arange(capacity, dtype=np.int64) * n
@@ -78,12 +81,12 @@ def lay_out(path: Path, capacity: int, frame: Mapping[str, np.ndarray], cells: C
             data, offsets = root.create_group("PointData"), steps.create_group("PointDataOffsets")
             for name, array in frame.items():
                 home, label = (root, "Points") if name == "position" else (data, name)
-                constant = name in CONSTANT and not (name == "mass" and "areal_density" in frame)
-                frames = 1 if constant else capacity
+                stays = name in constant and not (name == "mass" and "areal_density" in frame)
+                frames = 1 if stays else capacity
                 _place(home, label, (frames * n, *array.shape[1:]), array.dtype)
                 home[label].attrs["unit"] = FIELDS[name].unit or "1"
                 home[label].attrs["meaning"] = FIELDS[name].meaning
-                offsets[name] = once if constant else starts
+                offsets[name] = once if stays else starts
             data["position"] = root["Points"]
         staged.commit()
 

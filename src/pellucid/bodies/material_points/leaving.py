@@ -1,0 +1,58 @@
+"""Material points that leave through open faces of the grid.
+
+They keep their rows, behind those of the points that are there, so that frames have the same points at all times. Slabs do not
+count them: no kernel meets them again. They have neither mass nor volume, nor velocity, and stay where they crossed the face.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pellucid.energy import Left
+from pellucid.grid.lattice import Lattice
+from pellucid.grid.points import FIELD_ENERGY
+
+
+class OpenFaces:
+    """The faces of the grid through which points may leave."""
+
+    def __init__(self) -> None:
+        self._open = np.zeros((3, 2), dtype=bool)
+
+    def add(self, faces: Iterable[tuple[int, int]]) -> None:
+        """Open faces, each an axis and an end: 0 lower, 1 upper."""
+        for axis, end in faces:
+            self._open[axis, end] = True
+
+    def crossed(self, position: np.ndarray, lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
+        """Which points at positions [m], shape (n, 3), are beyond an open face, and which beyond none but closed ones."""
+        cells = (position - np.array(lattice.lower)) * lattice.inverse_cell  # as kernels judge it
+        beyond = np.stack([cells < 0.0, cells > np.array(lattice.counts)], axis=-1)
+        left = np.asarray((beyond & self._open).any(axis=(1, 2)))
+        return left, beyond.any(axis=(1, 2)) & ~left
+
+
+def taken_along(
+    arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray, half_power: float
+) -> tuple[Left, float]:
+    """What some points take along that leave, and of their kinetic energy that of affine fields [J].
+
+    arrays: of the points that are there; stored: their internal or strain energies [J], shape (n,); which, shape (n,): the
+    points; half_power: half the power of their internal forces [W].
+    """
+    mass, velocity = arrays["mass"][which], arrays["velocity"][which]
+    affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0
+    kinetic = float(np.sum(0.5 * mass * np.einsum("pi,pi->p", velocity, velocity))) + affine
+    momentum = np.sum(mass[:, None] * velocity, axis=0)
+    left = Left(len(mass), float(np.sum(mass)), momentum, kinetic, float(np.sum(stored[which])), half_power)
+    return left, affine
+
+
+def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice) -> None:
+    """Leave points without mass, volume and velocity, on the face that they crossed."""
+    for name in ("mass", "volume", "velocity", "affine", "stress"):
+        if name in arrays:
+            arrays[name][which] = 0.0
+    lower = np.array(lattice.lower)
+    upper = lower + np.array(lattice.counts) * lattice.cell
+    arrays["position"][which] = np.clip(arrays["position"][which], lower, upper)
