@@ -95,7 +95,9 @@ def _weight(other, meeting, q, x, n):
     if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:
         return 0.0, m, d
     ratio = 1.0 - apart / (reach * reach)
-    whole = pi * reach * reach / 3.0 if dimension == 2 else (16.0 / 15.0 * reach * thickness if dimension == 1 else thickness**2)
+    whole = (
+        pi * reach * reach / 3.0 if dimension == 2 else (16.0 / 15.0 * reach * thickness if dimension == 1 else thickness**2)
+    )
     return ratio * ratio * facing * other.area[q] / whole, m, d
 
 
@@ -194,7 +196,11 @@ def find_beside(chunks, one, other, bins, meeting, found):
 @pointwise
 def _corrected(w, found, p, d):
     """The weight with which the mean place is the foot of point p; in sum such weights are one."""
-    return w * (found[p, LEVEL] + found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]) / found[p, WEIGHT]
+    return (
+        w
+        * (found[p, LEVEL] + found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2])
+        / found[p, WEIGHT]
+    )
 
 
 @kernel()

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
-from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.contact.surface_pairs import STICKS, SurfacePair, swing_of

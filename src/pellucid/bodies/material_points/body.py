@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pellucid.approximants import grid_functions
+from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.material_points.surface import RigidSurface, surface_of
-from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD, Left
 from pellucid.errors import CaseError, Problem

@@ -14,7 +14,7 @@ from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import PointConstraint
+    pass
 
 
 SOFT, HARD = 2, 4
