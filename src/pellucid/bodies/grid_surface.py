@@ -2,8 +2,9 @@
 
 Points of the surface are moved by the grid as those within are: each has an anchor in the layer of the outermost material
 points, where the nodes that reach it have mass, and lies above it along the normal, at a depth that stays. So a surface comes
-nearer by the velocity of its anchors, at which forces act: what these take and give is the same. That velocity is the one
-that strains the points, as the energy of the overlap is stored like that of a strain. With its gradient L at the anchor the vector area a changes by tr(L) a - Lᵀ a, as areas of the material do.
+nearer by the velocity of its anchors, at which forces act: what these take and give is the same. That velocity is the one that
+strains the points, as the energy of the overlap is stored like that of a strain. With its gradient L at the anchor the vector
+area a changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
 from collections.abc import Callable, Mapping

@@ -59,7 +59,7 @@ class PointsOnGrid(GridBody):
     sorting_cost = 1.0
     """For each point, in vectors of points with the same nodes: 50 ns, and 15 of the next step, at 60 to 65 ns a vector."""
 
-    surface: GridSurface | None = None
+    contact_surface: GridSurface | None = None
     """By which others touch it, where that is not told by the nodes."""
 
     def __init__(
@@ -265,8 +265,8 @@ class PointsOnGrid(GridBody):
         if self.constraint is None or self.constraint.strains:
             kernels.update_positions(self.n_slabs, self.mapped, self.grid.nodes.velocity, dt)
         self.prescribe_positions()
-        if self.surface is not None:
-            self.surface.follow(dt)
+        if self.contact_surface is not None:
+            self.contact_surface.follow(dt)
 
     def prescribe_positions(self) -> None:
         """Prescribed positions, of a prescribed motion or a rigid body, after the points moved with the grid."""
@@ -317,7 +317,7 @@ class PointsOnGrid(GridBody):
         """Arrays of the points and elements, and their division into slabs."""
         slabs = with_owner("slabs", kept_of(self.slabs))
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
-        surface = self.surface.state_arrays() if self.surface is not None else {}
+        surface = self.contact_surface.state_arrays() if self.contact_surface is not None else {}
         return {**self.arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts, **surface}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -328,8 +328,8 @@ class PointsOnGrid(GridBody):
             array[...] = arrays[f"elements/{name}"]
         restore_slabs(self.slabs, of_owner("slabs", arrays))
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
-        if self.surface is not None:
-            self.surface.restore(arrays)
+        if self.contact_surface is not None:
+            self.contact_surface.restore(arrays)
         self._follow_order()
 
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:

@@ -104,7 +104,7 @@ class RigidBody:
         moved = self._centre + self._dt * self._velocity
         target = moved + r
         driven_points.move_points_to(self._points.n_slabs, self._points.mapped, target)
-        if (surface := getattr(self.body, "surface", None)) is not None:
+        if (surface := getattr(self.body, "contact_surface", None)) is not None:
             surface.turn(self._centre, rotation, moved, self._dt)
         self.body.arrays["velocity"][...] = self._velocity + np.cross(self._turn(r), r)
 

@@ -34,7 +34,7 @@ class ContactSurface(ABC):
     reach: np.ndarray
     slip: np.ndarray
 
-    def begin(self) -> None:
+    def begin(self) -> None:  # noqa: B027
         """Before contact of a step is found: renew what follows from the state of the body."""
 
     def side(self) -> float:

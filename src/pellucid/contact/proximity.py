@@ -95,9 +95,9 @@ def _weight(other, meeting, q, x, n):
     if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:
         return 0.0, m, d
     ratio = 1.0 - apart / (reach * reach)
-    whole = (
-        pi * reach * reach / 3.0 if dimension == 2 else (16.0 / 15.0 * reach * thickness if dimension == 1 else thickness**2)
-    )
+    whole = thickness**2
+    if dimension > 0:
+        whole = pi * reach * reach / 3.0 if dimension == 2 else 16.0 / 15.0 * reach * thickness
     return ratio * ratio * facing * other.area[q] / whole, m, d
 
 
@@ -196,11 +196,8 @@ def find_beside(chunks, one, other, bins, meeting, found):
 @pointwise
 def _corrected(w, found, p, d):
     """The weight with which the mean place is the foot of point p; in sum such weights are one."""
-    return (
-        w
-        * (found[p, LEVEL] + found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2])
-        / found[p, WEIGHT]
-    )
+    along = found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]
+    return w * (found[p, LEVEL] + along) / found[p, WEIGHT]
 
 
 @kernel()
@@ -217,7 +214,7 @@ def mean_velocities(listed, one, other, bins, meeting, found, velocity, mean):
                     b = (i * bins.counts[1] + j) * bins.counts[2] + k
                     for r in range(bins.first[b], bins.first[b + 1]):
                         q = uintp(bins.order[r])
-                        w, m, d = _weight(other, meeting, q, x, n)
+                        w, _, d = _weight(other, meeting, q, x, n)
                         if w > 0.0:
                             w = _corrected(w, found, p, d)
                             for a in range(3):
@@ -237,7 +234,7 @@ def spread_forces(listed, one, other, bins, meeting, found, force, target):
                     b = (i * bins.counts[1] + j) * bins.counts[2] + k
                     for r in range(bins.first[b], bins.first[b + 1]):
                         q = uintp(bins.order[r])
-                        w, m, d = _weight(other, meeting, q, x, n)
+                        w, _, d = _weight(other, meeting, q, x, n)
                         if w > 0.0:
                             w = _corrected(w, found, p, d)
                             for a in range(3):

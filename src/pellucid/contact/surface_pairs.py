@@ -207,7 +207,8 @@ class SurfacePairs:
 
     def act(self, dt: float, last: float) -> None:
         """Give the bodies the forces of contact over a step dt [s]; last: length of the step before [s]."""
-        described, forces, touched = {}, {}, {}
+        described = dict[int, tuple[np.ndarray, np.ndarray]]()
+        forces, touched = dict[int, np.ndarray](), dict[int, np.ndarray]()
         for surface in self._surfaces:
             surface.begin()
             size = np.linalg.norm(surface.area, axis=1)

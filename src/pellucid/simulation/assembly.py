@@ -62,8 +62,8 @@ def pairs_of(
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    column: of the work of forces between surfaces; gravity: largest [m/s²]. Two fields touch by their surfaces where all of their bodies have one, and
-    not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
+    column: of the work of forces between surfaces; gravity: largest [m/s²]. Two fields touch by their surfaces where all of
+    their bodies have one, and not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     surfaces: dict[int, ContactSurface | None] = {}

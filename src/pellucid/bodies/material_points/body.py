@@ -11,7 +11,7 @@ from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_b
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
-from pellucid.bodies.material_points.surface import RigidSurface, surface_of
+from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD, Left
 from pellucid.errors import CaseError, Problem
@@ -77,21 +77,21 @@ class MaterialPoints(PointsOnGrid):
         """That of its shape; None of a fluid, which has none of its own."""
         if self.material.flows:
             return None
-        constraint, takes = self.constraint, getattr(self.constraint, "add_forces", None)
+        takes = self.constraint if isinstance(self.constraint, TakesForces) else None
 
         def load() -> np.ndarray:
             return self.velocity_field.load_row(column - FIRST_LOAD)
 
         where = self.grid, self.mapped, load
-        self.surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
-        if isinstance(self.surface, RigidSurface) and constraint is not None:
-            self.surface.takes, self.surface.rigid_mass = constraint, self.mass
-        return self.surface
+        self.contact_surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
+        if isinstance(self.contact_surface, RigidSurface) and takes is not None:
+            self.contact_surface.takes, self.contact_surface.rigid_mass = takes, self.mass
+        return self.contact_surface
 
     def bound_by_contact(self) -> None:
         """A rigid body swings on others."""
-        if self.surface is not None:
-            self.totals.rate = max(self.totals.rate, self.surface.contact_rate)
+        if self.contact_surface is not None:
+            self.totals.rate = max(self.totals.rate, self.contact_surface.contact_rate)
 
     @property
     def filling(self) -> Filling | None:
@@ -128,13 +128,13 @@ class MaterialPoints(PointsOnGrid):
         """Totals, the bound on the step; positions of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
-        if move and self.surface is not None:
-            self.surface.follow(dt)
+        if move and self.contact_surface is not None:
+            self.contact_surface.follow(dt)
         if self._strains:
             self._collect_strain_sums(last=move)
         else:
             squares = np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
-            swing = self.surface.contact_rate if self.surface is not None else 0.0
+            swing = self.contact_surface.contact_rate if self.contact_surface is not None else 0.0
             self._bound_rate(max(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell, swing))
 
     @property

@@ -1,7 +1,7 @@
 """The surface of a solid of material points: sampled from its shape when a run is set up."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,6 +22,7 @@ SOFT, HARD = 2, 4
 of its surface it rolls as a polygon over its edges."""
 
 
+@runtime_checkable
 class TakesForces(Protocol):
     """What leads a rigid body."""
 
