@@ -77,7 +77,8 @@ class MaterialPoints(PointsOnGrid):
         """That of its shape; None of a fluid, which has none of its own."""
         if self.material.flows:
             return None
-        takes = self.constraint if isinstance(self.constraint, TakesForces) else None
+        leads: object = self.constraint
+        takes = leads if isinstance(leads, TakesForces) else None
 
         def load() -> np.ndarray:
             return self.velocity_field.load_row(column - FIRST_LOAD)

@@ -13,10 +13,6 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 
-if TYPE_CHECKING:
-    pass
-
-
 SOFT, HARD = 2, 4
 """Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
 of its surface it rolls as a polygon over its edges."""
