@@ -37,6 +37,10 @@ class ContactSurface(ABC):
     def begin(self) -> None:  # noqa: B027
         """Before contact of a step is found: renew what follows from the state of the body."""
 
+    def sizes(self) -> np.ndarray:
+        """The areas of the points [m²], shape (m,)."""
+        return np.asarray(np.linalg.norm(self.area, axis=1))
+
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""
         return 0.5 * float(np.abs(self.area).sum(axis=0).max())

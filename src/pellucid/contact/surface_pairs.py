@@ -21,9 +21,12 @@ import numpy as np
 
 from pellucid.contact import proximity
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
 
-DAMPING = 0.1  # of what is critical for the masses of the layers that touch
+STIFF, DAMPING = 1.0, 0.1
+"""How fast the layer of a body that touches swings, over its step: from two on it would go out of bounds. What the damper takes
+of what is critical for the masses of the layers."""
 SINK, IMPACT = 3e-4, 0.2
 """Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
 so with the speeds of the start."""
@@ -38,23 +41,22 @@ class Pass:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
         self._found = np.zeros((len(one.place), COLUMNS))
 
-    def find(self, normals: tuple[np.ndarray, np.ndarray], sizes: tuple[np.ndarray, np.ndarray]) -> bool:
-        """Find the points that overlap; whether there are any. normals, sizes: of the points of both surfaces."""
-        one, other, meeting = self.one, self.other, self._meeting
-        self._points = one.place, normals[0]
-        self._beside = Points(other.place, normals[1], sizes[1], other.reach)
-        self._bins = _bins(one.place, other.place, float(other.reach.max()))
+    def find(self, one: Described, other: Described) -> bool:
+        """Find the points of the one surface that overlap with the other; whether there are any."""
+        m = len(self.one.place)
+        self._points = one.place[:m], one.normal[:m]
+        self._beside = Points(other.place, other.normal, other.size, other.reach)
+        self._bins = _bins(self.one.place, other.place, float(other.reach.max()))
         self.listed = np.zeros(0, np.int64)
         if self._bins is None:
             return False
-        proximity.find_beside(len(one.place) // CHUNK + 1, self._points, self._beside, self._bins, meeting, self._found)
-        gap = self._found[:, GAP] - one.half_width - other.half_width
-        self.listed = np.flatnonzero((self._found[:, SHARE] > 0.0) & (gap < 0.0))
-        if not len(self.listed):
+        proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
+        gap = self._found[:, GAP] - self.one.half_width - self.other.half_width
+        self.listed = at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (gap < 0.0))
+        if not len(at):
             return False
-        at = self.listed
         self.depth, self.normal = -gap[at], self._found[at, NORMAL : NORMAL + 3]
-        self.area = self._found[at, SHARE] * sizes[0][at]
+        self.area = self._found[at, SHARE] * one.size[at]
         carried = np.empty((len(at), 3))
         proximity.mean_velocities(at, *self._about(), other.velocity, carried)
         self.relative = one.velocity[at] - carried
@@ -73,8 +75,8 @@ class SurfacePair:
     """Two surfaces that touch.
 
     friction: coefficient μ, `STICKS` where they stick while they press. dimension: of the surfaces, 2, in the plane 1, along a
-    line 0; thickness: of a slice [m]. swing: how fast bodies that do not deform are to swing on each other [1/s], see
-    `swing_of`; 0 where nothing moves them, and their materials tell.
+    line 0; thickness: of a slice [m]. courant: of the case's `time`. swing: how fast bodies that do not deform are to swing on
+    each other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell.
     """
 
     def __init__(
@@ -83,6 +85,7 @@ class SurfacePair:
         friction: float,
         dimension: int,
         thickness: float,
+        courant: float,
         swing: float = 0.0,
         name: str | None = None,
     ) -> None:
@@ -90,13 +93,13 @@ class SurfacePair:
         self.name, self._friction = name, friction
         self._hard = one.is_hard and other.is_hard
         self._mass = 1.0 / max(sum(1.0 / surface.rigid_mass for surface in surfaces), 1e-300)
-        layers = [surface.mass_per_area for surface in surfaces]
         soft = [surface for surface in surfaces if self._hard or not surface.is_hard]
-        self._stiffness = 1.0 / sum(1.0 / (surface.mass_per_area * surface.rate**2) for surface in soft)
+        fastest = STIFF / courant
+        self._stiffness = 1.0 / sum(1.0 / (surface.mass_per_area * (fastest * surface.rate) ** 2) for surface in soft)
         rigid = [surface for surface in surfaces if surface.rigid_mass < np.inf]
         if self._hard and rigid and swing > 0.0:
             self._stiffness = swing**2 * self._mass / max(surface.side() for surface in rigid)
-        self._damping = 2.0 * DAMPING * sqrt(self._stiffness / sum(1.0 / layer for layer in layers))
+        self._damping = 2.0 * DAMPING * sqrt(self._stiffness / sum(1.0 / surface.mass_per_area for surface in soft))
         for surface in rigid:
             swings = sqrt(self._stiffness * surface.side() / self._mass)
             surface.contact_rate = max(surface.contact_rate, RESOLVED * swings)
@@ -110,14 +113,13 @@ class SurfacePair:
         self.stored = 0.0
         """Energy of the overlap [J]."""
 
-    def find(self, described: dict[int, tuple[np.ndarray, np.ndarray]]) -> bool:
-        """Find where they overlap; whether they do. described: normals and areas of the points of surfaces, by identity."""
+    def find(self, described: dict[int, Described]) -> bool:
+        """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
         self.impulse = np.zeros(3)
         self.stored = 0.0
         found = False
         for part in self._passes:
-            one, other = described[id(part.one)], described[id(part.other)]
-            found |= part.find((one[0], other[0]), (one[1], other[1]))
+            found |= part.find(described[id(part.one)], described[id(part.other)])
         return found
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
@@ -198,8 +200,9 @@ def swing_of(cell: float, gravity: float, speed: float) -> float:
 class SurfacePairs:
     """All pairs of surfaces of a simulation."""
 
-    def __init__(self, pairs: Sequence[SurfacePair]) -> None:
-        self._pairs = pairs
+    def __init__(self, pairs: Sequence[SurfacePair], planes: Sequence[Plane] = ()) -> None:
+        """planes: of symmetry."""
+        self._pairs, self._planes = pairs, planes
         self._surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
 
     def __len__(self) -> int:
@@ -207,22 +210,20 @@ class SurfacePairs:
 
     def act(self, dt: float, last: float) -> None:
         """Give the bodies the forces of contact over a step dt [s]; last: length of the step before [s]."""
-        described = dict[int, tuple[np.ndarray, np.ndarray]]()
-        forces, touched = dict[int, np.ndarray](), dict[int, np.ndarray]()
+        described, forces, touched = dict[int, Described](), dict[int, np.ndarray](), dict[int, np.ndarray]()
         for surface in self._surfaces:
             surface.begin()
-            size = np.linalg.norm(surface.area, axis=1)
-            described[id(surface)] = surface.area / np.where(size > 0.0, size, 1.0)[:, None], size
-            touched[id(surface)] = np.zeros(len(size), bool)
+            described[id(surface)] = describe(surface, self._planes)
+            touched[id(surface)] = np.zeros(len(surface.place), bool)
         for pair in self._pairs:
             if pair.find(described):
                 for surface in pair.surfaces:
-                    forces.setdefault(id(surface), np.zeros_like(surface.place))
+                    forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
                 pair.push(dt, last, forces, touched)
         for surface in self._surfaces:
             surface.slip[~touched[id(surface)]] = 0.0
             if id(surface) in forces:
-                surface.add_forces(forces[id(surface)])
+                surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
 
     def impulses(self) -> dict[str, np.ndarray]:
         """On the first body of each pair with a name over this step [N s], (3,)."""

@@ -33,7 +33,7 @@ from pellucid.jit.joint import joint_region
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
-from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, worthwhile_threads
+from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, symmetry_planes, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
@@ -107,8 +107,9 @@ class Simulation:
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
-        pairs, touching = pairs_of(self.velocity_fields, built, case.contact, layout.surface_contact, pull)
-        self.surface_pairs = SurfacePairs(touching)
+        pairs, touching = pairs_of(self.velocity_fields, built, case.contact, layout.surface_contact, pull, case.time.courant)
+        planes = symmetry_planes(case.support, self.velocity_fields[0].grid.lattice) if touching else []
+        self.surface_pairs = SurfacePairs(touching, planes)
         if touching:
             for body in self.bodies:
                 body.bound_by_contact()
