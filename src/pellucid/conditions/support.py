@@ -1,12 +1,13 @@
 """Supports: nodes whose velocity is prescribed."""
 
 from collections.abc import Iterator, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from pellucid.energy import IMPACT_HEAT, Channel
+from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
 from pellucid.grid.model import GridCase
@@ -35,7 +36,16 @@ class Support(Condition):
     )
     where: Literal["all-nodes"] | Face | Where = parameter("", "which nodes: all-nodes, a face of the grid, or a region")
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
-    velocity: Vector = parameter("m/s", "velocity of the constrained directions", (0.0, 0.0, 0.0))
+    velocity: Vector = parameter(
+        "m/s", "velocity of the constrained directions; of a wall with friction, along which it drags too", (0.0, 0.0, 0.0)
+    )
+    friction: float | None = parameter(
+        "", 'coefficient of friction of a wall (`fix = "normal"`), which rubs where it presses; without it the wall is smooth', None, ge=0
+    )
+    stick: bool = parameter("", "whether nothing slides on a wall while it presses", False)
+    opens: bool | None = parameter(
+        "", "whether a wall lets go what moves away from it, or holds it; without it a wall that rubs does, a smooth one holds", None
+    )
 
     until: float | None = parameter(
         "s", "time at which it lets the nodes go: 0 for one that holds them while bodies settle", None, ge=0
@@ -54,10 +64,26 @@ class Support(Condition):
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
         return self
 
+    @model_validator(mode="after")
+    def _only_walls_yield(self) -> "Support":
+        if self.friction is not None and self.stick:
+            raise ValueError("`friction` and `stick = true` cannot both be: leave one of them out")
+        keys = self._wall_keys()
+        if keys and self.fix != "normal":
+            text = f"`{keys[0]}` is that of a wall, and this support holds nodes as a clamp does"
+            raise ValueError(f'{text}: add fix = "normal", with a face of the grid as `where`, or leave `{keys[0]}` out')
+        return self
+
+    def _wall_keys(self) -> list[str]:
+        """Which keys say how it yields as a wall."""
+        given = {"friction": self.friction is not None, "stick": self.stick, "opens": self.opens is not None}
+        return [key for key, is_given in given.items() if is_given]
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        yield from self._yielding_problems(path, parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
             text = f"the nodes of {held[0]}, which takes steps of its own, are not let go"
@@ -74,6 +100,20 @@ class Support(Condition):
             yield from self._nothing_problems((*path, "where"), parts)
         elif parts.grid is not None and isinstance(self.where, Region) and self.where.box is not None:
             yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)
+
+    def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of a wall that rubs or opens, where there are bodies to which it does neither."""
+        for key in self._wall_keys():
+            for body in parts.of(BodyModel):
+                does = "lets nothing go" if key == "opens" else "does not rub"
+                remedy = "leave it out, or let a body held by a motion be the floor, in a `field` of its own with a [[contact]]"
+                if body.is_rigid:
+                    yield Finding((*path, key), f"body {body.name} is rigid, and on such a wall {does}", remedy)
+                    return
+                if body.owns_nodes(is_alone(body, parts)):
+                    text = f"body {body.name} has nodes of its own, and on these a wall {does}"
+                    yield Finding((*path, key), text, remedy)
+                    return
 
     @property
     def _means_a_body(self) -> bool:
@@ -127,8 +167,9 @@ class Support(Condition):
                 yield Finding(path, text, "let the box overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """What points lose that take its velocity at once, where it is within a grid and no wall."""
-        return (IMPACT_HEAT,) if self.face() is None and self.body is None else ()
+        """What points lose that take its velocity at once, and what it takes by friction; of a wall that holds and is smooth none."""
+        clamps = self.body is None and (self.face() is None or self.lets_go())
+        return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: "Assembly") -> Sequence[ActiveCondition]:
@@ -152,6 +193,14 @@ class Support(Condition):
     def region(self) -> Where | None:
         """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
+
+    def wall_friction(self) -> float:
+        """The coefficient of friction of a wall, 0 where it is smooth."""
+        return inf if self.stick else self.friction or 0.0
+
+    def lets_go(self) -> bool:
+        """Whether as a wall it holds nothing that moves away."""
+        return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are constrained."""

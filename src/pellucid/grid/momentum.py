@@ -7,22 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.energy import FIRST_LOAD, IMPACT, SUPPORT
+from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import CHUNK
+from pellucid.grid.supports import Supports, hold_again, rub
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import LANES, load, nothing, row, store
 
 FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
 NO_FORCES = np.zeros((0, 4))
 NOTHING = 1e-290  # kg; no point reaches a node below this
-
-
-class Supports(NamedTuple):
-    """What constrains nodes; `Nodes.constrained` counts its rows from 1."""
-
-    velocity: np.ndarray  # (supports, 3) [m/s]
-    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a clamp within it
 
 
 class ExternalAction(NamedTuple):
@@ -85,6 +79,8 @@ def led(external, I, d, m, v):
 def constrained_velocity(nodes, supports, external, I, d, m, v):
     """What supports and driven points make of the velocity v of node I of mass m [kg] along d [m/s]."""
     s = nodes.constrained[I, d]
+    if s == 0 and len(supports.walls.stuck) > 0:
+        s = supports.walls.stuck[I, d]
     if s > 0:
         return supports.velocity[s - 1, d]
     return led(external, I, d, m, v)
@@ -129,6 +125,29 @@ def moves_freely(field, acts, I):
     return free
 
 
+@pointwise
+def meet_wall(field, I, d, m, v, gained, mirrored):
+    """What constrains node I of mass m [kg] along d, and whether its body goes on as its mirror image there, where a wall may let
+    it go; v, gained: its velocity before the step, and what forces add to it [m/s].
+
+    What moves away is let go. What arrives while forces pull it away is stopped: a mirror image would pull it to the wall.
+    """
+    nodes, walls = field.nodes, field.supports.walls
+    s = nodes.constrained[I, d]
+    if walls.opens[s - 1] != 0:
+        wall, inward = field.supports.velocity[s - 1, d], walls.inward[s - 1]
+        if inward * (led(field.external, I, d, m, v + gained) - wall) > 0.0:
+            nodes.constrained[I, d] = s = 0
+        mirrored = inward * gained <= 0.0
+    return s, s > 0 and mirrored
+
+
+@pointwise
+def may_slide(field, I, d):
+    """Whether nothing leads node I along d."""
+    return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
+
+
 @kernel(inner=True)
 def advance_chunk(chunk, field, dt, small, flip):
     """p + dt (f + m g) on the nodes of a chunk, then the supports; see `NodalMomentum`."""
@@ -139,7 +158,8 @@ def advance_chunk(chunk, field, dt, small, flip):
     acts, total_load = what_acts(field), field.load
     loaded, absorbing, driven = acts
     fall = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
-    pushed = lost = 0.0
+    pushed = lost = rubbed = 0.0
+    yields = len(field.supports.walls.held) > 0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
@@ -153,6 +173,8 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.mean_velocities, 4 * I, zero)
             continue
         nodes.has_mass[I], over_m = 1, 1.0 / m
+        if yields:
+            hold_again(nodes, field.supports.walls, I)
         if moves_freely(field, acts, I):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
@@ -167,12 +189,16 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.strain_velocities, 4 * I, falling)
             continue
         for d in range(3):
-            s = constrained[I, d]
             mapped = momentum[I, d] * over_m
+            external_force = total_load[I, d] if loaded else 0.0
+            s = constrained[I, d]
+            mirrored = s > 0 and mirror[s - 1] != 0
+            if yields and s > 0:
+                gained = dt * (gravity[d] + (force[I, d] + external_force) * over_m)
+                s, mirrored = meet_wall(field, I, d, m, mapped, gained, mirrored)
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
             # beside their mirror image; points in a clamp take the velocity of the clamp
-            v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
-            external_force = total_load[I, d] if loaded else 0.0
+            v = walls[s - 1, d] if mirrored else mapped
             light = v + dt * gravity[d]
             new = light + dt * (force[I, d] + external_force) * over_m
             if absorbing and s == 0:
@@ -187,18 +213,26 @@ def advance_chunk(chunk, field, dt, small, flip):
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
                 lost += 0.5 * m * (wall - v) * (wall - v)
-                if mirror[s - 1]:  # FLIP hands on the increment of velocity, PIC the velocity itself
+                if mirrored:  # FLIP hands on the increment of velocity, PIC the velocity itself
                     impulse += m * (1.0 - flip) * (wall - mapped)
                 pushed += impulse * wall
                 work[chunk, first + 3 * (s - 1) + d] += impulse
+                if yields:
+                    field.supports.walls.impulse[I, d] = impulse
                 new = wall
+            elif yields:
+                field.supports.walls.impulse[I, d] = 0.0
             velocity_increment[I, d] = new - v
             velocity[I, d] = new
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
             strain_velocity[I, d] = new if m > small or s > 0 else light
-    work[chunk, SUPPORT] = pushed
+        if yields:
+            slides = may_slide(field, I, 0), may_slide(field, I, 1), may_slide(field, I, 2)
+            rubbed += rub(nodes, field.supports, slides, I, m, small, work[chunk], first)
+    work[chunk, SUPPORT] = pushed + rubbed
     work[chunk, IMPACT] = lost
+    work[chunk, FRICTION] = rubbed
 
 
 @pointwise

@@ -15,7 +15,6 @@ from pellucid.grid.momentum import (
     NO_FORCES,
     NOTHING,
     ExternalAction,
-    Supports,
     constrained_velocity,
     is_unled,
     project_node,
@@ -23,6 +22,7 @@ from pellucid.grid.momentum import (
 )
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
+from pellucid.grid.supports import Supports
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
