@@ -128,7 +128,8 @@ def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> Y
 
 
 def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:
-    """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
+    """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them, and holds those
+    on it at the start unless it lets them go.
 
     Raises CaseError where it names this body and a region with none of its nodes.
     """
@@ -140,7 +141,10 @@ def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) 
         return NodalSupport(np.zeros(len(of.position), bool), axes, support.velocity, None, label)
     grid = member.velocity_field.grid if member.velocity_field else None
     wall = face if face is not None and axes[face[0]] else None
-    return NodalSupport(nodes_of(support, grid, of), axes, support.velocity, wall, label)
+    held = nodes_of(support, grid, of)
+    if wall is not None and support.lets_go():
+        held[:] = False
+    return NodalSupport(held, axes, support.velocity, wall, label, support.wall_friction())
 
 
 def nodes_of(support: ConstrainsNodes, grid: Grid | None, of: Selectable) -> np.ndarray:

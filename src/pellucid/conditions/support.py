@@ -103,17 +103,15 @@ class Support(Condition):
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Of a wall that rubs or opens, where there are bodies to which it does neither."""
-        for key in self._wall_keys():
-            for body in parts.of(BodyModel):
-                does = "lets nothing go" if key == "opens" else "does not rub"
-                remedy = "leave it out, or let a body held by a motion be the floor, in a `field` of its own with a [[contact]]"
-                if body.is_rigid:
-                    yield Finding((*path, key), f"body {body.name} is rigid, and on such a wall {does}", remedy)
-                    return
-                if body.owns_nodes(is_alone(body, parts)):
-                    text = f"body {body.name} has nodes of its own, and on these a wall {does}"
-                    yield Finding((*path, key), text, remedy)
-                    return
+        keys = self._wall_keys()
+        for body in parts.of(BodyModel) if keys and (self.lets_go() or self.wall_friction() > 0.0) else []:
+            alone = is_alone(body, parts)
+            reason = body.why_no_yielding_wall(alone)
+            if reason is not None:
+                yield Finding((*path, keys[0]), *reason)
+            elif self.opens is False and body.owns_nodes(alone):
+                text = f"body {body.name} has nodes of its own, and on those that it holds a wall does not rub"
+                yield Finding((*path, "opens"), text, "leave it out: a wall that rubs lets go what moves away")
 
     @property
     def _means_a_body(self) -> bool:
