@@ -128,8 +128,8 @@ def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> Y
 
 
 def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:
-    """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them, and holds those
-    on it at the start unless it lets them go.
+    """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
+    It holds those that lie on it at the start, unless it lets them go.
 
     Raises CaseError where it names this body and a region with none of its nodes.
     """

@@ -25,7 +25,8 @@ Axis = Literal["x", "y", "z"]
 
 
 class Support(Condition):
-    """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall."""
+    """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall. With
+    `friction` or `stick` it rubs on what it presses, with `opens` it lets go what moves away."""
 
     name: str | None = name_parameter("name for probes of its reaction", None)
     body: str | None = parameter(
@@ -40,11 +41,14 @@ class Support(Condition):
         "m/s", "velocity of the constrained directions; of a wall with friction, along which it drags too", (0.0, 0.0, 0.0)
     )
     friction: float | None = parameter(
-        "", 'coefficient of friction of a wall (`fix = "normal"`), which rubs where it presses; without it the wall is smooth', None, ge=0
+        "",
+        'friction of a wall (`fix = "normal"`) where it presses: the coefficient μ; without it the wall is smooth',
+        None,
+        ge=0,
     )
     stick: bool = parameter("", "whether nothing slides on a wall while it presses", False)
     opens: bool | None = parameter(
-        "", "whether a wall lets go what moves away from it, or holds it; without it a wall that rubs does, a smooth one holds", None
+        "", "whether a wall lets go what moves away, else it holds that; if left out, only a wall that rubs lets go", None
     )
 
     until: float | None = parameter(
@@ -62,16 +66,6 @@ class Support(Condition):
     def _normal_needs_a_face(self) -> "Support":
         if self.fix == "normal" and self.face() is None:
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
-        return self
-
-    @model_validator(mode="after")
-    def _only_walls_yield(self) -> "Support":
-        if self.friction is not None and self.stick:
-            raise ValueError("`friction` and `stick = true` cannot both be: leave one of them out")
-        keys = self._wall_keys()
-        if keys and self.fix != "normal":
-            text = f"`{keys[0]}` is that of a wall, and this support holds nodes as a clamp does"
-            raise ValueError(f'{text}: add fix = "normal", with a face of the grid as `where`, or leave `{keys[0]}` out')
         return self
 
     def _wall_keys(self) -> list[str]:
@@ -102,9 +96,19 @@ class Support(Condition):
             yield from self._box_problems((*path, "where", "box"), *self.where.box.bounds(), parts.grid)
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of a wall that rubs or opens, where there are bodies to which it does neither."""
+        """Of a wall that rubs or opens: what is none, what is said twice, and bodies to which it does neither."""
         keys = self._wall_keys()
-        for body in parts.of(BodyModel) if keys and (self.lets_go() or self.wall_friction() > 0.0) else []:
+        if keys and self.fix != "normal":
+            text = "only a wall rubs or opens, a face of the grid that is held along its normal; this support is a clamp"
+            yield Finding((*path, keys[0]), text, f'add fix = "normal", with a face as `where`, or leave {keys[0]} out')
+            return
+        if self.friction is not None and self.stick:
+            text = "nothing slides on a wall that sticks, so it has no `friction`"
+            yield Finding((*path, "stick"), text, "leave one of them out")
+        yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
+        for body in parts.of(BodyModel) if yields else []:
+            if self.body not in (None, body.name):
+                continue
             alone = is_alone(body, parts)
             reason = body.why_no_yielding_wall(alone)
             if reason is not None:
@@ -165,7 +169,7 @@ class Support(Condition):
                 yield Finding(path, text, "let the box overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """What points lose that take its velocity at once, and what it takes by friction; of a wall that holds and is smooth none."""
+        """What points lose that take its velocity at once, as within the grid and at a wall that opens; what friction takes."""
         clamps = self.body is None and (self.face() is None or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 

@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import CHUNK
-from pellucid.grid.supports import Supports, hold_again, rub
+from pellucid.grid.supports import Supports, hold_again, leaves, rub
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import LANES, load, nothing, row, store
 
@@ -76,17 +76,6 @@ def led(external, I, d, m, v):
 
 
 @pointwise
-def constrained_velocity(nodes, supports, external, I, d, m, v):
-    """What supports and driven points make of the velocity v of node I of mass m [kg] along d [m/s]."""
-    s = nodes.constrained[I, d]
-    if s == 0 and len(supports.walls.stuck) > 0:
-        s = supports.walls.stuck[I, d]
-    if s > 0:
-        return supports.velocity[s - 1, d]
-    return led(external, I, d, m, v)
-
-
-@pointwise
 def slowed(external, I, d, dt, old, new):
     """The new velocity of node I along d with absorption by the mean velocity over the step: stable for any step."""
     half = 0.5 * dt * external.absorption[I, d]
@@ -127,19 +116,18 @@ def moves_freely(field, acts, I):
 
 @pointwise
 def meet_wall(field, I, d, m, v, gained, mirrored):
-    """What constrains node I of mass m [kg] along d, and whether its body goes on as its mirror image there, where a wall may let
-    it go; v, gained: its velocity before the step, and what forces add to it [m/s].
+    """What constrains node I of mass m [kg] along d, where a wall may let it go, and whether its body is mirrored there.
+
+    v, gained: its velocity before the step, and what forces add to it [m/s].
 
     What moves away is let go. What arrives while forces pull it away is stopped: a mirror image would pull it to the wall.
     """
     nodes, walls = field.nodes, field.supports.walls
     s = nodes.constrained[I, d]
-    if walls.opens[s - 1] != 0:
-        wall, inward = field.supports.velocity[s - 1, d], walls.inward[s - 1]
-        if inward * (led(field.external, I, d, m, v + gained) - wall) > 0.0:
-            nodes.constrained[I, d] = s = 0
-        mirrored = inward * gained <= 0.0
-    return s, s > 0 and mirrored
+    if leaves(field.supports, s, d, led(field.external, I, d, m, v + gained)):
+        nodes.constrained[I, d] = 0
+        return 0, False
+    return s, mirrored and not (walls.opens[s - 1] != 0 and walls.inward[s - 1] * gained > 0.0)
 
 
 @pointwise
@@ -233,28 +221,6 @@ def advance_chunk(chunk, field, dt, small, flip):
     work[chunk, SUPPORT] = pushed + rubbed
     work[chunk, IMPACT] = lost
     work[chunk, FRICTION] = rubbed
-
-
-@pointwise
-def project_node(nodes, supports, external, I):
-    """p/m of the mapped momentum of node I, with what leads it, into `strain_velocity`."""
-    m = nodes.mass[I]
-    over_m = 1.0 / m if m >= NOTHING else 0.0
-    if is_unled(nodes, external, I):
-        store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
-    else:
-        for d in range(3):
-            v = nodes.momentum[I, d] * over_m
-            nodes.strain_velocity[I, d] = constrained_velocity(nodes, supports, external, I, d, m, v)
-
-
-@kernel(inner=True)
-def project_chunk(chunk, field, advanced):
-    """The same for the nodes of a chunk; advanced: whether their momentum is, with the mass that they have."""
-    nodes = field.nodes
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
-        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= NOTHING):
-            project_node(nodes, field.supports, field.external, I)
 
 
 @kernel(inner=True)

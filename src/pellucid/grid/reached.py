@@ -15,12 +15,11 @@ from pellucid.grid.momentum import (
     NO_FORCES,
     NOTHING,
     ExternalAction,
-    constrained_velocity,
     is_unled,
-    project_node,
     slowed,
 )
 from pellucid.grid.points import place_of
+from pellucid.grid.projection import constrained_velocity, project_node
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import Supports
 from pellucid.jit import kernel

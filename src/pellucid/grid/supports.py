@@ -15,6 +15,7 @@ import numpy as np
 
 from pellucid.jit import pointwise
 
+
 class YieldingWalls(NamedTuple):
     """Walls that rub or open; where there is none, arrays have no rows. What a node did in a step lasts until the next."""
 
@@ -49,11 +50,29 @@ def hold_again(nodes, walls, I):
 
 
 @pointwise
+def leaves(supports, s, d, v):
+    """Whether support s, counted from 1, lets a node go that has the velocity v along its axis d [m/s]."""
+    walls = supports.walls
+    return walls.opens[s - 1] != 0 and walls.inward[s - 1] * (v - supports.velocity[s - 1, d]) > 0.0
+
+
+@pointwise
+def meet_walls(nodes, supports, I):
+    """Let walls that open hold node I, which no step has moved yet, or let it go, by its momentum alone."""
+    walls = supports.walls
+    hold_again(nodes, walls, I)
+    for d in range(3):
+        walls.stuck[I, d] = 0
+        if walls.held[I, d] > 0 and leaves(supports, walls.held[I, d], d, nodes.momentum[I, d] / nodes.mass[I]):
+            nodes.constrained[I, d] = 0
+
+
+@pointwise
 def rub(nodes, supports, slides, I, m, small, work, first):
     """Friction of the walls that press on node I of mass m [kg], after it was advanced; the work of these walls [J].
 
-    slides: whether the node may slide along x, y, z; small: see `NodalMomentum`; work: a row of works, with impulses of supports
-    from `first` on. `YieldingWalls.impulse` has what walls press with along the axes that they hold.
+    slides: whether the node may slide along x, y, z; small: see `NodalMomentum`; work: a row of works, with the impulses of
+    supports from `first` on. `YieldingWalls.impulse` has what walls press with along the axes that they hold.
     """
     walls, done = supports.walls, 0.0
     for d in range(3):

@@ -89,8 +89,10 @@ class VelocityField:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What walls did to the nodes in the last step, which the next may depend on."""
-        held, stuck = self._walls.held, self._walls.stuck
-        return {"constrained": self.grid.nodes.constrained, "held": held, "stuck": stuck} if len(held) else {}
+        if not len(self._walls.held):
+            return {}
+        nodes, walls = self.grid.nodes, self._walls
+        return {"constrained": nodes.constrained, "has_mass": nodes.has_mass, "held": walls.held, "stuck": walls.stuck}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
