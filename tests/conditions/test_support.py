@@ -88,12 +88,13 @@ def test_a_block_stays_on_a_slope(friction, tmp_path):
 
 
 def test_a_block_slips_where_gravity_comes_at_once(tmp_path):
-    """It hops, and slips as long as it presses less than it weighs; then it stays."""
-    found = loads(ON_SLOPE.replace("friction = 0.3", "friction = 0.7"), "slope.toml")
-    run = pellucid.run(found, out=tmp_path, report=False, threads=1)
-    gone = run.fields("block")["position"][:, 0] - run.fields("block", 0.0)["position"][:, 0]
-    assert gone.mean() < 2.0 * 0.056
-    assert np.abs(run.history["energy_error"]).max() < 5e-3
+    """It hops, and slips where it presses less than it weighs. It does not ride up: its lowest points stay where they were."""
+    text = ON_SLOPE.replace("friction = 0.3", "friction = 0.7").replace("points_per_cell", "damping = 20\npoints_per_cell")
+    run = pellucid.run(loads(text, "slope.toml"), out=tmp_path, report=False, threads=1)
+    gone = run.fields("block")["position"] - run.fields("block", 0.0)["position"]
+    assert 5e-3 < gone[:, 0].mean() < 0.056
+    assert abs(run.fields("block")["position"][:, 1].min() - 0.0125) < 2e-4
+    assert np.abs(run.history["energy_error"]).max() < 2e-3
 
 
 @pytest.mark.parametrize("scheme", ["musl", "usl", "usf"])
@@ -143,14 +144,14 @@ def test_a_wall_that_rubs_holds_what_moves_away_only_if_asked_to():
 
 def test_a_wall_that_opens_never_pulls():
     """A block falls on it and jumps off again: in no step does the wall pull."""
-    sim = simulation(block(velocity=(0.0, 0.0, -0.1)), support=[wall(opens=True)], counts=(4, 4, 8), end=100.0, courant=0.2)
+    sim = simulation(block(velocity=(0.0, 0.0, -0.1)), support=[wall(opens=True)], counts=(4, 4, 8), end=100.0, courant=0.1)
     given = [0.0]
-    for _ in range(500):
+    for _ in range(900):
         sim.step()
         given.append(float(sim.reactions()["wall"][2]))
     assert min(np.diff(given)) >= 0.0
     assert given[-1] == given[-100]
-    assert 0.06 < mean(sim, "velocity")[2] < 0.1
+    assert 0.05 < mean(sim, "velocity")[2] < 0.1
     assert sim.conservation()["momentum"] < 1e-14
 
 

@@ -129,10 +129,28 @@ def test_what_sticks_does_not_strain_along_the_wall():
 def test_a_node_that_was_let_go_is_held_again():
     grid, walls, floor = heavy_nodes(FLOOR | {"opens": True})
     nodes, momentum = grid.nodes, momentum_of(grid.nodes, walls)
-    for speed in (1e3, -1e3):
-        nodes.momentum[floor] = speed
+    for speed, gap, is_held in ((1e3, 0.0, False), (-1e3, 0.0, True), (-1e3, 0.1, False), (-1e3, -0.1, True)):
+        nodes.momentum[floor], walls.walls.gap[floor, 2] = speed, gap
         momentum.advance(DT)
-        assert (nodes.constrained[floor, 2] == (0 if speed > 0.0 else 1)).all()
+        assert (nodes.constrained[floor, 2] == (1 if is_held else 0)).all()
+        assert (nodes.velocity[floor, 2] == 0.0).all() == is_held
+
+
+def test_a_node_that_is_caught_is_stopped_and_then_mirrored():
+    """As it is caught it loses its velocity to the wall; from then on the wall gives only what forces press."""
+    grid, walls, floor = heavy_nodes(FLOOR | {"opens": True})
+    nodes, momentum = grid.nodes, momentum_of(grid.nodes, walls)
+    nodes.constrained[floor] = 0
+    nodes.force[floor] = (0.0, 0.0, -1.0)
+    m = nodes.mass[floor]
+    pressed = np.sum(DT * (1.0 + 2.0 * m))
+    for caught in (True, False):
+        nodes.momentum[floor] = m[:, None] * np.array((0.0, 0.0, -3.0))
+        momentum.advance(DT)
+        work = momentum.works(DT)
+        brought = np.sum(3.0 * m) if caught else 0.0
+        assert work.reactions[0, 2] == pytest.approx(pressed + brought, rel=1e-12)
+        assert work.works[energy.IMPACT] == pytest.approx(1.5 * brought, rel=1e-12)
 
 
 def test_nodes_of_hardly_any_mass_stick_too():

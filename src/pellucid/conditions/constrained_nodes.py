@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from pellucid.conditions.open_walls import OpenWalls
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, Where, chosen_nodes, faults
@@ -81,7 +82,20 @@ def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Se
     for body, of_body in own.items():
         body.add_supports(of_body)
     lets_go = any(support.until is not None for support in supports)
-    return [Released(supports, assembly.actions, list(own))] if lets_go else []
+    released = [Released(supports, assembly.actions, list(own))] if lets_go else []
+    return [*released, *_open_walls(supports, assembly)]
+
+
+def _open_walls(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> list[OpenWalls]:
+    """The walls that open, for each velocity field that moves points."""
+    faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
+    found = []
+    for actions in assembly.actions if faces else []:
+        members = (member.body for member in assembly.bodies.values() if member.actions is actions)
+        bodies = [body.on_grid for body in members if body.on_grid is not None]
+        if bodies:
+            found.append(OpenWalls(actions.field.grid.lattice, actions.supports.walls, dict.fromkeys(faces), bodies))
+    return found
 
 
 def constrain_nodes(
@@ -124,7 +138,8 @@ def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> Y
         return no_walls()
     held = np.where(yields[constrained], constrained, 0).astype(constrained.dtype)
     numbers = np.array([*friction, 0.0]), np.array([*opens, False], np.uint8), np.array([*inward, 0.0])
-    return YieldingWalls(*numbers, held, np.zeros_like(held), np.zeros(held.shape))
+    gap = np.zeros(held.shape if any(opens) else (0, 3))
+    return YieldingWalls(*numbers, held, np.zeros_like(held), gap, np.zeros(held.shape))
 
 
 def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:

@@ -74,7 +74,8 @@ class Support(Condition):
         return [key for key, is_given in given.items() if is_given]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
+        """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node, a wall that
+        cannot rub or open."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from self._yielding_problems(path, parts)

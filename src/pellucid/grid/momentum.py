@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import CHUNK
-from pellucid.grid.supports import Supports, hold_again, leaves, rub
+from pellucid.grid.supports import Supports, is_beside, leaves, rub
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import LANES, load, nothing, row, store
 
@@ -115,19 +115,20 @@ def moves_freely(field, acts, I):
 
 
 @pointwise
-def meet_wall(field, I, d, m, v, gained, mirrored):
-    """What constrains node I of mass m [kg] along d, where a wall may let it go, and whether its body is mirrored there.
+def meet_wall(field, I, d, m, v, gained):
+    """What constrains node I of mass m [kg] along d, beside a wall that may let it go, and whether its body is mirrored there.
 
     v, gained: its velocity before the step, and what forces add to it [m/s].
 
-    What moves away is let go. What arrives while forces pull it away is stopped: a mirror image would pull it to the wall.
+    What moves away is let go. What arrives, or stays while forces pull it away, is stopped: a mirror image would pull.
     """
     nodes, walls = field.nodes, field.supports.walls
-    s = nodes.constrained[I, d]
-    if leaves(field.supports, s, d, led(field.external, I, d, m, v + gained)):
+    s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
+    if leaves(field.supports, s, I, d, led(field.external, I, d, m, v + gained)):
         nodes.constrained[I, d] = 0
         return 0, False
-    return s, mirrored and not (walls.opens[s - 1] != 0 and walls.inward[s - 1] * gained > 0.0)
+    nodes.constrained[I, d] = s
+    return s, walls.opens[s - 1] == 0 or (was_held and walls.inward[s - 1] * gained <= 0.0)
 
 
 @pointwise
@@ -161,9 +162,7 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.mean_velocities, 4 * I, zero)
             continue
         nodes.has_mass[I], over_m = 1, 1.0 / m
-        if yields:
-            hold_again(nodes, field.supports.walls, I)
-        if moves_freely(field, acts, I):
+        if moves_freely(field, acts, I) and not (yields and is_beside(field.supports.walls, I)):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
             before = over_m * load(nodes.inertia, 4 * I)
@@ -181,9 +180,9 @@ def advance_chunk(chunk, field, dt, small, flip):
             external_force = total_load[I, d] if loaded else 0.0
             s = constrained[I, d]
             mirrored = s > 0 and mirror[s - 1] != 0
-            if yields and s > 0:
+            if yields and field.supports.walls.held[I, d] > 0:
                 gained = dt * (gravity[d] + (force[I, d] + external_force) * over_m)
-                s, mirrored = meet_wall(field, I, d, m, mapped, gained, mirrored)
+                s, mirrored = meet_wall(field, I, d, m, mapped, gained)
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
             # beside their mirror image; points in a clamp take the velocity of the clamp
             v = walls[s - 1, d] if mirrored else mapped

@@ -32,11 +32,20 @@ def project_node(nodes, supports, external, I):
 
 
 @kernel(inner=True)
+def _meet_chunk(chunk, field):
+    """Let walls that open hold the nodes of a chunk that no step has moved yet, or let them go."""
+    nodes = field.nodes
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+        if nodes.has_mass[I] == 0 and nodes.mass[I] >= NOTHING:
+            meet_walls(nodes, field.supports, I)
+
+
+@kernel(inner=True)
 def project_chunk(chunk, field, advanced):
     """The same for the nodes of a chunk; advanced: whether their momentum is, with the mass that they have."""
-    nodes, yields = field.nodes, len(field.supports.walls.held) > 0
+    nodes = field.nodes
+    if not advanced and len(field.supports.walls.held) > 0:
+        _meet_chunk(chunk, field)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
         if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= NOTHING):
-            if yields and nodes.has_mass[I] == 0:
-                meet_walls(nodes, field.supports, I)
             project_node(nodes, field.supports, field.external, I)

@@ -24,13 +24,14 @@ class YieldingWalls(NamedTuple):
     inward: np.ndarray  # (supports,) 1 or -1, the direction from the wall into the grid along its axis
     held: np.ndarray  # (n, 3) as `Nodes.constrained`, but by such walls alone and whether or not these let the node go
     stuck: np.ndarray  # (n, 3) 0 or 1 + the number of the support on which the node did not slide in this direction
+    gap: np.ndarray  # (n, 3) distance of bodies from walls that open, less what counts as none [m]; no rows where none opens
     impulse: np.ndarray  # (n, 3) of the walls over the step [N s]: along held axes what holds, along others friction
 
 
 def no_walls() -> YieldingWalls:
     """Where no wall rubs or opens."""
-    none, marks = np.zeros(0), np.zeros((0, 3), np.int16)
-    return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, np.zeros((0, 3)))
+    none, marks, vectors = np.zeros(0), np.zeros((0, 3), np.int16), np.zeros((0, 3))
+    return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, vectors, vectors)
 
 
 class Supports(NamedTuple):
@@ -42,29 +43,28 @@ class Supports(NamedTuple):
 
 
 @pointwise
-def hold_again(nodes, walls, I):
-    """Let walls that open hold node I, as before they let it go."""
-    for d in range(3):
-        if walls.held[I, d] > 0:
-            nodes.constrained[I, d] = walls.held[I, d]
+def is_beside(walls, I):
+    """Whether a wall that rubs or opens holds node I, or may hold it again."""
+    return walls.held[I, 0] > 0 or walls.held[I, 1] > 0 or walls.held[I, 2] > 0
 
 
 @pointwise
-def leaves(supports, s, d, v):
-    """Whether support s, counted from 1, lets a node go that has the velocity v along its axis d [m/s]."""
+def leaves(supports, s, I, d, v):
+    """Whether support s, counted from 1, lets node I go that has the velocity v along its axis d [m/s]."""
     walls = supports.walls
-    return walls.opens[s - 1] != 0 and walls.inward[s - 1] * (v - supports.velocity[s - 1, d]) > 0.0
+    if walls.opens[s - 1] == 0:
+        return False
+    return walls.gap[I, d] > 0.0 or walls.inward[s - 1] * (v - supports.velocity[s - 1, d]) > 0.0
 
 
 @pointwise
 def meet_walls(nodes, supports, I):
     """Let walls that open hold node I, which no step has moved yet, or let it go, by its momentum alone."""
     walls = supports.walls
-    hold_again(nodes, walls, I)
     for d in range(3):
-        walls.stuck[I, d] = 0
-        if walls.held[I, d] > 0 and leaves(supports, walls.held[I, d], d, nodes.momentum[I, d] / nodes.mass[I]):
-            nodes.constrained[I, d] = 0
+        walls.stuck[I, d], s = 0, walls.held[I, d]
+        if s > 0:
+            nodes.constrained[I, d] = 0 if leaves(supports, s, I, d, nodes.momentum[I, d] / nodes.mass[I]) else s
 
 
 @pointwise
