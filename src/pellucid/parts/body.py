@@ -31,6 +31,7 @@ class NodalSupport(NamedTuple):
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
     label: str = "a support"  # for messages
+    friction: float = 0.0  # coefficient of the wall
 
 
 class Placement(NamedTuple):

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
+NODES = "-nodes."  # the same of the nodes of a velocity field, before its name
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
@@ -416,6 +417,7 @@ class Simulation:
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
         owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
+        owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
         return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
 
     def state_numbers(self) -> dict[str, Any]:
@@ -438,6 +440,8 @@ class Simulation:
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
+        for field in self.velocity_fields:
+            field.restore(of_owner(NODES + field.name, arrays))
         settles = SETTLING in numbers["clock"]
         if settles and self.case.settle is not None:
             self.clock = self.settling_clock(self.case.settle)
