@@ -14,7 +14,7 @@ from pellucid.geometry.cells import vector_areas
 from pellucid.grid.lattice import Grid
 
 SPACINGS = 2.5  # between points, over which the weights of one reach
-LONGEST = 0.5  # cells: longest edge of the equal triangles
+LONGEST = 1.0  # cells: longest edge of the equal triangles
 
 
 class PointsOfFaces(ContactSurface):
