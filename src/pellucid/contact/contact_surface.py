@@ -16,8 +16,8 @@ class ContactSurface(ABC):
 
     two_sided = False
     """Whether others may meet it from both sides: a membrane."""
-    half_width = 0.0
-    """How far the body reaches beyond the points [m]."""
+    half_width: float | np.ndarray = 0.0
+    """How far the body reaches beyond the points, or beyond each of them [m]."""
     mass_per_area: float
     """Of what moves with the surface at once [kg/m²]."""
     rate: float
@@ -28,6 +28,9 @@ class ContactSurface(ABC):
     """Whether it does not deform: it is rigid, or its motion is prescribed."""
     contact_rate = 0.0
     """How fast a rigid body swings on what it touches, which its step has to follow [1/s]."""
+    drag: np.ndarray | None = None
+    """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
+    limit it [kg/s], shape (m,)."""
     place: np.ndarray
     area: np.ndarray
     velocity: np.ndarray
