@@ -1,25 +1,29 @@
 """Points of a fluid beside a plane, by which walls touch it: it has no surface.
 
-Each point stands for a cube of its volume, and the pressure of the wall acts on the side of that, at the foot of the point on
-the plane. The nodes about the point take it there by their functions and slopes at the point, N_I + r·∇N_I with r from the
-point to its foot: at the point itself, half of it would be missing in the pressure of the outermost layer.
+Each point stands for a cube, of which the wall touches the side: at the density of the start it has the edge e, reaches e/2
+beyond the point, and has the area e². The forces act at the points, where the nodes have mass. So in the outermost cell the
+pressure of the fluid is low, by half of that of its outermost points; at the sides of the cubes it would be right at rest, but
+such forces work on the change of shape of cubes that do not change theirs, and give moving water energy.
 """
 
 from collections.abc import Callable
 
 import numpy as np
-from numpy import uintp
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall import Plane
-from pellucid.grid.stencil import node_at, stencil
+from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel
+
+LAYER = 2.0
+"""Edges of points, in whose mass a wall swings at most: those at the wall may swing by themselves, with less than the mass of a
+layer of cells."""
 
 
 @kernel()
 def _list_beside(position, n, normal, level, most, listed):
-    """Which of the first n points are no higher than `most` above a plane, into `listed`; how many."""
+    """Which of the first n points are no higher than `most` above a plane [m], into `listed`; how many."""
     count = 0
     for p in range(n):
         height = position[p, 0] * normal[0] + position[p, 1] * normal[1] + position[p, 2] * normal[2] - level
@@ -29,25 +33,8 @@ def _list_beside(position, n, normal, level, most, listed):
     return count
 
 
-@kernel()
-def _scatter_at_feet(mapped, listed, force, foot, target):
-    """Add forces, shape (n, 3), of listed points to the nodes, at `foot` from each point [m], shape (n, 3)."""
-    lattice, h = mapped.lattice, mapped.lattice.inverse_cell
-    for e in range(len(listed)):
-        about = stencil(mapped.functions, lattice, mapped.points.position, uintp(listed[e]))
-        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-        rx, ry, rz = h * foot[e, 0], h * foot[e, 1], h * foot[e, 2]
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                for c in range(len(wz)):
-                    I = node_at(about, lattice, a, b, c)
-                    w = wx[a] * wy[b] * (wz[c] + rz * gz[c]) + (rx * gx[a] * wy[b] + ry * wx[a] * gy[b]) * wz[c]
-                    for d in range(3):
-                        target[I, d] += w * force[e, d]
-
-
 class PointsAtWall(ContactSurface):
-    """The points of a fluid within a cell above a plane, as they are in each step.
+    """The points of a fluid beside a plane, as they are in each step.
 
     density [kg/m³] and speed of sound [m/s]: of the fluid at the start; load: forces on the nodes, shape (nodes, 3), to which
     those on the points are added.
@@ -56,28 +43,32 @@ class PointsAtWall(ContactSurface):
     def __init__(
         self, body: PointsOnGrid, plane: Plane, density: float, speed_of_sound: float, load: Callable[[], np.ndarray]
     ) -> None:
-        self._body, self._plane, self._load = body, plane, load
-        self.mass_per_area, self.rate = density * body.grid.lattice.cell, speed_of_sound / body.grid.lattice.cell
+        self._body, self._plane, self._load, self._density = body, plane, load, density
+        cell, edges = body.grid.lattice.cell, self._edges(body.points.mass[: body.n_there])
+        self.mass_per_area = density * min(cell, LAYER * float(np.median(edges)))
+        self.rate = speed_of_sound / cell
+        self._most = 0.5 * float(edges.max())
         self._listed = np.zeros(body.n_points, np.int64)
         self.begin()
 
+    def _edges(self, mass: np.ndarray) -> np.ndarray:
+        """Edges of the cubes of points with masses [kg] at the density of the start [m]."""
+        thin = sum(self._body.grid.thin)
+        return np.asarray((mass / (self._density * self._body.grid.slice_thickness**thin)) ** (1.0 / (3 - thin)))
+
     def begin(self) -> None:
         """Find the points beside the plane."""
-        points, plane, cell = self._body.points, self._plane, self._body.grid.lattice.cell
-        count = _list_beside(points.position, self._body.n_there, plane.normal, plane.level, cell, self._listed)
+        points, plane, grid = self._body.points, self._plane, self._body.grid
+        count = _list_beside(points.position, self._body.n_there, plane.normal, plane.level, self._most, self._listed)
         self._at = at = self._listed[:count]
+        mass, thin = points.mass[at], sum(grid.thin)
         self.place, self.velocity = points.position[at], points.velocity[at]
-        n_thin = sum(self._body.grid.thin)
-        across = self._body.grid.slice_thickness**n_thin
-        edge = (points.volume[at] / across) ** (1.0 / (3 - n_thin))
-        self.half_width = np.minimum(0.5 * edge, cell)
-        # of the side of the cube along the plane
-        self.area = -(edge ** (2 - n_thin) * across)[:, None] * plane.normal
-        self.reach, self.slip = self.half_width, np.zeros((count, 3))
-        self.drag = points.mass[at] * self.rate
+        edge = self._edges(mass)
+        self.reach = self.half_width = 0.5 * edge
+        self.area = -(edge ** (2 - thin) * grid.slice_thickness**thin)[:, None] * plane.normal
+        self.slip, self.drag = np.zeros((count, 3)), mass * self.rate
 
     def add_forces(self, force: np.ndarray) -> None:
-        """To the nodes about the points, at their feet on the plane."""
-        listed = np.flatnonzero(force.any(axis=1))
-        foot = -self._plane.height(self.place[listed])[:, None] * self._plane.normal
-        _scatter_at_feet(self._body.mapped, self._at[listed], force[listed], foot, self._load())
+        """To the nodes about the points."""
+        pushed = np.flatnonzero(force.any(axis=1))
+        scatter_listed(self._body.mapped, self._body.points.position, self._at[pushed], force[pushed], self._load())
