@@ -90,7 +90,7 @@ class MaterialPoints(PointsOnGrid):
 
     def make_points_at(self, plane: Plane, column: int) -> ContactSurface | None:
         """Those of a fluid."""
-        if not self.material.flows:
+        if not self.material.flows or self.n_there == 0:
             return None
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
