@@ -195,7 +195,7 @@ def test_water_lies_on_a_wall_as_on_a_support():
 
 
 @pytest.mark.parametrize(
-    ("wall", "kept"), [({}, 1.0), ({"kind": "stick"}, 0.2), ({"kind": "coulomb", "friction": 0.1}, 1.0 - 0.1 * G * 0.2)]
+    ("wall", "kept"), [({}, 1.0), ({"kind": "stick"}, 0.3), ({"kind": "coulomb", "friction": 0.1}, 1.0 - 0.1 * G * 0.2)]
 )
 def test_water_slides_on_a_wall_as_it_should(wall, kept):
     """A shallow layer that moves at 1 m/s: on, or to a stand, or braked by μ g."""
@@ -217,7 +217,7 @@ def test_water_that_falls_on_slopes_wins_no_energy(per_cell, courant):
     walls = [
         {"point": (0, 0.95, 0), "normal": NORMAL},
         {"point": (1.2, 0.25, 0), "normal": (-NORMAL[0], NORMAL[1], 0)},
-        {"point": (0.05, 0, 0), "normal": (1, 0, 0)},
+        {"point": (0.1, 0, 0), "normal": (1, 0, 0)},
     ]
     water = box((0.1, 1, 0), (0.6, 1.5, 0), WATER, (per_cell, per_cell, 1), "water")
     sides = [{"where": face, "fix": "normal"} for face in ("x-upper", "y-upper")]

@@ -5,11 +5,13 @@ from typing import Protocol
 
 import numpy as np
 
+from pellucid.conditions.open_walls import OpenWalls
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, Where, chosen_nodes, faults
+from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import Supports
+from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.body import NodalSupport
@@ -32,13 +34,17 @@ class ConstrainsNodes(Protocol):
     def region(self) -> Where | None: ...
     def face(self) -> tuple[int, int] | None: ...
     def axes(self) -> tuple[bool, bool, bool]: ...
+    def wall_friction(self) -> float: ...
+    def lets_go(self) -> bool: ...
 
 
 class Released(ActiveCondition):
     """Supports that let the nodes of grids and bodies go at a time."""
 
-    def __init__(self, supports: Sequence[ConstrainsNodes], grids: Sequence[Grid], bodies: Sequence[NodalBody]) -> None:
-        self._supports, self._grids, self._bodies = supports, grids, bodies
+    def __init__(
+        self, supports: Sequence[ConstrainsNodes], actions: Sequence[NodalActions], bodies: Sequence[NodalBody]
+    ) -> None:
+        self._supports, self._actions, self._bodies = supports, actions, bodies
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
@@ -47,10 +53,17 @@ class Released(ActiveCondition):
         gone = {number for number, until in untils if until is not None and time >= until and dt > 0.0}
         if gone != self._gone:
             self._gone = gone
-            for grid in self._grids:
-                constrain_nodes(grid, self._supports, range(len(self._supports)), gone)
+            for actions in self._actions:
+                self._constrain_again(actions.field.grid, actions.supports.walls.held)
             for body in self._bodies:
                 body.let_go(gone)
+
+    def _constrain_again(self, grid: Grid, held: np.ndarray) -> None:
+        """Mark the nodes of a grid by the supports that are left; what walls have let go, they do not hold by that."""
+        constrained = grid.nodes.constrained
+        let_go = (held > 0) & (constrained[: len(held)] == 0)
+        held[:] = constrain_nodes(grid, self._supports, range(len(self._supports)), self._gone).walls.held
+        constrained[: len(held)][let_go & (held > 0)] = 0
 
 
 def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Sequence[ActiveCondition]:
@@ -68,8 +81,21 @@ def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Se
             raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{number}.where", remedy=NOWHERE))
     for body, of_body in own.items():
         body.add_supports(of_body)
-    grids = [actions.field.grid for actions in assembly.actions]
-    return [Released(supports, grids, list(own))] if any(support.until is not None for support in supports) else []
+    lets_go = any(support.until is not None for support in supports)
+    released = [Released(supports, assembly.actions, list(own))] if lets_go else []
+    return [*released, *_open_walls(supports, assembly)]
+
+
+def _open_walls(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> list[OpenWalls]:
+    """The walls that open, for each velocity field that moves points."""
+    faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
+    found = []
+    for actions in assembly.actions if faces else []:
+        members = (member.body for member in assembly.bodies.values() if member.actions is actions)
+        bodies = [body.on_grid for body in members if body.on_grid is not None]
+        if bodies:
+            found.append(OpenWalls(actions.field.grid.lattice, actions.supports.walls, dict.fromkeys(faces), bodies))
+    return found
 
 
 def constrain_nodes(
@@ -99,11 +125,26 @@ def constrain_nodes(
         constrained[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
     faces = [support.face() is not None for support in supports]
-    return Supports(velocity, np.array([*faces, True], dtype=np.int64))
+    return Supports(velocity, np.array([*faces, True], dtype=np.int64), _yielding(supports, constrained))
+
+
+def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> YieldingWalls:
+    """The walls among supports that rub or open, and the nodes that these hold, of all that are constrained."""
+    ends = [support.face() for support in supports]
+    inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
+    friction, opens = [support.wall_friction() for support in supports], [support.lets_go() for support in supports]
+    yields = np.array([False, *(np.array(friction) > 0.0) | np.array(opens, bool), False])
+    if not yields.any():
+        return no_walls()
+    held = np.where(yields[constrained], constrained, 0).astype(constrained.dtype)
+    numbers = np.array([*friction, 0.0]), np.array([*opens, False], np.uint8), np.array([*inward, 0.0])
+    gap = np.zeros(held.shape if any(opens) else (0, 3))
+    return YieldingWalls(*numbers, held, np.zeros_like(held), gap, np.zeros(held.shape))
 
 
 def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:
     """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
+    It holds those that lie on it at the start, unless it lets them go.
 
     Raises CaseError where it names this body and a region with none of its nodes.
     """
@@ -115,7 +156,10 @@ def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) 
         return NodalSupport(np.zeros(len(of.position), bool), axes, support.velocity, None, label)
     grid = member.velocity_field.grid if member.velocity_field else None
     wall = face if face is not None and axes[face[0]] else None
-    return NodalSupport(nodes_of(support, grid, of), axes, support.velocity, wall, label)
+    held = nodes_of(support, grid, of)
+    if wall is not None and support.lets_go():
+        held[:] = False
+    return NodalSupport(held, axes, support.velocity, wall, label, support.wall_friction())
 
 
 def nodes_of(support: ConstrainsNodes, grid: Grid | None, of: Selectable) -> np.ndarray:

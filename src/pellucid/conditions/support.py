@@ -1,12 +1,13 @@
 """Supports: nodes whose velocity is prescribed."""
 
 from collections.abc import Iterator, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from pellucid.energy import IMPACT_HEAT, Channel
+from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
 from pellucid.geometry.rotation import plane_problems
@@ -25,7 +26,8 @@ Axis = Literal["x", "y", "z"]
 
 
 class Support(Condition):
-    """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall."""
+    """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall. With
+    `friction` or `stick` it rubs on what it presses, with `opens` it lets go what moves away."""
 
     name: str | None = name_parameter("name for probes of its reaction", None)
     body: str | None = parameter(
@@ -36,7 +38,19 @@ class Support(Condition):
     )
     where: Literal["all-nodes"] | Face | Where = parameter("", "which nodes: all-nodes, a face of the grid, or a region")
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
-    velocity: Vector = parameter("m/s", "velocity of the constrained directions", (0.0, 0.0, 0.0))
+    velocity: Vector = parameter(
+        "m/s", "velocity of the constrained directions; of a wall with friction, along which it drags too", (0.0, 0.0, 0.0)
+    )
+    friction: float | None = parameter(
+        "",
+        'friction of a wall (`fix = "normal"`) where it presses: the coefficient μ; without it the wall is smooth',
+        None,
+        ge=0,
+    )
+    stick: bool = parameter("", "whether nothing slides on a wall while it presses", False)
+    opens: bool | None = parameter(
+        "", "whether a wall lets go what moves away, else it holds that; if left out, only a wall that rubs lets go", None
+    )
 
     until: float | None = parameter(
         "s", "time at which it lets the nodes go: 0 for one that holds them while bodies settle", None, ge=0
@@ -55,10 +69,17 @@ class Support(Condition):
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
         return self
 
+    def _wall_keys(self) -> list[str]:
+        """Which keys say how it yields as a wall."""
+        given = {"friction": self.friction is not None, "stick": self.stick, "opens": self.opens is not None}
+        return [key for key, is_given in given.items() if is_given]
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node."""
+        """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node, a wall that
+        cannot rub or open."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        yield from self._yielding_problems(path, parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
             text = f"the nodes of {held[0]}, which takes steps of its own, are not let go"
@@ -77,6 +98,28 @@ class Support(Condition):
             yield from plane_problems(self.where.rotate, (*path, "where"), parts.active_axes)
             if self.where.box is not None and (shape := self.where.shape) is not None:
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
+
+    def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of a wall that rubs or opens: what is none, what is said twice, and bodies to which it does neither."""
+        keys = self._wall_keys()
+        if keys and self.fix != "normal":
+            text = "only a wall rubs or opens, a face of the grid that is held along its normal; this support is a clamp"
+            yield Finding((*path, keys[0]), text, f'add fix = "normal", with a face as `where`, or leave {keys[0]} out')
+            return
+        if self.friction is not None and self.stick:
+            text = "nothing slides on a wall that sticks, so it has no `friction`"
+            yield Finding((*path, "stick"), text, "leave one of them out")
+        yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
+        for body in parts.of(BodyModel) if yields else []:
+            if self.body not in (None, body.name):
+                continue
+            alone = is_alone(body, parts)
+            reason = body.why_no_yielding_wall(alone)
+            if reason is not None:
+                yield Finding((*path, keys[0]), *reason)
+            elif self.opens is False and body.owns_nodes(alone):
+                text = f"body {body.name} has nodes of its own, and on those that it holds a wall does not rub"
+                yield Finding((*path, "opens"), text, "leave it out: a wall that rubs lets go what moves away")
 
     @property
     def _means_a_body(self) -> bool:
@@ -130,8 +173,9 @@ class Support(Condition):
                 yield Finding(path, text, "let the box overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """What points lose that take its velocity at once, where it is within a grid and no wall."""
-        return (IMPACT_HEAT,) if self.face() is None and self.body is None else ()
+        """What points lose that take its velocity at once, as within the grid and at a wall that opens; what friction takes."""
+        clamps = self.body is None and (self.face() is None or self.lets_go())
+        return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: "Assembly") -> Sequence[ActiveCondition]:
@@ -155,6 +199,14 @@ class Support(Condition):
     def region(self) -> Where | None:
         """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
+
+    def wall_friction(self) -> float:
+        """The coefficient of friction of a wall, 0 where it is smooth."""
+        return inf if self.stick else self.friction or 0.0
+
+    def lets_go(self) -> bool:
+        """Whether as a wall it holds nothing that moves away."""
+        return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are constrained."""

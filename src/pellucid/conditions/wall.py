@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import field_validator
 
 from pellucid.conditions.sliding import Sliding
-from pellucid.contact.wall import Plane
+from pellucid.contact.wall import WallPlane
 from pellucid.energy import CONTACT_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.model import GridCase
@@ -38,9 +38,9 @@ class Wall(Sliding):
             raise ValueError("the normal is zero: it must point to the side where bodies are, as in [0, 1, 0]")
         return normal
 
-    def plane(self) -> Plane:
+    def plane(self) -> WallPlane:
         """The plane at time 0."""
-        return Plane(self.point, self.normal, self.velocity)
+        return WallPlane(self.point, self.normal, self.velocity)
 
     def channels(self) -> Sequence[Channel]:
         """What bodies lose on it."""

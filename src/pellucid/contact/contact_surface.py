@@ -22,6 +22,8 @@ class ContactSurface(ABC):
     """Of what moves with the surface at once [kg/m²]."""
     rate: float
     """How fast it can swing: a step that the body allows is below the reciprocal [1/s]."""
+    follows_steps = True
+    """Whether contact may let it swing as fast as the steps of the case can follow, or only at its rate."""
     rigid_mass = np.inf
     """Of a body that moves as a rigid one [kg], infinite where its motion is prescribed."""
     is_hard = False
@@ -39,6 +41,10 @@ class ContactSurface(ABC):
 
     def begin(self) -> None:  # noqa: B027
         """Before contact of a step is found: renew what follows from the state of the body."""
+
+    def sizes(self) -> np.ndarray:
+        """The areas of the points [m²], shape (m,)."""
+        return np.asarray(np.linalg.norm(self.area, axis=1))
 
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""

@@ -11,7 +11,9 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 
-DAMPING = 0.1  # of what is critical for the masses of the layers that touch
+STIFF, DAMPING = 1.0, 0.1
+"""How fast the layer of a body that touches swings, over its step: from two on it would go out of bounds. What the damper takes
+of what is critical for the masses of the layers."""
 SINK, IMPACT = 3e-4, 0.2
 """Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
 so with the speeds of the start."""
@@ -35,22 +37,24 @@ class OverlapLaw:
     """What the points in an overlap feel.
 
     sides: the surfaces that touch; one alone where the other body neither deforms nor gives way, as a wall. friction:
-    coefficient μ, `STICKS` where they stick while they press. swing: how fast bodies that do not deform are to swing on each
-    other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell.
+    coefficient μ, `STICKS` where they stick while they press. courant: of the case's `time`. swing: how fast bodies that do not
+    deform are to swing on each other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell.
     """
 
-    def __init__(self, sides: Sequence[ContactSurface], friction: float, swing: float = 0.0) -> None:
+    def __init__(self, sides: Sequence[ContactSurface], friction: float, courant: float, swing: float = 0.0) -> None:
         self._friction = friction
         self._hard = all(side.is_hard for side in sides)
         self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), 1e-300)
         soft = [side for side in sides if self._hard or not side.is_hard]
-        self._stiffness = 1.0 / sum(1.0 / (side.mass_per_area * side.rate**2) for side in soft)
+        rates = [side.rate * (STIFF / courant if side.follows_steps else 1.0) for side in soft]
+        self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
+        """κ [Pa/m]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
         if self._hard and rigid and swing > 0.0:
-            self._stiffness = swing**2 * self._mass / max(side.side() for side in rigid)
-        self._damping = 2.0 * DAMPING * sqrt(self._stiffness / sum(1.0 / side.mass_per_area for side in sides))
+            self.stiffness = swing**2 * self._mass / max(side.side() for side in rigid)
+        self._damping = 2.0 * DAMPING * sqrt(self.stiffness / sum(1.0 / side.mass_per_area for side in soft))
         for side in rigid:
-            swings = sqrt(self._stiffness * side.side() / self._mass)
+            swings = sqrt(self.stiffness * side.side() / self._mass)
             side.contact_rate = max(side.contact_rate, RESOLVED * swings)
         self._rigid = len(rigid) > 0
 
@@ -59,7 +63,7 @@ class OverlapLaw:
 
         touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked.
         """
-        pressures = [part.share * self._stiffness * part.area * part.depth for part in overlaps]
+        pressures = [part.share * self.stiffness * part.area * part.depth for part in overlaps]
         extra = self._mean_damping(overlaps, pressures) if self._hard and self._rigid else 0.0
         total = sum(float(pressure.sum()) for pressure in pressures)
         found = []
@@ -83,7 +87,7 @@ class OverlapLaw:
             return _limited(-one.drag[at][:, None] * along, most)[0]
         carried = one.slip[at]
         carried = carried - np.einsum("ij,ij->i", carried, n)[:, None] * n + last * along
-        spring = part.share * self._stiffness * part.area
+        spring = part.share * self.stiffness * part.area
         drag, slides = _limited(-spring[:, None] * carried - damping[:, None] * along, most)
         one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
         return drag
@@ -94,7 +98,7 @@ class OverlapLaw:
         for part, pressure in zip(overlaps, pressures, strict=True):
             total += float(pressure.sum())
             approach -= float(np.sum(pressure * np.einsum("ij,ij->i", part.relative, part.normal)))
-            stiffness += part.share * self._stiffness * float(part.area.sum())
+            stiffness += part.share * self.stiffness * float(part.area.sum())
         return 2.0 * sqrt(stiffness * self._mass) * approach / total if total > 0.0 else 0.0
 
 

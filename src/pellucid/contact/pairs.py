@@ -72,6 +72,11 @@ class ContactPair:
         nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
         return ((body, nodes) for side in self.bodies for body in side)
 
+    def measure_again(self) -> None:
+        """What nodes can move, where walls may have let them go as they were advanced."""
+        if self.touches and any(field.may_be_let_go for field in self.fields):
+            impulses.measure_mobility(self._chunks, self.detection.node, *self._sides, self._mobility)
+
     def let_return(self) -> None:
         """Let bodies that part as the step begins come back as fast, when their momentum was advanced: their mean approach over
         the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
@@ -204,6 +209,7 @@ class ContactPairs:
     def resolve(self) -> None:
         """Impulses on the nodes after their momentum was advanced."""
         for pair in self._pairs:
+            pair.measure_again()
             pair.let_return()
         self._sweep(anew=False)
         bodies = list({id(body): body for pair in self._pairs for body in pair.in_contact()}.values())

@@ -89,7 +89,7 @@ def _weight(other, meeting, q, x, n):
     if two_sided[1] and facing < 0.0:
         m, facing = (-m[0], -m[1], -m[2]), -facing
     if two_sided[0]:
-        facing = abs(facing)
+        facing = 1.0  # however it is folded
     along, reach = d[0] * m[0] + d[1] * m[1] + d[2] * m[2], other.reach[q]
     apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along
     if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:

@@ -21,6 +21,7 @@ import numpy as np
 
 from pellucid.contact import proximity
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
 
@@ -32,24 +33,24 @@ class Pass:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
         self._found = np.zeros((len(one.place), COLUMNS))
 
-    def find(self, normals: tuple[np.ndarray, np.ndarray], sizes: tuple[np.ndarray, np.ndarray]) -> bool:
-        """Find the points that overlap; whether there are any. normals, sizes: of the points of both surfaces."""
-        one, other, meeting = self.one, self.other, self._meeting
-        self._points = one.place, normals[0]
-        self._beside = Points(other.place, normals[1], sizes[1], other.reach)
-        self._bins = _bins(one.place, other.place, float(other.reach.max()))
+    def find(self, one: Described, other: Described) -> bool:
+        """Find the points of the one surface that overlap with the other; whether there are any."""
+        m = len(self.one.place)
+        self._points = one.place[:m], one.normal[:m]
+        self._beside = Points(other.place, other.normal, other.size, other.reach)
+        self._bins = _bins(self.one.place, other.place, float(other.reach.max()))
         self.overlap: Overlap | None = None
         if self._bins is None:
             return False
-        proximity.find_beside(len(one.place) // CHUNK + 1, self._points, self._beside, self._bins, meeting, self._found)
-        gap = self._found[:, GAP] - one.half_width - other.half_width
+        proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
+        gap = self._found[:, GAP] - self.one.half_width - self.other.half_width
         at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (gap < 0.0))
         if not len(at):
             return False
         carried = np.empty((len(at), 3))
         proximity.mean_velocities(at, *self._about(), other.velocity, carried)
-        normal, area = self._found[at, NORMAL : NORMAL + 3], self._found[at, SHARE] * sizes[0][at]
-        self.overlap = Overlap(one, at, -gap[at], normal, area, one.velocity[at] - carried, self.share)
+        normal, area = self._found[at, NORMAL : NORMAL + 3], self._found[at, SHARE] * one.size[at]
+        self.overlap = Overlap(self.one, at, -gap[at], normal, area, one.velocity[at] - carried, self.share)
         return True
 
     def _about(self) -> tuple[object, ...]:
@@ -64,7 +65,8 @@ class Pass:
 class SurfacePair:
     """Two surfaces that touch.
 
-    friction, swing: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness: of a slice [m].
+    friction, courant, swing: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness: of a
+    slice [m].
     """
 
     def __init__(
@@ -73,12 +75,13 @@ class SurfacePair:
         friction: float,
         dimension: int,
         thickness: float,
+        courant: float,
         swing: float = 0.0,
         name: str | None = None,
     ) -> None:
         self.surfaces: Sequence[ContactSurface] = surfaces
         one, other = surfaces
-        self.name, self._law = name, OverlapLaw(surfaces, friction, swing)
+        self.name, self._law = name, OverlapLaw(surfaces, friction, courant, swing)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
         self._passes = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
@@ -90,13 +93,12 @@ class SurfacePair:
     def begin(self, time: float, passing: float) -> None:
         """Both are bodies, which move by themselves."""
 
-    def find(self, described: dict[int, tuple[np.ndarray, np.ndarray]]) -> bool:
-        """Find where they overlap; whether they do. described: normals and areas of the points of surfaces, by identity."""
+    def find(self, described: dict[int, Described]) -> bool:
+        """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
         self.impulse = np.zeros(3)
         found = False
         for part in self._passes:
-            one, other = described[id(part.one)], described[id(part.other)]
-            found |= part.find((one[0], other[0]), (one[1], other[1]))
+            found |= part.find(described[id(part.one)], described[id(part.other)])
         return found
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
@@ -148,8 +150,8 @@ class Touch(Protocol):
     def begin(self, time: float, passing: float) -> None:
         """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
 
-    def find(self, described: dict[int, tuple[np.ndarray, np.ndarray]]) -> bool:
-        """Find the overlap; whether there is one. described: normals and areas of the points of surfaces, by identity."""
+    def find(self, described: dict[int, Described]) -> bool:
+        """Find the overlap; whether there is one. described: the points of surfaces, by identity."""
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
@@ -161,8 +163,9 @@ class Touch(Protocol):
 class SurfacePairs:
     """All surfaces of a simulation that touch each other or walls."""
 
-    def __init__(self, pairs: Sequence[Touch]) -> None:
-        self._pairs = pairs
+    def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = ()) -> None:
+        """planes: of symmetry."""
+        self._pairs, self._planes = pairs, planes
         self._surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
 
     def __len__(self) -> int:
@@ -175,22 +178,20 @@ class SurfacePairs:
         """
         for pair in self._pairs:
             pair.begin(time, passing)
-        described = dict[int, tuple[np.ndarray, np.ndarray]]()
-        forces, touched = dict[int, np.ndarray](), dict[int, np.ndarray]()
+        described, forces, touched = dict[int, Described](), dict[int, np.ndarray](), dict[int, np.ndarray]()
         for surface in self._surfaces:
             surface.begin()
-            size = np.linalg.norm(surface.area, axis=1)
-            described[id(surface)] = surface.area / np.where(size > 0.0, size, 1.0)[:, None], size
-            touched[id(surface)] = np.zeros(len(size), bool)
+            described[id(surface)] = describe(surface, self._planes)
+            touched[id(surface)] = np.zeros(len(surface.place), bool)
         for pair in self._pairs:
             if pair.find(described):
                 for surface in pair.surfaces:
-                    forces.setdefault(id(surface), np.zeros_like(surface.place))
+                    forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
                 pair.push(dt, last, forces, touched)
         for surface in self._surfaces:
             surface.slip[~touched[id(surface)]] = 0.0
             if id(surface) in forces:
-                surface.add_forces(forces[id(surface)])
+                surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
 
     def impulses(self) -> dict[str, np.ndarray]:
         """On the first body of each pair with a name over this step [N s], (3,)."""

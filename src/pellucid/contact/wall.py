@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Described
 from pellucid.contact.overlap import Overlap, OverlapLaw
 from pellucid.contact.proximity import FULL, NONE
 
 
-class Plane:
+class WallPlane:
     """A plane through a point [m] with a normal of any length, to the side where bodies are, that moves at a velocity [m/s]."""
 
     def __init__(
@@ -32,14 +33,20 @@ class Plane:
 
 
 class WallContact:
-    """A surface that touches a plane. friction, swing: see `OverlapLaw`."""
+    """A surface that touches a plane. friction, courant, swing: see `OverlapLaw`."""
 
     def __init__(
-        self, surface: ContactSurface, plane: Plane, friction: float, swing: float = 0.0, name: str | None = None
+        self,
+        surface: ContactSurface,
+        plane: WallPlane,
+        friction: float,
+        courant: float,
+        swing: float = 0.0,
+        name: str | None = None,
     ) -> None:
         self.surfaces: Sequence[ContactSurface] = (surface,)
         self.plane, self.name = plane, name
-        self._law = OverlapLaw(self.surfaces, friction, swing)
+        self.law = OverlapLaw(self.surfaces, friction, courant, swing)
         self._overlap: Overlap | None = None
         self._work = 0.0
         self.impulse = np.zeros(3)
@@ -49,14 +56,14 @@ class WallContact:
         """Move the plane to where it is."""
         self.plane.go_to(time, passing)
 
-    def find(self, described: dict[int, tuple[np.ndarray, np.ndarray]]) -> bool:
+    def find(self, described: dict[int, Described]) -> bool:
         """Find which points of the surface lie behind the plane and face it; whether any do."""
         self._work, self.impulse = 0.0, np.zeros(3)
         surface, plane = self.surfaces[0], self.plane
-        normals, sizes = described[id(surface)]
-        facing = -np.sum(normals * plane.normal, axis=1)
-        if surface.two_sided:
-            facing = np.abs(facing)
+        m = len(surface.place)  # behind these are images, which planes of symmetry make
+        sizes, facing = described[id(surface)].size[:m], np.ones(m)
+        if not surface.two_sided:
+            facing = -np.sum(described[id(surface)].normal[:m] * plane.normal, axis=1)
         depth = surface.half_width - plane.height(surface.place)
         # as beside another surface that is flat: sides of a body across the plane do not touch it
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
@@ -72,7 +79,7 @@ class WallContact:
         """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""
         if self._overlap is None:
             return
-        (force,) = self._law.forces([self._overlap], last, touched)
+        (force,) = self.law.forces([self._overlap], last, touched)
         forces[id(self.surfaces[0])][self._overlap.listed] += force
         self.impulse = dt * force.sum(axis=0)
         self._work = float(np.sum(self.impulse * self.plane.velocity))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, TRANSFER, FIRST_LOAD = range(11)
+INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, TRANSFER, FRICTION, FIRST_LOAD = range(12)
 """Columns of a row of works that kernels of nodes and bodies fill; INTERNAL is the work of internal forces, which exchanges
 kinetic and stored energy. From FIRST_LOAD on come those of the channels of external forces."""
 
@@ -25,8 +25,9 @@ class Channel(NamedTuple):
 GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
     Channel, ("gravity_work", "support_work", "motion_work", "contact_work")
 )
-ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT = (
-    Channel(name, -1.0) for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat", "transfer_heat")
+ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT, FRICTION_HEAT = (
+    Channel(name, -1.0)
+    for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat", "transfer_heat", "friction_heat")
 )
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
@@ -40,12 +41,13 @@ FIXED_COLUMNS: Mapping[Channel, int] = {
     DAMPING_HEAT: DAMPING,
     VISCOUS_HEAT: VISCOUS,
     TRANSFER_HEAT: TRANSFER,
+    FRICTION_HEAT: FRICTION,
 }
 """Of the channels that kernels of nodes and bodies fill."""
 ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}
 """The channels that every history shows."""
 
-ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT)
+ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 """Channels that can only take energy from bodies: in sum they give none but what the method makes."""
 
 

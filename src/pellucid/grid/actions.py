@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.grid.momentum import ExternalAction, Supports
+from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.supports import Supports
 from pellucid.grid.velocity_field import VelocityField
 
 

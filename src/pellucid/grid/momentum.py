@@ -7,22 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.energy import FIRST_LOAD, IMPACT, SUPPORT
+from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import CHUNK
+from pellucid.grid.supports import Supports, is_beside, leaves, rub
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import LANES, load, nothing, row, store
 
 FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
 NO_FORCES = np.zeros((0, 4))
 NOTHING = 1e-290  # kg; no point reaches a node below this
-
-
-class Supports(NamedTuple):
-    """What constrains nodes; `Nodes.constrained` counts its rows from 1."""
-
-    velocity: np.ndarray  # (supports, 3) [m/s]
-    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a clamp within it
 
 
 class ExternalAction(NamedTuple):
@@ -82,15 +76,6 @@ def led(external, I, d, m, v):
 
 
 @pointwise
-def constrained_velocity(nodes, supports, external, I, d, m, v):
-    """What supports and driven points make of the velocity v of node I of mass m [kg] along d [m/s]."""
-    s = nodes.constrained[I, d]
-    if s > 0:
-        return supports.velocity[s - 1, d]
-    return led(external, I, d, m, v)
-
-
-@pointwise
 def slowed(external, I, d, dt, old, new):
     """The new velocity of node I along d with absorption by the mean velocity over the step: stable for any step."""
     half = 0.5 * dt * external.absorption[I, d]
@@ -129,6 +114,29 @@ def moves_freely(field, acts, I):
     return free
 
 
+@pointwise
+def meet_wall(field, I, d, m, v, gained):
+    """What constrains node I of mass m [kg] along d, beside a wall that may let it go, and whether its body is mirrored there.
+
+    v, gained: its velocity before the step, and what forces add to it [m/s].
+
+    What moves away is let go. What arrives, or stays while forces pull it away, is stopped: a mirror image would pull.
+    """
+    nodes, walls = field.nodes, field.supports.walls
+    s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
+    if leaves(field.supports, s, I, d, led(field.external, I, d, m, v + gained)):
+        nodes.constrained[I, d] = 0
+        return 0, False
+    nodes.constrained[I, d] = s
+    return s, walls.opens[s - 1] == 0 or (was_held and walls.inward[s - 1] * gained <= 0.0)
+
+
+@pointwise
+def may_slide(field, I, d):
+    """Whether nothing leads node I along d."""
+    return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
+
+
 @kernel(inner=True)
 def advance_chunk(chunk, field, dt, small, flip):
     """p + dt (f + m g) on the nodes of a chunk, then the supports; see `NodalMomentum`."""
@@ -139,7 +147,8 @@ def advance_chunk(chunk, field, dt, small, flip):
     acts, total_load = what_acts(field), field.load
     loaded, absorbing, driven = acts
     fall = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
-    pushed = lost = 0.0
+    pushed = lost = rubbed = 0.0
+    yields = len(field.supports.walls.held) > 0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
@@ -153,7 +162,7 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.mean_velocities, 4 * I, zero)
             continue
         nodes.has_mass[I], over_m = 1, 1.0 / m
-        if moves_freely(field, acts, I):
+        if moves_freely(field, acts, I) and not (yields and is_beside(field.supports.walls, I)):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
             before = over_m * load(nodes.inertia, 4 * I)
@@ -167,12 +176,16 @@ def advance_chunk(chunk, field, dt, small, flip):
                 store(nodes.strain_velocities, 4 * I, falling)
             continue
         for d in range(3):
-            s = constrained[I, d]
             mapped = momentum[I, d] * over_m
+            external_force = total_load[I, d] if loaded else 0.0
+            s = constrained[I, d]
+            mirrored = s > 0 and mirror[s - 1] != 0
+            if yields and field.supports.walls.held[I, d] > 0:
+                gained = dt * (gravity[d] + (force[I, d] + external_force) * over_m)
+                s, mirrored = meet_wall(field, I, d, m, mapped, gained)
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
             # beside their mirror image; points in a clamp take the velocity of the clamp
-            v = walls[s - 1, d] if s > 0 and mirror[s - 1] else mapped
-            external_force = total_load[I, d] if loaded else 0.0
+            v = walls[s - 1, d] if mirrored else mapped
             light = v + dt * gravity[d]
             new = light + dt * (force[I, d] + external_force) * over_m
             if absorbing and s == 0:
@@ -187,40 +200,26 @@ def advance_chunk(chunk, field, dt, small, flip):
                 wall = walls[s - 1, d]
                 impulse = m * (wall - new)
                 lost += 0.5 * m * (wall - v) * (wall - v)
-                if mirror[s - 1]:  # FLIP hands on the increment of velocity, PIC the velocity itself
+                if mirrored:  # FLIP hands on the increment of velocity, PIC the velocity itself
                     impulse += m * (1.0 - flip) * (wall - mapped)
                 pushed += impulse * wall
                 work[chunk, first + 3 * (s - 1) + d] += impulse
+                if yields:
+                    field.supports.walls.impulse[I, d] = impulse
                 new = wall
+            elif yields:
+                field.supports.walls.impulse[I, d] = 0.0
             velocity_increment[I, d] = new - v
             velocity[I, d] = new
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
             strain_velocity[I, d] = new if m > small or s > 0 else light
-    work[chunk, SUPPORT] = pushed
+        if yields:
+            slides = may_slide(field, I, 0), may_slide(field, I, 1), may_slide(field, I, 2)
+            rubbed += rub(nodes, field.supports, slides, I, m, small, work[chunk], first)
+    work[chunk, SUPPORT] = pushed + rubbed
     work[chunk, IMPACT] = lost
-
-
-@pointwise
-def project_node(nodes, supports, external, I):
-    """p/m of the mapped momentum of node I, with what leads it, into `strain_velocity`."""
-    m = nodes.mass[I]
-    over_m = 1.0 / m if m >= NOTHING else 0.0
-    if is_unled(nodes, external, I):
-        store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
-    else:
-        for d in range(3):
-            v = nodes.momentum[I, d] * over_m
-            nodes.strain_velocity[I, d] = constrained_velocity(nodes, supports, external, I, d, m, v)
-
-
-@kernel(inner=True)
-def project_chunk(chunk, field, advanced):
-    """The same for the nodes of a chunk; advanced: whether their momentum is, with the mass that they have."""
-    nodes = field.nodes
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
-        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= NOTHING):
-            project_node(nodes, field.supports, field.external, I)
+    work[chunk, FRICTION] = rubbed
 
 
 @kernel(inner=True)

@@ -7,9 +7,10 @@ import numpy as np
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import ALL, chunks_of
-from pellucid.grid.momentum import NO_FORCES, NOTHING, AdvancedNodes, ExternalAction, Supports
+from pellucid.grid.momentum import NO_FORCES, NOTHING, AdvancedNodes, ExternalAction
 from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
 from pellucid.grid.nodal_works import NOWHERE
+from pellucid.grid.supports import Supports
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 

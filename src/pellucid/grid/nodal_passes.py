@@ -3,8 +3,9 @@
 node: a list of nodes, or `ALL` of them; awaiting: flags of the nodes that await impulses of contact, or `NOWHERE`.
 """
 
-from pellucid.grid.momentum import add_apart_chunk, advance_chunk, project_chunk, sum_loads_chunk
+from pellucid.grid.momentum import add_apart_chunk, advance_chunk, sum_loads_chunk
 from pellucid.grid.nodal_works import count_works_chunk, sum_strain_lag_chunk
+from pellucid.grid.projection import project_chunk
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 

@@ -6,7 +6,7 @@ then and done afterwards: they are flagged and listed.
 
 import numpy as np
 
-from pellucid.energy import ABSORBED, FIRST_LOAD, GRAVITY, IMPACT, INTERNAL, MOTION
+from pellucid.energy import ABSORBED, FIRST_LOAD, FRICTION, GRAVITY, IMPACT, INTERNAL, MOTION
 from pellucid.grid.listed import CHUNK, end_of, listed
 from pellucid.grid.momentum import (
     driven_velocity,
@@ -36,8 +36,8 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
     of the first chunk. See `NodalMomentum.works`. The momentum of the nodes is zero then, so that it can be mapped again."""
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
     mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
-    acts = what_acts(field)
-    loaded, absorbing = acts[0], acts[1]
+    acts, rubbing = what_acts(field), field.supports.walls.impulse
+    loaded, absorbing, rubs = acts[0], acts[1], len(rubbing) > 0
     of_rows = numbers(LANES)
     of_velocity, of_mass = row(1.0, 1.0, 1.0, 0.0), row(0.0, 0.0, 0.0, 1.0)
     power, momentum = nothing(of_velocity), nothing(of_velocity)
@@ -80,6 +80,8 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
                 lost += (given + follow * other) * (goal - mean)
                 mean += follow * (goal - mean)
                 mean_of_gravity = mean
+            if rubs and s == 0:
+                work[first + chunk, FRICTION] -= rubbing[I, d] * mean
             nodes.mean_velocity[I, d], nodes.momentum[I, d] = mean, 0.0
             internal += dt * force[I, d] * mean
             fall += dt * m * gravity[d] * mean_of_gravity

@@ -6,8 +6,9 @@ import numpy as np
 
 from pellucid.energy import StepWork
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction, Supports
+from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.reached import ReachedNodes
+from pellucid.grid.supports import Supports
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 
@@ -20,6 +21,8 @@ class OwnNodesField(VelocityField):
     def __init__(self, name: str, grid: Grid) -> None:
         super().__init__(name, grid)
         self._reached = ReachedNodes(grid.nodes)
+
+    may_be_let_go = False
 
     @property
     def reached(self) -> np.ndarray:
@@ -48,6 +51,10 @@ class OwnNodesField(VelocityField):
         """Mass and momentum of the points of n slabs, and forces on them until the end of the step [N], shape (points, 3) or
         (0, 3), to the nodes of the grid, in place of those of the step before."""
         self._reached.scatter(n, mapped, force)
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Nothing: walls hold its nodes of the grid as they are."""
+        return {}
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
         """Momentum alone of such points, after their velocities changed."""

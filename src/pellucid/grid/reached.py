@@ -15,14 +15,13 @@ from pellucid.grid.momentum import (
     NO_FORCES,
     NOTHING,
     ExternalAction,
-    Supports,
-    constrained_velocity,
     is_unled,
-    project_node,
     slowed,
 )
 from pellucid.grid.points import place_of
+from pellucid.grid.projection import constrained_velocity, project_node
 from pellucid.grid.stencil import node_at, stencil
+from pellucid.grid.supports import Supports
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_by_colour, parallel_for

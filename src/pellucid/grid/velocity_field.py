@@ -1,6 +1,6 @@
 """A velocity field: the nodes of the grid that some bodies share, and their momentum."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -8,9 +8,10 @@ from pellucid.energy import StepWork
 from pellucid.grid.clearing import clear
 from pellucid.grid.lattice import Grid, aligned_rows
 from pellucid.grid.listed import ALL, chunks_of
-from pellucid.grid.momentum import NO_FORCES, ExternalAction, Supports
+from pellucid.grid.momentum import NO_FORCES, ExternalAction
 from pellucid.grid.nodal_impulses import add_impulses
 from pellucid.grid.nodal_momentum import NodalMomentum
+from pellucid.grid.supports import Supports
 from pellucid.jit.bundle import Bundle
 
 
@@ -55,7 +56,7 @@ class VelocityField:
         flip: float,
     ) -> None:
         """Set what acts on the nodes; see `NodalMomentum`."""
-        self.external = external
+        self.external, self._walls = external, supports.walls
         self._momentum = NodalMomentum(self.grid.nodes, supports, gravity, small_mass, flip, external, self._apart)
 
     def share_gravity(self, share: float) -> None:
@@ -80,6 +81,23 @@ class VelocityField:
     def slowed_work(self, dt: float) -> float:
         """See `NodalMomentum.slowed_work`."""
         return self._momentum.slowed_work(self._slowed, dt) if len(self._slowed) else 0.0
+
+    @property
+    def may_be_let_go(self) -> bool:
+        """Whether walls that open may let its nodes go as these are advanced."""
+        return bool(self._walls.opens.any())
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What walls did to the nodes in the last step, which the next may depend on."""
+        if not len(self._walls.held):
+            return {}
+        nodes, walls = self.grid.nodes, self._walls
+        return {"constrained": nodes.constrained, "has_mass": nodes.has_mass, "held": walls.held, "stuck": walls.stuck}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint."""
+        for name, array in self.state_arrays().items():
+            array[:] = arrays[name]
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
         """Let the nodes of these lists await impulses of contact in this step, and no others."""

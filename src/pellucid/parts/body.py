@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.faces import Faces
 from pellucid.contact.surface import ContactBody
-from pellucid.contact.wall import Plane
+from pellucid.contact.wall import WallPlane
 from pellucid.energy import Totals
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
@@ -32,6 +32,7 @@ class NodalSupport(NamedTuple):
     velocity: tuple[float, float, float]  # [m/s]
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
     label: str = "a support"  # for messages
+    friction: float = 0.0  # coefficient of the wall
 
 
 class Placement(NamedTuple):
@@ -270,7 +271,7 @@ class Body(ABC):
         """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
         return None
 
-    def make_points_at(self, plane: Plane, column: int) -> ContactSurface | None:
+    def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
         """Make what a wall touches of a body without a surface, its points beside a plane; None where it touches none."""
         return None
 

@@ -157,6 +157,15 @@ class BodyModel(Part):
         """Why its nodes, or where `whole` all of them, cannot follow a prescribed motion along their normal, if so."""
         return Reason(f"body {self.name} is no fluid film", "give the displacement along x, y or z")
 
+    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
+        """Why walls neither rub on it nor let it go, if so; `alone`: whether it has a velocity field to itself."""
+        remedy = "leave it out; a floor that does is a body held by a motion, in a `field` of its own and with a [[contact]]"
+        if self.is_rigid:
+            return Reason(f"body {self.name} is rigid: walls do not rub on it, and push alone", remedy)
+        if self.moves and self.owns_nodes(alone):
+            return Reason(f"body {self.name} has nodes of its own, on which no wall rubs and which none lets go", remedy)
+        return None
+
     def has_volume_waves(self) -> bool:
         """Whether plane waves cross it, which a face of the grid can absorb."""
         return not self.is_surface

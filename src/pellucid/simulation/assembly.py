@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING
 
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
+from pellucid.conditions.support import Support
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Plane
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.grid.full_cells import CellPressure, Filling
-from pellucid.grid.lattice import Grid
+from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -66,12 +68,17 @@ def surfaces_of(built: Built, names: Collection[str], column: int | None) -> Sur
 
 
 def pairs_of(
-    fields: Sequence[VelocityField], built: Built, contacts: Sequence[Contact], surfaces: Surfaces, gravity: float
+    fields: Sequence[VelocityField],
+    built: Built,
+    contacts: Sequence[Contact],
+    surfaces: Surfaces,
+    gravity: float,
+    courant: float,
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    gravity: largest [m/s²]. Two fields touch by their surfaces where all of their bodies have one, and not all are membranes,
-    whose sides tell nothing of each other; else on the nodes of the grid.
+    gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one, and
+    not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
@@ -83,15 +90,27 @@ def pairs_of(
         found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         if len(known) == len(found[0]) + len(found[1]) and not all(surface.two_sided for surface in known):
-            touching += _surface_pairs(one.grid, found, contact, gravity)
+            touching += _surface_pairs(one.grid, found, contact, gravity, courant)
         else:
             met = {field: [body.met for body in bodies if body.met] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
     return pairs, touching
 
 
+def symmetry_planes(supports: Sequence[Support], lattice: Lattice) -> list[Plane]:
+    """The faces of the grid that supports hold at rest along their normals: there bodies go on as their mirror images."""
+    planes = []
+    for axis, name in enumerate("xyz"):
+        low = lattice.lower[axis]
+        for end, place in (("lower", low), ("upper", low + lattice.counts[axis] * lattice.cell)):
+            held = [support.face_velocity(f"{name}-{end}") for support in supports]
+            if any(velocity is not None and velocity[axis] == 0.0 for velocity in held):
+                planes.append(Plane(axis, place))
+    return planes
+
+
 def _surface_pairs(
-    grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None, gravity: float
+    grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None, gravity: float, courant: float
 ) -> list[SurfacePair]:
     friction, name = 0.0, None
     if contact is not None:
@@ -101,7 +120,7 @@ def _surface_pairs(
     for one, other in product(*found):
         if one is not None and other is not None:
             swing = swing_of(grid.lattice.cell, gravity, one.speed() + other.speed())
-            pairs.append(SurfacePair((one, other), friction, dimension, grid.slice_thickness, swing, name))
+            pairs.append(SurfacePair((one, other), friction, dimension, grid.slice_thickness, courant, swing, name))
     return pairs
 
 

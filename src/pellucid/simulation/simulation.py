@@ -33,7 +33,14 @@ from pellucid.jit.joint import joint_region
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
-from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, surfaces_of, worthwhile_threads
+from pellucid.simulation.assembly import (
+    build_bodies,
+    cell_pressures,
+    pairs_of,
+    surfaces_of,
+    symmetry_planes,
+    worthwhile_threads,
+)
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
@@ -54,6 +61,7 @@ if TYPE_CHECKING:
 
 SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
+NODES = "-nodes."  # the same of the nodes of a velocity field, before its name
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
@@ -109,12 +117,13 @@ class Simulation:
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
-        column = layout.surface_contact
+        column, courant = layout.surface_contact, case.time.courant
         touch = built.keys() if several else {name for wall in case.wall for name in touching_names(wall, case.body)}
         surfaces = surfaces_of(built, touch, column)
-        pairs, surface_pairs = pairs_of(self.velocity_fields, built, case.contact, surfaces, pull)
-        walls = wall_contacts(case.wall, case.body, built, surfaces, column, case.grid_or_none, pull, start.keys())
-        self.surface_pairs = SurfacePairs([*surface_pairs, *walls])
+        pairs, surface_pairs = pairs_of(self.velocity_fields, built, case.contact, surfaces, pull, courant)
+        planes = symmetry_planes(case.support, self.velocity_fields[0].grid.lattice) if surface_pairs else []
+        walls = wall_contacts(case, built, surfaces, column, pull, start.keys())
+        self.surface_pairs = SurfacePairs([*surface_pairs, *walls], planes)
         if len(self.surface_pairs):
             for body in self.bodies:
                 body.bound_by_contact()
@@ -421,6 +430,7 @@ class Simulation:
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
         owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
+        owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
         return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
 
     def state_numbers(self) -> dict[str, Any]:
@@ -443,6 +453,8 @@ class Simulation:
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
+        for field in self.velocity_fields:
+            field.restore(of_owner(NODES + field.name, arrays))
         settles = SETTLING in numbers["clock"]
         if settles and self.case.settle is not None:
             self.clock = self.settling_clock(self.case.settle)

@@ -12,13 +12,13 @@ import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.wall import Plane
+from pellucid.contact.wall import WallPlane
 from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel
 
 LAYER = 2.0
-"""Edges of points, in whose mass a wall swings at most: those at the wall may swing by themselves, with less than the mass of a
-layer of cells."""
+"""Edges of points, whose mass the wall swings at most, of that of a layer of cells: those at the wall may move alone.
+It swings at the rate of the fluid: where it does as fast as steps can follow, points that rattle there keep waves going."""
 
 
 @kernel()
@@ -40,8 +40,10 @@ class PointsAtWall(ContactSurface):
     those on the points are added.
     """
 
+    follows_steps = False
+
     def __init__(
-        self, body: PointsOnGrid, plane: Plane, density: float, speed_of_sound: float, load: Callable[[], np.ndarray]
+        self, body: PointsOnGrid, plane: WallPlane, density: float, speed_of_sound: float, load: Callable[[], np.ndarray]
     ) -> None:
         self._body, self._plane, self._load, self._density = body, plane, load, density
         cell, edges = body.grid.lattice.cell, self._edges(body.points.mass[: body.n_there])

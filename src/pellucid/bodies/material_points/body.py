@@ -15,7 +15,7 @@ from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.wall import Plane
+from pellucid.contact.wall import WallPlane
 from pellucid.energy import FIRST_LOAD, Left
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import straining
@@ -88,7 +88,7 @@ class MaterialPoints(PointsOnGrid):
             self.contact_surface.takes, self.contact_surface.rigid_mass = takes, self.mass
         return self.contact_surface
 
-    def make_points_at(self, plane: Plane, column: int) -> ContactSurface | None:
+    def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
         """Those of a fluid."""
         if not self.material.flows or self.n_there == 0:
             return None

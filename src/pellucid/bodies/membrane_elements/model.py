@@ -10,7 +10,7 @@ from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_model import MembraneCase
 from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
@@ -46,6 +46,10 @@ class MembraneElementsCase(MembraneCase):
     def owns_nodes(self, alone: bool) -> bool:
         """Its nodes move by themselves where no other body shares their velocity field."""
         return alone
+
+    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
+        """Walls rub on its nodes and let them go."""
+        return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
         """Other bodies in its velocity field: its nodes are those of the grid then."""

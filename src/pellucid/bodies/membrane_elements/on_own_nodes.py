@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
@@ -62,6 +63,23 @@ class MembraneElements(ExplicitNodes):
             self.stop(*fault, n_steps, time)
 
     # contact
+
+    def make_contact_surface(self, column: int) -> PointsOfFaces | None:
+        """Points of its elements, where prescribed motions lead all of it. Of a membrane that moves by itself contact asks the
+        nodes of the grid: its impacts do not rebound, and folds have no side."""
+        if self.grid is None or not self.follows:
+            return None
+        position, velocity, loads = self.arrays["position"], self.arrays["velocity"], self.motion.loads[column - FIRST_LOAD]
+
+        def take(force: np.ndarray) -> None:
+            loads[...] += force
+
+        triangles = self.surface.cells.surface()
+        surface = PointsOfFaces(self.grid, triangles, lambda: position, lambda: velocity, take, self.follows)
+        surface.two_sided, surface.half_width = True, 0.5 * self.surface.thickness
+        surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
+        self.contact_surface = surface
+        return surface
 
     def cells(self) -> Cells:
         """Its elements."""

@@ -15,9 +15,11 @@ from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.tables import quadrature_places
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
 from pellucid.bodies.own_nodes.body import ExplicitNodes
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
+from pellucid.energy import FIRST_LOAD
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
@@ -192,6 +194,15 @@ class MeshlessSolid(ExplicitNodes):
         longest = LONGEST * coupling.velocity_field.grid.lattice.cell
         points = self._functions.skin_points(self.arrays["mass"], longest, self.motion.on_walls())
         return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
+
+    def make_contact_surface(self, column: int) -> PointsOfFaces | None:
+        """Points on its outer faces."""
+        if self.skin is None or self.grid is None:
+            return None
+        surface = self.skin.surface_of(self.grid, self.motion.loads[column - FIRST_LOAD], self.follows)
+        surface.rate = self.totals.rate
+        self.contact_surface = surface
+        return surface
 
     @property
     def met(self) -> ContactBody | None:

@@ -12,7 +12,7 @@ from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
@@ -114,6 +114,14 @@ class MeshlessSolidCase(DampedModel):
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
         return MeshlessSolid(self, placement)
+
+    def why_no_wall(self) -> Reason | None:
+        """It touches walls by points on its outer faces."""
+        return None
+
+    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
+        """Walls rub on its nodes and let them go."""
+        return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
         """A viscous material: the time in which it creeps is not that of the relaxation."""

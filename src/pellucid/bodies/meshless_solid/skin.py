@@ -16,10 +16,12 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.bodies.meshless_solid.skin_points import SkinPoints
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.faces import Faces
 from pellucid.contact.overlong import overlong
 from pellucid.geometry.cells import vector_areas
+from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import NOTHING
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.jit import kernel
@@ -89,6 +91,20 @@ class Skin:
         nodes = self._field.grid.nodes
         self._nodes, self._first = Bundle(nodes), True
         self._trial, self._change = np.zeros_like(nodes.velocity), np.zeros_like(nodes.velocity)
+
+    def surface_of(self, grid: Grid, loads: np.ndarray, hard: bool) -> PointsOfFaces:
+        """The points as others touch them; their forces are added to loads on the nodes [N], shape (n, 3). hard: whether all
+        of these are prescribed."""
+
+        def take(force: np.ndarray) -> None:
+            loads[...] += self._shares @ force
+
+        def velocities() -> np.ndarray:
+            return np.asarray(self._values @ self._velocity)
+
+        surface = PointsOfFaces(grid, self._triangles, lambda: self._x, velocities, take, hard)
+        surface.mass_per_area = surface.per_area(self._point_mass[:, 0])
+        return surface
 
     def _follow(self) -> None:
         """Put the points where the material is: the functions reproduce places, Σ_a S_ka X_a = X_k."""
@@ -167,8 +183,9 @@ class Skin:
 
     def faces(self) -> Faces:
         """The points on the surface."""
-        areas = self._thirds @ vector_areas(self._x, self._triangles)
-        return Faces(self.surface.mapped, self.surface.n_slabs, np.asarray(areas))
+        return Faces(
+            self.surface.mapped, self.surface.n_slabs, np.asarray(self._thirds @ vector_areas(self._x, self._triangles))
+        )
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its faces are longer than the cells."""

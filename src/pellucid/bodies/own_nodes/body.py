@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from pellucid.approximants import grid_functions
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
@@ -30,6 +31,9 @@ class ExplicitNodes(NodalBody):
     A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
     A kind of body finds the internal forces, `motion.internal`, and its stresses and energies.
     """
+
+    contact_surface: PointsOfFaces | None = None
+    """By which others touch it, where that is not told by the nodes of the grid."""
 
     def __init__(
         self,
@@ -97,6 +101,12 @@ class ExplicitNodes(NodalBody):
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self.motion.add_external_force(force, column)
+
+    @property
+    def follows(self) -> bool:
+        """Whether prescribed motions or supports lead all nodes along all axes that count."""
+        thin = self.grid.thin if self.grid else FREE
+        return not self.motion.free[:, ~np.array(thin)].any()
 
     # the step
 
@@ -230,7 +240,8 @@ class ExplicitNodes(NodalBody):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the nodes and elements, and the index of the nodes by cell."""
         index = self.coupling.state_arrays() if self.coupling else {}
-        return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index)}
+        surface = self.contact_surface.state_arrays() if self.contact_surface else {}
+        return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index), **surface}
 
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with places, velocities and elements of an earlier run."""
@@ -250,3 +261,5 @@ class ExplicitNodes(NodalBody):
             array[...] = arrays[f"elements/{name}"]
         if self.coupling:
             self.coupling.restore(of_owner("index", arrays))
+        if self.contact_surface:
+            self.contact_surface.restore(arrays)

@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
+from pellucid.bodies.own_nodes.walls import at_wall, friction_of_walls
+from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, FRICTION, GRAVITY, INTERNAL, MOTION, SUPPORT
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NOT_FINITE, OK, SPEED
-from pellucid.jit import kernel
+from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 512
-SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node through it
 FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, behind those of the motion of points
 
 
@@ -49,22 +49,8 @@ class NodeForces(NamedTuple):
     motions: tuple[int, int]  # the first row of prescribed motions, and that behind the last; supports come before
     faces: np.ndarray  # (3, 2) places of the lower and upper faces of the grid [m]
     walls: np.ndarray  # (3, 2) faces that let no node through: 0 or 1 + the row of their support
+    friction: np.ndarray  # (3, 2) their coefficients of friction; no rows where none rubs
     work: np.ndarray  # (chunks, ...) rows of works, as in `pellucid.energy`, impulses of the constraints, then of all else
-
-
-@kernel(inner=True)
-def _at_wall(forces, place, d, new, dt):
-    """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, and the velocity that it then has."""
-    walls, rows = forces.walls, forces.rows
-    row, goal = 0, 0.0
-    below, above = forces.faces[d, 0] - place, forces.faces[d, 1] - place
-    if walls[d, 0] > 0 and dt * new < below:
-        row = walls[d, 0]
-        goal = max(SHORT * below / dt, rows[row - 1, d])
-    elif walls[d, 1] > 0 and dt * new > above:
-        row = walls[d, 1]
-        goal = min(SHORT * above / dt, rows[row - 1, d])
-    return row, goal
 
 
 @kernel(inner=True)
@@ -76,7 +62,7 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
     row, mean, reaction = forces.prescribed[p, d], 0.5 * (old + new), 0.0
     goal = forces.rows[row - 1, d] if row > 0 else 0.0
     if row == 0:
-        row, goal = _at_wall(forces, forces.position[p, d], d, new, dt)
+        row, goal, _ = at_wall(forces, forces.position[p, d], d, new, dt)
     if row > 0:
         reaction = forces.inertia[p] * (goal - new) / gain
         new = goal
@@ -88,33 +74,59 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
     return new, mean, reaction
 
 
+@pointwise
+def _gained(forces, p, d, dt):
+    """The velocity that forces give node p along d, and the external forces [N]."""
+    m, external = forces.inertia[p], 0.0
+    for k in range(len(forces.loads)):
+        external += forces.loads[k, p, d]
+    over_m = 1.0 / m
+    return dt * ((forces.internal[p, d] + external) * over_m + forces.mass[p] * over_m * forces.gravity[d]), external
+
+
+@pointwise
+def _free(forces, p, d, drag, gained):
+    """The velocity of node p along d without what constrains it."""
+    of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if len(forces.lead) > 0 else (0.0, 0.0)
+    return drag.keep * forces.velocity[p, d] + drag.gain * (gained + of_supports + of_motions) + forces.increment[p, d]
+
+
+@pointwise
+def _rubbed(forces, p, drag, dt, chunk):
+    """See `friction_of_walls`."""
+    x, y, z = _gained(forces, p, 0, dt)[0], _gained(forces, p, 1, dt)[0], _gained(forces, p, 2, dt)[0]
+    free = _free(forces, p, 0, drag, x), _free(forces, p, 1, drag, y), _free(forces, p, 2, drag, z)
+    return friction_of_walls(forces, p, free, drag.gain, dt, chunk)
+
+
 @kernel(inner=True)
 def _advance_velocities_chunk(chunk, forces, drag, dt):
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
-    columns, led = FIRST_LOAD + len(loads), len(forces.lead) > 0
+    columns, led, rubs = FIRST_LOAD + len(loads), len(forces.lead) > 0, len(forces.friction) > 0
     behind = columns + 1 + 3 * len(forces.rows)
-    total = of_internal = of_gravity = of_contact = of_support = of_motion = of_damping = 0.0
+    total = of_internal = of_gravity = of_contact = of_support = of_motion = of_damping = of_friction = 0.0
     work[chunk, :] = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         m = forces.inertia[p]
         over_m = 1.0 / m
         share = forces.mass[p] * over_m
         total += forces.mass[p]
+        rubbed = _rubbed(forces, p, drag, dt, chunk) if rubs else (0.0, 0.0, 0.0)
         for d in range(3):
-            old, touch, external = forces.velocity[p, d], increment[p, d], 0.0
-            for k in range(len(loads)):
-                external += loads[k, p, d]
+            old, touch = forces.velocity[p, d], increment[p, d]
             of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if led else (0.0, 0.0)
-            gained = dt * ((internal[p, d] + external) * over_m + share * gravity[d])
-            free = drag.keep * old + drag.gain * (gained + of_supports + of_motions) + touch
+            gained, external = _gained(forces, p, d, dt)
+            free = _free(forces, p, d, drag, gained) + rubbed[d]
             forces.velocity[p, d], mean, reaction = _constrained(forces, p, d, old, free, drag.gain, dt, chunk)
-            reaction += m * (of_supports + of_motions)
+            friction = m * rubbed[d] / drag.gain
+            reaction += m * (of_supports + of_motions) + friction
             slowing = m * ((drag.keep - 1.0) * old + (drag.gain - 1.0) * gained) + (drag.gain - 1.0) * reaction
             of_internal += dt * internal[p, d] * mean
             of_gravity += dt * m * (share * gravity[d]) * mean
             of_contact += m * touch * mean
             of_support += m * of_supports * mean
             of_motion += m * of_motions * mean
+            of_friction -= friction * mean
             of_damping -= slowing * mean
             for k in range(len(loads)):
                 work[chunk, FIRST_LOAD + k] += dt * loads[k, p, d] * mean
@@ -125,6 +137,7 @@ def _advance_velocities_chunk(chunk, forces, drag, dt):
     work[chunk, SUPPORT] += of_support
     work[chunk, MOTION] += of_motion
     work[chunk, DAMPING] += of_damping
+    work[chunk, FRICTION] += of_friction
     work[chunk, columns] = total
 
 

@@ -131,13 +131,13 @@ class NodalMotion:
         position, prescribed = a["position"], a["prescribed"]
         n_supports, n_rows = len(self.supports), len(self.supports) + len(self.motions) + 1
         prescribed.fill(0)
-        walls = np.zeros((3, 2), np.int64)
+        walls, friction = np.zeros((3, 2), np.int64), np.zeros((3, 2))
         for row, support in enumerate(self.supports, start=1):
             if row - 1 in self._gone:
                 continue
             prescribed[np.ix_(support.nodes, np.flatnonzero(support.axes))] = row
             if support.wall is not None:
-                walls[support.wall] = row
+                walls[support.wall], friction[support.wall] = row, support.friction
         for number, axes in enumerate(self._axes, start=1):
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows
@@ -164,6 +164,7 @@ class NodalMotion:
             motions=self.motion_rows,
             faces=faces,
             walls=walls,
+            friction=friction if friction.any() else friction[:0],
             work=self._work,
         )
         self._forces = Bundle(forces)

@@ -1,0 +1,69 @@
+"""Faces of the grid that let no node of a body through, and rub where they press on one: kernels.
+
+A node that would pass a wall is stopped at it, by the impulse P. Friction then stops its motion along the wall, by at most μ P
+(see `pellucid.grid.supports`).
+"""
+
+from math import sqrt
+
+from pellucid.energy import FIRST_LOAD, FRICTION, SUPPORT
+from pellucid.jit import pointwise
+
+SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node through it
+
+
+@pointwise
+def at_wall(forces, place, d, new, dt):
+    """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, the velocity that it then has, and the
+    end of d at which the wall is."""
+    walls, rows = forces.walls, forces.rows
+    row, goal, end = 0, 0.0, 0
+    below, above = forces.faces[d, 0] - place, forces.faces[d, 1] - place
+    if walls[d, 0] > 0 and dt * new < below:
+        row = walls[d, 0]
+        goal = max(SHORT * below / dt, rows[row - 1, d])
+    elif walls[d, 1] > 0 and dt * new > above:
+        row, end = walls[d, 1], 1
+        goal = min(SHORT * above / dt, rows[row - 1, d])
+    return row, goal, end
+
+
+@pointwise
+def _stopped(forces, p, d, new, dt):
+    """What `at_wall` finds of node p, unless something prescribes its motion along d."""
+    return (0, 0.0, 0) if forces.prescribed[p, d] > 0 else at_wall(forces, forces.position[p, d], d, new, dt)
+
+
+@pointwise
+def friction_of_walls(forces, p, free, gain, dt, chunk):
+    """What the friction of walls adds to the velocity of node p, `free` without any wall, along x, y, z [m/s].
+
+    Adds its impulses to the works, and the work on the walls' side; that on the node is to be taken from the heat of friction.
+    gain: see `Drag`.
+    """
+    m, first = forces.inertia[p] / gain, FIRST_LOAD + len(forces.loads) + 1
+    x, y, z = 0.0, 0.0, 0.0
+    for axis in range(3):
+        row, goal, end = _stopped(forces, p, axis, free[axis], dt)
+        most = forces.friction[axis, end] * m * abs(goal - free[axis]) if row > 0 else 0.0
+        if not most > 0.0:
+            continue
+        wall = forces.rows[row - 1, 0], forces.rows[row - 1, 1], forces.rows[row - 1, 2]
+        slides = (
+            axis != 0 and forces.prescribed[p, 0] == 0 and _stopped(forces, p, 0, free[0], dt)[0] == 0,
+            axis != 1 and forces.prescribed[p, 1] == 0 and _stopped(forces, p, 1, free[1], dt)[0] == 0,
+            axis != 2 and forces.prescribed[p, 2] == 0 and _stopped(forces, p, 2, free[2], dt)[0] == 0,
+        )
+        ux = wall[0] - free[0] - x if slides[0] else 0.0
+        uy = wall[1] - free[1] - y if slides[1] else 0.0
+        uz = wall[2] - free[2] - z if slides[2] else 0.0
+        whole = m * sqrt(ux * ux + uy * uy + uz * uz)
+        share = 1.0 if whole <= most else most / whole
+        more = share * ux, share * uy, share * uz
+        x, y, z = x + more[0], y + more[1], z + more[2]
+        for d in range(3):
+            impulse = m * more[d]
+            forces.work[chunk, first + 3 * (row - 1) + d] += impulse
+            forces.work[chunk, SUPPORT] += impulse * wall[d]
+            forces.work[chunk, FRICTION] += impulse * wall[d]
+    return x, y, z

@@ -1,0 +1,67 @@
+"""How far bodies are from walls that open: a wall presses where a body has come up to it."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from pellucid.contact.normals import reach_of_point
+from pellucid.contact.surface import ContactBody
+from pellucid.grid.lattice import Lattice
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
+from pellucid.grid.supports import YieldingWalls
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_by_colour
+from pellucid.parts.active_condition import ActiveCondition
+
+FAR = 2.0  # cells from which on no point reaches the nodes of a wall
+NEAR = 1e-4  # cells at which a body has come up to a wall: more than rounding
+
+
+@kernel(inner=True)
+def _gaps_slab(s, mapped, walls, face, radius, near):
+    functions, lattice, slabs, x = mapped.functions, mapped.lattice, mapped.slabs, mapped.points.position
+    axis, inward, wall = face
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(mapped.index, q)
+        gap = inward * (x[p, axis] - wall)
+        if gap > FAR * lattice.cell:
+            continue
+        gap -= reach_of_point(radius, mapped.points.volume[p]) + near
+        about = stencil(functions, lattice, x, p)
+        for a in range(len(about.wx)):
+            for b in range(len(about.wy)):
+                for c in range(len(about.wz)):
+                    I = node_at(about, lattice, a, b, c)
+                    if about.wx[a] * about.wy[b] * about.wz[c] > 0.0 and walls.held[I, axis] > 0:
+                        walls.gap[I, axis] = min(walls.gap[I, axis], gap)
+
+
+@kernel()
+def _measure_gaps(n, mapped, walls, face, radius, near):
+    """The smallest distance from a wall of the points that reach its nodes, each with its own extent, less `near` [m].
+
+    face: axis of the wall, direction into the grid, place [m].
+    """
+    parallel_by_colour(_gaps_slab, n, mapped.slabs.across, mapped, walls, face, radius, near)
+
+
+Face = tuple[int, int]
+"""Axis and end, 0 lower and 1 upper, of a face of the grid."""
+
+
+class OpenWalls(ActiveCondition):
+    """The walls of one velocity field that open, by axis and end of their faces, and the bodies in it."""
+
+    def __init__(self, lattice: Lattice, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
+        self._bodies, self._walls, self._gap, self._near = list(bodies), Bundle(walls), walls.gap, NEAR * lattice.cell
+        ends = ((axis, end, lattice.lower[axis] + end * lattice.counts[axis] * lattice.cell) for axis, end in faces)
+        self._faces = [(axis, 1.0 - 2.0 * end, place) for axis, end, place in ends]
+
+    def begin(self, time: float, dt: float) -> None:
+        """Find the gaps over the coming step."""
+        self._gap.fill(np.inf)
+        for body in self._bodies:
+            for face in self._faces:
+                _measure_gaps(body.n_slabs, body.mapped, self._walls, face, body.half_width(), self._near)

@@ -1,0 +1,51 @@
+"""Velocities of nodes from momentum that was mapped from the points, with what constrains and leads them."""
+
+from pellucid.grid.listed import CHUNK
+from pellucid.grid.momentum import NOTHING, is_unled, led
+from pellucid.grid.supports import meet_walls
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.vector import load, store
+
+
+@pointwise
+def constrained_velocity(nodes, supports, external, I, d, m, v):
+    """What supports and driven points make of the velocity v of node I of mass m [kg] along d [m/s]."""
+    s = nodes.constrained[I, d]
+    if s == 0 and len(supports.walls.stuck) > 0:
+        s = supports.walls.stuck[I, d]
+    if s > 0:
+        return supports.velocity[s - 1, d]
+    return led(external, I, d, m, v)
+
+
+@pointwise
+def project_node(nodes, supports, external, I):
+    """p/m of the mapped momentum of node I, with what leads it, into `strain_velocity`."""
+    m = nodes.mass[I]
+    over_m = 1.0 / m if m >= NOTHING else 0.0
+    if is_unled(nodes, external, I):
+        store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
+    else:
+        for d in range(3):
+            v = nodes.momentum[I, d] * over_m
+            nodes.strain_velocity[I, d] = constrained_velocity(nodes, supports, external, I, d, m, v)
+
+
+@kernel(inner=True)
+def _meet_chunk(chunk, field):
+    """Let walls that open hold the nodes of a chunk that no step has moved yet, or let them go."""
+    nodes = field.nodes
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+        if nodes.has_mass[I] == 0 and nodes.mass[I] >= NOTHING:
+            meet_walls(nodes, field.supports, I)
+
+
+@kernel(inner=True)
+def project_chunk(chunk, field, advanced):
+    """The same for the nodes of a chunk; advanced: whether their momentum is, with the mass that they have."""
+    nodes = field.nodes
+    if not advanced and len(field.supports.walls.held) > 0:
+        _meet_chunk(chunk, field)
+    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= NOTHING):
+            project_node(nodes, field.supports, field.external, I)

@@ -1,0 +1,107 @@
+"""What constrains nodes of the grid: supports, and among them walls that rub on bodies or let them go.
+
+A wall is a face of the grid that a support holds along its normal. Where it presses on a body, with the impulse P that keeps a
+node in a step, Coulomb's friction is an impulse along the wall that stops the node's sliding, and at most μ P:
+
+    J = -m u min(1, μ P / m|u|),    u the node's velocity along the wall, relative to it, with all other impulses.
+
+A wall that opens lets a node go whose velocity, with all forces, leads away from it.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.jit import pointwise
+
+
+class YieldingWalls(NamedTuple):
+    """Walls that rub or open; where there is none, arrays have no rows. What a node did in a step lasts until the next."""
+
+    friction: np.ndarray  # (supports,) coefficient, 0 where a support does not rub, infinite where nothing slides
+    opens: np.ndarray  # (supports,) 1 where it lets go what moves away
+    inward: np.ndarray  # (supports,) 1 or -1, the direction from the wall into the grid along its axis
+    held: np.ndarray  # (n, 3) as `Nodes.constrained`, but by such walls alone and whether or not these let the node go
+    stuck: np.ndarray  # (n, 3) 0 or 1 + the number of the support on which the node did not slide in this direction
+    gap: np.ndarray  # (n, 3) distance of bodies from walls that open, less what counts as none [m]; no rows where none opens
+    impulse: np.ndarray  # (n, 3) of the walls over the step [N s]: along held axes what holds, along others friction
+
+
+def no_walls() -> YieldingWalls:
+    """Where no wall rubs or opens."""
+    none, marks, vectors = np.zeros(0), np.zeros((0, 3), np.int16), np.zeros((0, 3))
+    return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, vectors, vectors)
+
+
+class Supports(NamedTuple):
+    """What constrains nodes; `Nodes.constrained` counts its rows from 1."""
+
+    velocity: np.ndarray  # (supports, 3) [m/s]
+    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a clamp within it
+    walls: YieldingWalls = no_walls()
+
+
+@pointwise
+def is_beside(walls, I):
+    """Whether a wall that rubs or opens holds node I, or may hold it again."""
+    return walls.held[I, 0] > 0 or walls.held[I, 1] > 0 or walls.held[I, 2] > 0
+
+
+@pointwise
+def leaves(supports, s, I, d, v):
+    """Whether support s, counted from 1, lets node I go that has the velocity v along its axis d [m/s]."""
+    walls = supports.walls
+    if walls.opens[s - 1] == 0:
+        return False
+    return walls.gap[I, d] > 0.0 or walls.inward[s - 1] * (v - supports.velocity[s - 1, d]) > 0.0
+
+
+@pointwise
+def meet_walls(nodes, supports, I):
+    """Let walls that open hold node I, which no step has moved yet, or let it go, by its momentum alone."""
+    walls = supports.walls
+    for d in range(3):
+        walls.stuck[I, d], s = 0, walls.held[I, d]
+        if s > 0:
+            nodes.constrained[I, d] = 0 if leaves(supports, s, I, d, nodes.momentum[I, d] / nodes.mass[I]) else s
+
+
+@pointwise
+def rub(nodes, supports, slides, I, m, small, work, first):
+    """Friction of the walls that press on node I of mass m [kg], after it was advanced; the work of these walls [J].
+
+    slides: whether the node may slide along x, y, z; small: see `NodalMomentum`; work: a row of works, with the impulses of
+    supports from `first` on. `YieldingWalls.impulse` has what walls press with along the axes that they hold.
+    """
+    walls, done = supports.walls, 0.0
+    for d in range(3):
+        walls.stuck[I, d] = 0
+    for axis in range(3):
+        s = nodes.constrained[I, axis]
+        if s == 0 or s != walls.held[I, axis]:
+            continue
+        most = walls.friction[s - 1] * (walls.inward[s - 1] * walls.impulse[I, axis])
+        if not most > 0.0:
+            continue
+        square = 0.0
+        for d in range(3):
+            if slides[d]:
+                square += (nodes.velocity[I, d] - supports.velocity[s - 1, d]) ** 2
+        whole = m * sqrt(square)
+        for d in range(3):
+            if not slides[d]:
+                continue
+            wall, old = supports.velocity[s - 1, d], nodes.velocity[I, d]
+            new = wall if whole <= most else old + (most / whole) * (wall - old)
+            if whole <= most:
+                walls.stuck[I, d] = s
+            nodes.velocity[I, d] = new
+            nodes.velocity_increment[I, d] += new - old
+            if m > small or whole <= most:
+                nodes.strain_velocity[I, d] = new
+            impulse = m * (new - old)
+            walls.impulse[I, d] += impulse
+            work[first + 3 * (s - 1) + d] += impulse
+            done += impulse * wall
+    return done
