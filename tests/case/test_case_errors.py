@@ -391,6 +391,74 @@ MISTAKES |= {
     ]
 }
 
+MISTAKES |= {
+    f"a wall {what}": ("[quick]", f"[[wall]]\n{written}\n[quick]", marker, words)
+    for what, written, marker, words in [
+        (
+            "without a direction",
+            "point = [0, 0.05, 0]\nnormal = [0, 0, 0]",
+            "normal =",
+            ["wall.0.normal", "the normal is zero"],
+        ),
+        (
+            "that leans out of the plane",
+            "point = [0, 0.05, 0]\nnormal = [0, 1, 0.5]",
+            "normal =",
+            ["wall.0.normal", "component 0.5 along z", "one cell thick", "set its z to 0"],
+        ),
+        (
+            "that moves out of the plane",
+            "point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nvelocity = [1, 0, 2]",
+            "velocity = [1, 0, 2]",
+            ["wall.0.velocity", "component 2 along z"],
+        ),
+        (
+            "behind the grid",
+            "point = [0, -0.5, 0]\nnormal = [0, 2, 0]",
+            "point =",
+            ["wall.0.point", "outside of the grid", "is 0.5 m or more before it", "move `point`"],
+        ),
+        (
+            "before the grid",
+            "point = [0, 0.75, 0]\nnormal = [0, 2, 0]",
+            "point =",
+            ["wall.0.point", "outside of the grid", "is 0.25 m or more behind it"],
+        ),
+        (
+            "for an unknown body",
+            'point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nbodies = ["blok"]',
+            "bodies =",
+            ["wall.0.bodies", "did you mean `block`?"],
+        ),
+        (
+            "that names a body twice",
+            'point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nbodies = ["block", "block"]',
+            "bodies =",
+            ["wall.0.bodies.1", "body block is named twice", "leave it out once"],
+        ),
+        (
+            "with friction of no kind",
+            "point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nfriction = 0.3",
+            "[[wall]]",
+            ['`friction` belongs to `kind = "coulomb"`'],
+        ),
+        (
+            "for a body that follows a motion",
+            'point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nbodies = ["block"]\n'
+            '[[motion]]\nname = "hand"\nbody = "block"\nhold = ["x", "y"]',
+            "bodies =",
+            ["wall.0.bodies.0", "body block follows a prescribed motion as a whole"],
+        ),
+        (
+            "with the name of another",
+            'name = "floor"\npoint = [0, 0.05, 0]\nnormal = [0, 1, 0]\n'
+            '[[wall]]\nname = "floor" # taken\npoint = [0, 0.06, 0]\nnormal = [0, 1, 0]',
+            'name = "floor" # taken',
+            ["wall.floor.name", "wall number 1 has this name already", "give each its own name"],
+        ),
+    ]
+}
+
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named_with_file_line_key_limit_and_remedy(mistake: str, text: str, tmp_path: Path) -> None:

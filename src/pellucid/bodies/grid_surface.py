@@ -15,7 +15,8 @@ from numpy import uintp
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.grid.lattice import Lattice
-from pellucid.grid.stencil import add_vector, gather, gather_gradient, stencil
+from pellucid.grid.stencil import gather, gather_gradient, stencil
+from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
@@ -67,14 +68,6 @@ def _follow_chunk(chunk, surface, dt):
 @kernel()
 def _follow(chunks, surface, dt):
     parallel_for(_follow_chunk, chunks, surface, dt)
-
-
-@kernel()
-def _scatter(surface, listed, force, target):
-    for e in range(len(listed)):
-        p = uintp(listed[e])
-        vector = (force[p, 0], force[p, 1], force[p, 2])
-        add_vector(stencil(surface.functions, surface.lattice, surface.anchor, p), surface.lattice, target, vector)
 
 
 class GridSurface(ContactSurface):
@@ -133,7 +126,8 @@ class GridSurface(ContactSurface):
 
     def add_forces(self, force: np.ndarray) -> None:
         """To the nodes about the anchors."""
-        _scatter(self._moved, np.flatnonzero(force.any(axis=1)), force, self._load())
+        listed = np.flatnonzero(force.any(axis=1))
+        scatter_listed(self._moved, self.anchor, listed, force[listed], self._load())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""

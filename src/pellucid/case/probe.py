@@ -125,7 +125,7 @@ class Probe(Part):
         "", 'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it', False
     )
     condition: str | None = parameter(
-        "", 'for quantity = "reaction": name of the support, motion or contact; its mean force since the row before', None
+        "", 'for quantity = "reaction": name of the support, motion, contact or wall; its mean force since the row before', None
     )
 
     @model_validator(mode="after")
@@ -172,7 +172,7 @@ class Probe(Part):
     def _reaction_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         names = [name for condition in parts.of(Condition) if (name := condition.reaction())]
         if self.condition not in names and parts.are_sound(Condition):
-            text = f"no support, motion or contact has this name; there are {listed(names) or 'none with a name'}"
+            text = f"no support, motion, contact or wall has this name; there are {listed(names) or 'none with a name'}"
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
 
     def field(self) -> Field:

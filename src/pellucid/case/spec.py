@@ -25,6 +25,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid import Rigid
 from pellucid.conditions.support import Support
+from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
 from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
@@ -163,6 +164,7 @@ class Case(Model):
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
+    wall: tuple[Wall, ...] = parameter("", "planes without a body that bodies cannot pass", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
     output: OutputCase = parameter("", "how often results are written", OutputCase())
     energy: EnergyCase = parameter("", "limits of the energy balance", EnergyCase())

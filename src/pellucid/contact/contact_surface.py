@@ -16,18 +16,23 @@ class ContactSurface(ABC):
 
     two_sided = False
     """Whether others may meet it from both sides: a membrane."""
-    half_width = 0.0
-    """How far the body reaches beyond the points [m]."""
+    half_width: float | np.ndarray = 0.0
+    """How far the body reaches beyond the points, or beyond each of them [m]."""
     mass_per_area: float
     """Of what moves with the surface at once [kg/m²]."""
     rate: float
     """How fast it can swing: a step that the body allows is below the reciprocal [1/s]."""
+    follows_steps = True
+    """Whether contact may let it swing as fast as the steps of the case can follow, or only at its rate."""
     rigid_mass = np.inf
     """Of a body that moves as a rigid one [kg], infinite where its motion is prescribed."""
     is_hard = False
     """Whether it does not deform: it is rigid, or its motion is prescribed."""
     contact_rate = 0.0
     """How fast a rigid body swings on what it touches, which its step has to follow [1/s]."""
+    drag: np.ndarray | None = None
+    """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
+    limit it [kg/s], shape (m,)."""
     place: np.ndarray
     area: np.ndarray
     velocity: np.ndarray

@@ -80,10 +80,14 @@ class WorkLayout:
         """The column of a channel of this run."""
         return self.channels[channel]
 
-    def with_surface_contact(self, done: "StepWork") -> "StepWork":
-        """The work of a step, in which that of forces between surfaces is in its place: beside that of other contact."""
+    def with_surface_contact(self, done: "StepWork", from_outside: float = 0.0) -> "StepWork":
+        """The work of a step, in which that of forces between surfaces is in its place: beside that of other contact.
+
+        from_outside: what of it walls did by their motion [J], which counts as that of supports.
+        """
         if self.surface_contact is not None:
-            done.works[CONTACT] += done.works[self.surface_contact]
+            done.works[CONTACT] += done.works[self.surface_contact] - from_outside
+            done.works[SUPPORT] += from_outside
             done.works[self.surface_contact] = 0.0
         return done
 

@@ -1,5 +1,7 @@
 """Vectors between points and nodes: forces and other vectors that points have, to the nodes; nodal vectors to the points."""
 
+from numpy import uintp
+
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_vector, gather, stencil
 from pellucid.jit import kernel
@@ -20,6 +22,15 @@ def _scatter_vectors_slab(s, mapped, values, target):
 def scatter_vectors(n, mapped, values, target):
     """Add vectors that the points of n slabs have, shape (points, 3), to those of the nodes, shape (nodes, 3)."""
     parallel_by_colour(_scatter_vectors_slab, n, mapped.slabs.across, mapped, values, target)
+
+
+@kernel()
+def scatter_listed(mapped, position, listed, values, target):
+    """Add vectors, shape (m, 3), at listed places of `position` [m], shape (points, 3), to those of the nodes; few of them."""
+    functions, lattice = mapped.functions, mapped.lattice
+    for e in range(len(listed)):
+        vector = (values[e, 0], values[e, 1], values[e, 2])
+        add_vector(stencil(functions, lattice, position, uintp(listed[e])), lattice, target, vector)
 
 
 @kernel(inner=True)

@@ -10,6 +10,7 @@ import numpy as np
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.faces import Faces
 from pellucid.contact.surface import ContactBody
+from pellucid.contact.wall import WallPlane
 from pellucid.energy import Totals
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
@@ -268,6 +269,10 @@ class Body(ABC):
 
     def make_contact_surface(self, column: int) -> ContactSurface | None:
         """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
+        return None
+
+    def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
+        """Make what a wall touches of a body without a surface, its points beside a plane; None where it touches none."""
         return None
 
     def bound_by_contact(self) -> None:  # noqa: B027

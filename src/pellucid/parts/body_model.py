@@ -149,6 +149,10 @@ class BodyModel(Part):
         """Why its points cannot leave through faces of the grid, if so."""
         return Reason(f"the points of body {self.name} belong together: none can leave", "name bodies of material points")
 
+    def why_no_wall(self) -> Reason | None:
+        """Why it cannot touch walls that are planes without a body, if so."""
+        return Reason(f'body {self.name}, of kind "{self.kind}", cannot touch a wall', "leave it out of `bodies`")
+
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
         """Why its nodes, or where `whole` all of them, cannot follow a prescribed motion along their normal, if so."""
         return Reason(f"body {self.name} is no fluid film", "give the displacement along x, y or z")

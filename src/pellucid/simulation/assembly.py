@@ -1,6 +1,6 @@
 """From a case to its bodies, the velocity fields that they share, and the pairs of these in contact."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -10,9 +10,10 @@ from pellucid.conditions.support import Support
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Plane
 from pellucid.contact.impulses import SLIP, STICK
+from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
-from pellucid.contact.surface_pairs import STICKS, SurfacePair, swing_of
+from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.own_nodes_field import OwnNodesField
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 POINTS_PER_THREAD = 10_000  # with which a run begins, until it knows better
 Built = dict[str, tuple[Body, VelocityField | None]]
 """Bodies by name, each with the velocity field that it is in; there is none without a grid."""
+Surfaces = Mapping[str, ContactSurface | None]
+"""Those of bodies by name, None of one that has none."""
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
@@ -59,31 +62,32 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
     return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
 
 
+def surfaces_of(built: Built, names: Collection[str], column: int | None) -> Surfaces:
+    """Make the surfaces of bodies by which others touch them; column: of the work of forces between surfaces."""
+    return {} if column is None else {name: built[name][0].make_contact_surface(column) for name in built if name in names}
+
+
 def pairs_of(
     fields: Sequence[VelocityField],
     built: Built,
     contacts: Sequence[Contact],
-    column: int | None,
+    surfaces: Surfaces,
     gravity: float,
     courant: float,
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    column: of the work of forces between surfaces; gravity: largest [m/s²]; courant: of the case. Two fields touch by their
-    surfaces where all of their bodies have one, and not all are membranes, whose sides tell nothing of each other; else on the
-    nodes of the grid.
+    gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one, and
+    not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
-    surfaces: dict[int, ContactSurface | None] = {}
-    if column is not None:
-        surfaces = {id(body): body.make_contact_surface(column) for bodies in members.values() for body in bodies}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
     pairs, touching = [], []
     for one, other in combinations(fields, 2):
         if (other, one) in named:  # so that the first is the first named
             one, other = other, one
         contact = named.get((one, other))
-        found = [[surfaces.get(id(body)) for body in members[field]] for field in (one, other)]
+        found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         if len(known) == len(found[0]) + len(found[1]) and not all(surface.two_sided for surface in known):
             touching += _surface_pairs(one.grid, found, contact, gravity, courant)
@@ -110,7 +114,7 @@ def _surface_pairs(
 ) -> list[SurfacePair]:
     friction, name = 0.0, None
     if contact is not None:
-        friction, name = STICKS if contact.kind == "stick" else contact.friction or 0.0, contact.name
+        friction, name = coefficient(contact.kind, contact.friction), contact.name
     dimension = 2 - sum(grid.thin)
     pairs = []
     for one, other in product(*found):

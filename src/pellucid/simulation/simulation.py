@@ -33,7 +33,14 @@ from pellucid.jit.joint import joint_region
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
-from pellucid.simulation.assembly import build_bodies, cell_pressures, pairs_of, symmetry_planes, worthwhile_threads
+from pellucid.simulation.assembly import (
+    build_bodies,
+    cell_pressures,
+    pairs_of,
+    surfaces_of,
+    symmetry_planes,
+    worthwhile_threads,
+)
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
@@ -44,6 +51,7 @@ from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_verbs
 from pellucid.simulation.transfer_loss import contact_lag_work, part_forces, return_heat, transfer_work
+from pellucid.simulation.walls import touching_names, wall_contacts
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -74,10 +82,11 @@ class Simulation:
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
+        touching = several or (case.grid_or_none is not None and len(case.wall) > 0)
         columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
         columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
         others = [*columns, *(channel for body in case.body for channel in body.channels())]
-        layout = self._layout = layout_of(case, others, touching=several)
+        layout = self._layout = layout_of(case, others, touching=touching)
         self._columns = layout.n_columns
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
@@ -102,16 +111,20 @@ class Simulation:
             field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
         ]
         small_mass = SMALL_MASS * min(_lightest(body.arrays["mass"]) for body in self.bodies)
-        if several:
+        if touching:
             for actions in self.conditions.actions:
                 actions.take_loads()
         for actions in self.conditions.actions:
             actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
-        pairs, touching = pairs_of(self.velocity_fields, built, case.contact, layout.surface_contact, pull, case.time.courant)
-        planes = symmetry_planes(case.support, self.velocity_fields[0].grid.lattice) if touching else []
-        self.surface_pairs = SurfacePairs(touching, planes)
-        if touching:
+        column, courant = layout.surface_contact, case.time.courant
+        touch = built.keys() if several else {name for wall in case.wall for name in touching_names(wall, case.body)}
+        surfaces = surfaces_of(built, touch, column)
+        pairs, surface_pairs = pairs_of(self.velocity_fields, built, case.contact, surfaces, pull, courant)
+        planes = symmetry_planes(case.support, self.velocity_fields[0].grid.lattice) if surface_pairs else []
+        walls = wall_contacts(case, built, surfaces, column, pull, start.keys())
+        self.surface_pairs = SurfacePairs([*surface_pairs, *walls], planes)
+        if len(self.surface_pairs):
             for body in self.bodies:
                 body.bound_by_contact()
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
@@ -233,7 +246,7 @@ class Simulation:
         if won > 0.0:
             lost += return_heat(self.grid_bodies, won)
         done = total_work([*self._works, *self.conditions.works(), *lost, *own], self._columns)
-        done = self._layout.with_surface_contact(done)
+        done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         impulses = self._contact.impulses | self.surface_pairs.impulses()
         self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
@@ -294,7 +307,7 @@ class Simulation:
         self.clock.pace(dt)
         time, passing = self.clock.span(dt)
         self.conditions.begin(time, passing)
-        self.surface_pairs.act(dt, self.clock.dt)
+        self.surface_pairs.act(dt, self.clock.dt, time, passing)
         if self.case.gravity_amplitude is not None:
             self._share_gravity(self.case.gravity_amplitude.at(time))
 

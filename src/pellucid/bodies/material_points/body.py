@@ -1,11 +1,12 @@
 """A fluid or solid body of material points."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.grid_surface import GridSurface
+from pellucid.bodies.material_points.at_wall import PointsAtWall
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
@@ -13,6 +14,8 @@ from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.wall import WallPlane
 from pellucid.energy import FIRST_LOAD, Left
 from pellucid.errors import CaseError, Problem
 from pellucid.grid import straining
@@ -79,15 +82,21 @@ class MaterialPoints(PointsOnGrid):
             return None
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
-
-        def load() -> np.ndarray:
-            return self.velocity_field.load_row(column - FIRST_LOAD)
-
-        where = self.grid, self.mapped, load
+        where = self.grid, self.mapped, self._load_of(column)
         self.contact_surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
         if isinstance(self.contact_surface, RigidSurface) and takes is not None:
             self.contact_surface.takes, self.contact_surface.rigid_mass = takes, self.mass
         return self.contact_surface
+
+    def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
+        """Those of a fluid."""
+        if not self.material.flows or self.n_there == 0:
+            return None
+        return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
+
+    def _load_of(self, column: int) -> Callable[[], np.ndarray]:
+        """The forces on the nodes whose work goes to a column."""
+        return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
     def bound_by_contact(self) -> None:
         """A rigid body swings on others."""

@@ -63,6 +63,10 @@ class MaterialPointsCase(SeededBody):
             return Reason(text, "leave `cell_pressure` out, or this body")
         return None
 
+    def why_no_wall(self) -> Reason | None:
+        """Solids touch walls by their surface, fluids by their points."""
+        return None
+
     def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
         """Signals cross no more than a cell in a step; a rigid body has no waves."""
         if self.rigid or is_driven or any(self.material.problems()):

@@ -115,6 +115,10 @@ class MeshlessSolidCase(DampedModel):
 
         return MeshlessSolid(self, placement)
 
+    def why_no_wall(self) -> Reason | None:
+        """It touches walls by points on its outer faces."""
+        return None
+
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         """Walls rub on its nodes and let them go."""
         return None

@@ -1,0 +1,76 @@
+"""Points of a fluid beside a plane, by which walls touch it: it has no surface.
+
+Each point stands for a cube, of which the wall touches the side: at the density of the start it has the edge e, reaches e/2
+beyond the point, and has the area e². The forces act at the points, where the nodes have mass. So in the outermost cell the
+pressure of the fluid is low, by half of that of its outermost points; at the sides of the cubes it would be right at rest, but
+such forces work on the change of shape of cubes that do not change theirs, and give moving water energy.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.wall import WallPlane
+from pellucid.grid.vectors import scatter_listed
+from pellucid.jit import kernel
+
+LAYER = 2.0
+"""Edges of points, whose mass the wall swings at most, of that of a layer of cells: those at the wall may move alone.
+It swings at the rate of the fluid: where it does as fast as steps can follow, points that rattle there keep waves going."""
+
+
+@kernel()
+def _list_beside(position, n, normal, level, most, listed):
+    """Which of the first n points are no higher than `most` above a plane [m], into `listed`; how many."""
+    count = 0
+    for p in range(n):
+        height = position[p, 0] * normal[0] + position[p, 1] * normal[1] + position[p, 2] * normal[2] - level
+        if height < most:
+            listed[count] = p
+            count += 1
+    return count
+
+
+class PointsAtWall(ContactSurface):
+    """The points of a fluid beside a plane, as they are in each step.
+
+    density [kg/m³] and speed of sound [m/s]: of the fluid at the start; load: forces on the nodes, shape (nodes, 3), to which
+    those on the points are added.
+    """
+
+    follows_steps = False
+
+    def __init__(
+        self, body: PointsOnGrid, plane: WallPlane, density: float, speed_of_sound: float, load: Callable[[], np.ndarray]
+    ) -> None:
+        self._body, self._plane, self._load, self._density = body, plane, load, density
+        cell, edges = body.grid.lattice.cell, self._edges(body.points.mass[: body.n_there])
+        self.mass_per_area = density * min(cell, LAYER * float(np.median(edges)))
+        self.rate = speed_of_sound / cell
+        self._most = 0.5 * float(edges.max())
+        self._listed = np.zeros(body.n_points, np.int64)
+        self.begin()
+
+    def _edges(self, mass: np.ndarray) -> np.ndarray:
+        """Edges of the cubes of points with masses [kg] at the density of the start [m]."""
+        thin = sum(self._body.grid.thin)
+        return np.asarray((mass / (self._density * self._body.grid.slice_thickness**thin)) ** (1.0 / (3 - thin)))
+
+    def begin(self) -> None:
+        """Find the points beside the plane."""
+        points, plane, grid = self._body.points, self._plane, self._body.grid
+        count = _list_beside(points.position, self._body.n_there, plane.normal, plane.level, self._most, self._listed)
+        self._at = at = self._listed[:count]
+        mass, thin = points.mass[at], sum(grid.thin)
+        self.place, self.velocity = points.position[at], points.velocity[at]
+        edge = self._edges(mass)
+        self.reach = self.half_width = 0.5 * edge
+        self.area = -(edge ** (2 - thin) * grid.slice_thickness**thin)[:, None] * plane.normal
+        self.slip, self.drag = np.zeros((count, 3)), mass * self.rate
+
+    def add_forces(self, force: np.ndarray) -> None:
+        """To the nodes about the points."""
+        pushed = np.flatnonzero(force.any(axis=1))
+        scatter_listed(self._body.mapped, self._body.points.position, self._at[pushed], force[pushed], self._load())

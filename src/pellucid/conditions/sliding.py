@@ -1,0 +1,40 @@
+"""How bodies slide on what they touch, as the user describes it."""
+
+from collections.abc import Iterator
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from pellucid.findings import Finding, Path
+from pellucid.model import name_parameter, parameter
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
+
+
+class Sliding(Condition):
+    """What touches with or without friction, and has a force that probes read where it has a name."""
+
+    name: str | None = name_parameter("name for probes of its force: on the first body, or on all that touch a wall", None)
+    kind: Literal["frictionless", "stick", "coulomb"] = parameter(
+        "", "how they slide: freely, not at all while they press, or with friction", "frictionless"
+    )
+    friction: float | None = parameter("", 'coefficient of friction for kind "coulomb"', None, ge=0)
+
+    @model_validator(mode="after")
+    def _friction_belongs_to_coulomb(self) -> Self:
+        if (self.kind == "coulomb") != (self.friction is not None):
+            raise ValueError('`friction` belongs to `kind = "coulomb"`: give both or neither')
+        return self
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A name that another condition has: a probe of that name could not tell which is meant."""
+        for place, other in parts.placed(Condition):
+            later = isinstance(other, Sliding) and place >= path
+            if self.name is not None and other.reaction() == self.name and not later:
+                text = f"{place[0]} number {int(place[1]) + 1} has this name already"
+                yield Finding((*path, "name"), text, "give each its own name")
+                return
+
+    def reaction(self) -> str | None:
+        """Its own name."""
+        return self.name

@@ -1,0 +1,90 @@
+"""Walls that are planes without a body, as the user describes them."""
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+from pydantic import field_validator
+
+from pellucid.conditions.sliding import Sliding
+from pellucid.contact.wall import WallPlane
+from pellucid.energy import CONTACT_WORK, Channel
+from pellucid.findings import Finding, Path
+from pellucid.grid.model import GridCase
+from pellucid.model import Vector, parameter
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import is_driven
+from pellucid.parts.part import Parts
+
+ON_A_FACE = 1e-9  # of a cell, by which a plane on a face of the grid may lie outside
+
+
+class Wall(Sliding):
+    """A plane that bodies cannot pass, rigid and without a body of its own. It is as wide as the grid."""
+
+    point: Vector = parameter("m", "a point of the plane at time 0")
+    normal: Vector = parameter("", "normal of the plane, of any length, to the side where bodies are")
+    velocity: Vector = parameter(
+        "m/s",
+        "velocity of the wall: along its normal it moves the plane, along the plane it carries bodies by friction",
+        (0, 0, 0),
+    )
+    bodies: tuple[str, ...] = parameter("", "bodies that touch it; without it all that can and follow no motion as a whole", ())
+
+    @field_validator("normal")
+    @classmethod
+    def _points_somewhere(cls, normal: Vector) -> Vector:
+        if not any(normal):
+            raise ValueError("the normal is zero: it must point to the side where bodies are, as in [0, 1, 0]")
+        return normal
+
+    def plane(self) -> WallPlane:
+        """The plane at time 0."""
+        return WallPlane(self.point, self.normal, self.velocity)
+
+    def channels(self) -> Sequence[Channel]:
+        """What bodies lose on it."""
+        return (CONTACT_WORK,)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A plane that does not fit the grid, and bodies that cannot touch it."""
+        yield from parts.no_grid((*path, "point"), "bodies touch walls by the nodes of a grid")
+        if parts.grid is not None:
+            yield from self._grid_problems(path, parts.grid)
+        yield from self._body_problems(path, parts)
+        yield from super().problems(path, parts)
+
+    def _grid_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
+        for key in ("normal", "velocity"):
+            for axis, component, thin in zip("xyz", getattr(self, key), grid.thin(), strict=True):
+                if thin and component != 0.0:
+                    text = f"has the component {component:g} along {axis}, along which the grid is one cell thick"
+                    yield Finding((*path, key), text, f"set its {axis} to 0: nothing moves along {axis}")
+                    return
+        corners = np.array(list(product(*zip(grid.lower, grid.extent_upper(), strict=True))))
+        height, slack = self.plane().height(corners), ON_A_FACE * grid.cell
+        if height.min() > slack or height.max() < -slack:
+            side, by = ("before", height.min()) if height.min() > 0.0 else ("behind", -height.max())
+            low, high = (", ".join(f"{value:g}" for value in corner) for corner in (corners[0], corners[-1]))
+            text = (
+                f"the plane lies outside of the grid: all of that, from ({low}) to ({high}) m, is {by:.4g} m or more {side} it"
+            )
+            yield Finding((*path, "point"), text, "move `point` so that the plane cuts the grid")
+
+    def _body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        for number, name in enumerate(self.bodies):
+            here = (*path, "bodies", number)
+            yield from parts.unknown(BodyModel, here, name)
+            body = parts.named(BodyModel, name)
+            if name in self.bodies[:number]:
+                yield Finding(here, f"body {name} is named twice", "leave it out once")
+            elif body is not None and (reason := body.why_no_wall()):
+                yield Finding(here, *reason)
+            elif body is not None and is_driven(name, parts):
+                text = f"body {name} follows a prescribed motion as a whole: no wall can stop it"
+                yield Finding(here, text, "leave it out of `bodies`")
+        bodies = parts.of(BodyModel)
+        can = [body for body in bodies if not (body.why_no_wall() or is_driven(body.name, parts))]
+        if not self.bodies and bodies and parts.are_sound(BodyModel) and not can:
+            text = "no body can touch it: only material points can that follow no motion as a whole"
+            yield Finding(path, text, "leave this wall out")

@@ -1,0 +1,89 @@
+"""Planes without a body that surfaces touch."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Described
+from pellucid.contact.overlap import Overlap, OverlapLaw
+from pellucid.contact.proximity import FULL, NONE
+
+
+class WallPlane:
+    """A plane through a point [m] with a normal of any length, to the side where bodies are, that moves at a velocity [m/s]."""
+
+    def __init__(
+        self, point: tuple[float, float, float], normal: tuple[float, float, float], velocity: tuple[float, float, float]
+    ) -> None:
+        self._point, self._full_velocity = np.array(point, float), np.array(velocity, float)
+        largest = np.abs(normal).max()  # so that no square of a component overflows or vanishes
+        self.normal = np.array(normal, float) / largest
+        self.normal /= np.linalg.norm(self.normal)
+        self.go_to(0.0, 1.0)
+
+    def go_to(self, time: float, passing: float) -> None:
+        """Be where it is at a time [s], over which that of the loads grows by `passing` [s]: at rest where this is 0."""
+        self.velocity = self._full_velocity if passing > 0.0 else np.zeros(3)
+        self.level = float(np.sum(self.normal * (self._point + time * self._full_velocity)))
+
+    def height(self, place: np.ndarray) -> np.ndarray:
+        """Of places [m], shape (n, 3), above it [m], shape (n,)."""
+        return np.asarray(np.sum(place * self.normal, axis=1) - self.level)
+
+
+class WallContact:
+    """A surface that touches a plane. friction, courant, swing: see `OverlapLaw`."""
+
+    def __init__(
+        self,
+        surface: ContactSurface,
+        plane: WallPlane,
+        friction: float,
+        courant: float,
+        swing: float = 0.0,
+        name: str | None = None,
+    ) -> None:
+        self.surfaces: Sequence[ContactSurface] = (surface,)
+        self.plane, self.name = plane, name
+        self.law = OverlapLaw(self.surfaces, friction, courant, swing)
+        self._overlap: Overlap | None = None
+        self._work = 0.0
+        self.impulse = np.zeros(3)
+        """On the surface over this step [N s]."""
+
+    def begin(self, time: float, passing: float) -> None:
+        """Move the plane to where it is."""
+        self.plane.go_to(time, passing)
+
+    def find(self, described: dict[int, Described]) -> bool:
+        """Find which points of the surface lie behind the plane and face it; whether any do."""
+        self._work, self.impulse = 0.0, np.zeros(3)
+        surface, plane = self.surfaces[0], self.plane
+        m = len(surface.place)  # behind these are images, which planes of symmetry make
+        sizes, facing = described[id(surface)].size[:m], np.ones(m)
+        if not surface.two_sided:
+            facing = -np.sum(described[id(surface)].normal[:m] * plane.normal, axis=1)
+        depth = surface.half_width - plane.height(surface.place)
+        # as beside another surface that is flat: sides of a body across the plane do not touch it
+        counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
+        at = np.flatnonzero((depth > 0.0) & (counts > 0.0) & (sizes > 0.0))
+        if not len(at):
+            return False
+        normal = np.broadcast_to(plane.normal, (len(at), 3))
+        relative = surface.velocity[at] - plane.velocity
+        self._overlap = Overlap(surface, at, depth[at], normal, counts[at] * sizes[at], relative)
+        return True
+
+    def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
+        """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""
+        if self._overlap is None:
+            return
+        (force,) = self.law.forces([self._overlap], last, touched)
+        forces[id(self.surfaces[0])][self._overlap.listed] += force
+        self.impulse = dt * force.sum(axis=0)
+        self._work = float(np.sum(self.impulse * self.plane.velocity))
+
+    def external_work(self) -> float:
+        """What the plane does by its motion over this step [J]."""
+        return self._work
