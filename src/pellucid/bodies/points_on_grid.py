@@ -45,7 +45,7 @@ from pellucid.reductions import ordered_sum
 from pellucid.state import of_owner, with_owner
 
 NO_ENERGY = np.zeros(0)
-HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
+HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
 
 class PointsOnGrid(GridBody):

@@ -207,7 +207,8 @@ class Case(Model):
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
         """What acts on the bodies, by class; first the damping of bodies, and last rigidity, which all impulses meet."""
-        rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
+        led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
+        rigid = tuple(Rigid(body=body.name, motions=led[body.name]) for body in self.body if body.is_rigid)
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         acting = {base: several for base, several in parts.items() if issubclass(base, Condition)}
         if self.steady is not None:
