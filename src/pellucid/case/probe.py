@@ -187,7 +187,7 @@ class Probe(Part):
     def _reaction_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         turns = self.quantity == "torque"
         every = parts.of(Condition)
-        names = [name for other in every if (name := other.torque(parts) if turns else other.reaction())]
+        names = [name for other in every if (name := other.turning_reaction(parts) if turns else other.reaction())]
         if self.condition not in names and parts.are_sound(Condition):
             what = "motion of a rigid body" if turns else "support, motion or contact"
             text = f"no {what} has this name; there are {listed(names) or 'none with a name'}"

@@ -79,7 +79,8 @@ class Motion(Condition):
         if body is not None and (reason := body.why_no_normal_motion(self.part is None) if along else body.why_no_motion()):
             yield Finding((*path, "displacement", "normal") if along else (*path, "body"), *reason)
         elif body is not None and (body.is_rigid or self.turns_about()):
-            yield from turn_problems(self, body, path, parts)
+            others = [other for place, other in parts.placed(Motion) if place < path]
+            yield from turn_problems(self, body, path, parts, others)
         elif body is not None and self.part is not None and (nodes := body.selectable()) is not None:
             yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
@@ -153,7 +154,7 @@ class Motion(Condition):
         """The numbers of the axes about which it prescribes the rotation."""
         return {"xyz".index(axis) for axis in {*self.hold_rotation, *self.rotation.axes()}}
 
-    def torque(self, parts: Parts) -> str | None:
+    def turning_reaction(self, parts: Parts) -> str | None:
         """Its own name where it leads a rigid body."""
         body = parts.named(BodyModel, self.body)
         return self.name if body is not None and body.is_rigid else None

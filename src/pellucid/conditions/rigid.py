@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.model import parameter
@@ -18,6 +19,7 @@ class Rigid(Condition):
 
     body: str = parameter("", "name of the body")
     motions: tuple[Motion, ...] = parameter("", "what leads it", ())
+    springs: tuple[RigidSpring, ...] = parameter("", "on what it swings", ())
 
     def channels(self) -> Sequence[Channel]:
         """What points lose that take the velocity of the rigid body at once."""
@@ -29,5 +31,5 @@ class Rigid(Condition):
         from pellucid.conditions.rigid_bodies import RigidBodies
         from pellucid.conditions.rigid_body import RigidBody
 
-        bodies = [RigidBody(assembly.bodies[rigid.body], assembly, rigid.motions) for rigid in conditions]
+        bodies = [RigidBody(assembly.bodies[rigid.body], assembly, rigid.motions, rigid.springs) for rigid in conditions]
         return [RigidBodies(bodies, assembly.layout.n_columns)] if bodies else []

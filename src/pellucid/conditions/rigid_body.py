@@ -1,16 +1,24 @@
 """A rigid body: points with the rigid motion of their momentum and angular momentum, but for what motions prescribe of it."""
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from pellucid.conditions import driven_points
-from pellucid.conditions.rigid_kinematics import centre_of, inertia_of, rotation_by, spin_of
+from pellucid.conditions.rigid_kinematics import centre_of, inertia_of, rates_of, resultant, rotation_by, spin_of, spun
 from pellucid.conditions.rigid_leads import LeadingMotion, Leads
 from pellucid.conditions.rigid_motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid_nodes import RigidNodes
+from pellucid.conditions.rigid_push import Push
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork
 from pellucid.parts.assembly import AssembledBody, Assembly
+
+
+class Swings(Protocol):
+    """What bounds the step of a rigid body."""
+
+    def swing(self, mass: float, inertia: np.ndarray) -> float: ...
 
 
 class RigidBody:
@@ -22,7 +30,9 @@ class RigidBody:
 
     strains = False
 
-    def __init__(self, member: AssembledBody, assembly: Assembly, motions: Sequence[LeadingMotion]) -> None:
+    def __init__(
+        self, member: AssembledBody, assembly: Assembly, motions: Sequence[LeadingMotion], springs: Sequence[Swings]
+    ) -> None:
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
         # across a thin axis nothing moves, so that only the turn about it is left
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
@@ -42,22 +52,36 @@ class RigidBody:
         self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
         self._pushed: list[tuple[np.ndarray, np.ndarray]] = []
-        self._loads: list[tuple[np.ndarray, np.ndarray, int]] = []
-        self._push_works: list[tuple[int, float]] = []
+        self._loads: list[Push] = []
+        self._push_works = np.zeros(assembly.layout.n_columns)
         self._led, self._turned = np.zeros((2, 6))  # what leads it gave beside that on the nodes, and as it turned [N s, N m s]
         arrays = member.body.arrays
         arrays["start"], arrays["angle"] = arrays["position"].copy(), np.zeros_like(arrays["position"])
-        radius = np.linalg.norm(arrays["position"] - centre_of(arrays["mass"][:, None], arrays["position"]), axis=1).max()
-        self.top_speed = leads.top_speed + leads.top_turn * float(radius)
+        m, arm = arrays["mass"][:, None], arrays["position"] - centre_of(arrays["mass"][:, None], arrays["position"])
+        self.top_speed = leads.top_speed + leads.top_turn * float(np.linalg.norm(arm, axis=1).max())
         """Of what is prescribed [m/s]."""
+        inertia = inertia_of(m, arm)[np.ix_(self._turns, self._turns)]
+        self.swing = sum(spring.swing(float(np.sum(m)), inertia) for spring in springs)
+        """How fast it swings on springs, which its step has to follow [1/s]."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
         self._pushed.append((place.copy(), force))
 
-    def add_load(self, force: np.ndarray, torque: np.ndarray, column: int) -> None:
-        """A force on the centre of mass [N] and a torque [N m], (3,) each, over the coming step; column: of their work."""
-        self._loads.append((force, torque, column))
+    def add_load(self, push: Push) -> None:
+        """A force and a torque over the coming step."""
+        self._loads.append(push)
+
+    def moved(self) -> np.ndarray:
+        """Displacement of the centre of mass [m] and angles [rad] since the start, shape (6,)."""
+        arrays = self.body.arrays
+        m = arrays["mass"][:, None]
+        return np.concatenate([centre_of(m, arrays["position"]) - centre_of(m, arrays["start"]), arrays["angle"][0]])
+
+    def rates(self) -> np.ndarray:
+        """Velocity of the centre of mass [m/s] and angular velocity [rad/s], shape (6,)."""
+        m, x, v = (self.body.arrays[name] for name in ("mass", "position", "velocity"))
+        return rates_of(m[:, None], x, v, self._turns)
 
     def hold_nodes(self, dt: float) -> None:
         """Let the nodes that it reaches move as it does over this step dt [s]."""
@@ -68,14 +92,14 @@ class RigidBody:
         self._at_points = motions.at(self._arm)
         self._walls.find(x, self._widths(), self._at_points, dt)
         v = self.body.arrays["velocity"]
-        before = np.sum(m * v, axis=0) / np.sum(m)
-        self._spin = spin_of(m, self._arm, v - before)
-        old = np.concatenate([before, self._turn(self._arm)]) * motions.sizes
-        pushes = [(CONTACT, dt * motions.momentum_of(place - self._centre, force)) for place, force in self._pushed]
-        pushes += [(column, dt * motions.numbers_of(force, torque)) for force, torque, column in self._loads]
-        self._pushed, self._loads = [], []
-        new = self.nodes.hold(self._arm, motions, sum((push for _, push in pushes), np.zeros(6)))
-        self._push_works = [(column, float(push @ (0.5 * (old + new)))) for column, push in pushes]
+        old = rates_of(m, x, v, self._turns)
+        touching = [Push(resultant(place - self._centre, force), CONTACT) for place, force in self._pushed]
+        pushes, self._pushed, self._loads = [*touching, *self._loads], [], []
+        strength = sum((push.strength for push in pushes), np.zeros(6))
+        new = self.nodes.hold(self._arm, motions, dt * motions.momentum_of(strength))
+        self._push_works[:] = 0.0
+        mean = 0.5 * (old + new / motions.sizes)
+        self._push_works[IMPACT] = sum(push.book(self._push_works, dt, mean) for push in pushes)
 
     def _widths(self) -> np.ndarray:
         """How far points reach beyond their places [m]."""
@@ -132,17 +156,14 @@ class RigidBody:
         inertia = inertia_of(m, r)
         omega = np.zeros(3)
         omega[led] = self.leads.rates[3:][led]
-        # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
-        inverse = np.linalg.pinv(inertia[np.ix_(free, free)], rcond=1e-10, hermitian=True)
-        omega[free] = inverse @ (self._spin - inertia @ omega)[free]
+        omega[free] = spun(inertia, self._spin - inertia @ omega, free)
         return omega
 
     def work(self) -> StepWork:
         """The kinetic energy of the part of the velocities that is not rigid is lost; what supports give it."""
         done = self._layout.no_work()
-        done.works[IMPACT] = self._loss
-        for column, work in self._push_works:
-            done.works[[column, IMPACT]] += work  # the field counted it as one of impacts
+        done.works[:] = self._push_works  # the field counted them as one of impacts
+        done.works[IMPACT] += self._loss
         self.nodes.count(done)
         for wall, push in self._pushes:
             done.reactions[wall.row, wall.axis] += push

@@ -1,5 +1,7 @@
 """Centre, angular momentum and inertia of points with masses, shape (n, 1) [kg], and rotations."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 
@@ -11,6 +13,26 @@ def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
 def spin_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Angular momentum [N m s], (3,), of masses at places from the centre [m] with velocities [m/s]."""
     return np.asarray(np.sum(mass * np.cross(arm, velocity), axis=0))
+
+
+def rates_of(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+    """Velocity of the centre [m/s] and angular velocity about the axes about which they turn [rad/s], together (6,)."""
+    arm, mean = position - centre_of(mass, position), centre_of(mass, velocity)
+    rates = np.concatenate([mean, np.zeros(3)])
+    rates[3 + np.array(turns, int)] = spun(inertia_of(mass, arm), spin_of(mass, arm, velocity - mean), turns)
+    return rates
+
+
+def spun(inertia: np.ndarray, spin: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+    """Angular velocity [rad/s] of an angular momentum [N m s] about some of the axes, whose others have none."""
+    # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
+    inverse = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True)
+    return np.asarray(inverse @ spin[list(turns)])
+
+
+def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Force [N] and torque about the centre [N m], together (6,), of forces at places from it [m], shape (n, 3) each."""
+    return np.concatenate([force.sum(axis=0), np.cross(arm, force).sum(axis=0)])
 
 
 def inertia_of(mass: np.ndarray, arm: np.ndarray) -> np.ndarray:

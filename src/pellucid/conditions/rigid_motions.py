@@ -35,14 +35,9 @@ class RigidMotions:
         along = np.broadcast_to(np.eye(3), (len(s), 3, 3))
         return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
 
-    def momentum_of(self, s: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """What forces [N] at places s from the centre [m], shape (n, 3) each, give its numbers in a unit of time, (6,)."""
-        moment = np.cross(s, force).sum(axis=0) / self.length
-        return np.asarray(np.concatenate([force.sum(axis=0), moment]) * self._may_move)
-
-    def numbers_of(self, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """The same of a force [N] at the centre and a torque [N m], shape (3,) each."""
-        return np.asarray(np.concatenate([force, torque / self.length]) * self._may_move)
+    def momentum_of(self, strength: np.ndarray) -> np.ndarray:
+        """What a force at the centre [N] and a torque [N m], together (6,), give its numbers in a unit of time, (6,)."""
+        return np.asarray(strength / self.sizes * self._may_move)
 
     def roots(self, weight: np.ndarray, motions: np.ndarray, mass: float) -> np.ndarray:
         """R with R Rᵀ = K⁻¹ of the inertia K of masses, shape (n, 3), at such places, but for what is none beside this mass.

@@ -35,7 +35,7 @@ class Condition(Part):
         """The name under which probes find the force that it exerts, if it has one."""
         return None
 
-    def torque(self, parts: Parts) -> str | None:
+    def turning_reaction(self, parts: Parts) -> str | None:
         """The name under which probes find the torque that it exerts on a rigid body about its centre of mass, if it does."""
         return None
 
