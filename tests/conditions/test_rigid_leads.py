@@ -201,17 +201,52 @@ def test_a_body_that_is_led_wholly_behaves_as_a_driven_one():
     assert abs(found[True][0]) > 1000.0
 
 
-def test_a_led_body_presses_another_one_away():
-    """A hammer on an axle strikes a free block: what this gains the hammer's motion gives."""
+@pytest.mark.parametrize("held", [[], ["z"]])
+def test_a_led_body_presses_another_one_away(held):
+    """A hammer on a rail strikes a free block: what this gains the hammer's motion gives."""
     hammer = box((1, 3, 0), (3, 5, 1), RATE_SOLID, (2, 2, 1), rigid=True, field="hammer")
     free = box((3.2, 3, 0), (4.2, 5, 1), RATE_SOLID, (2, 2, 1), name="free", rigid=True, field="free")
     push = {"name": "push", "hold": ["y"], "displacement": {"x": {"kind": "ramp", "distance": 1.5, "duration": 1.0}}}
-    sim = led(hammer, free, motion=push, step=None)
+    sim = led(hammer, free, motion=push | {"hold_rotation": held}, step=None)
     while sim.time < 1.2:
         sim.step()
     assert sim.bodies[1].totals.momentum[0] > 2000.0
     assert sim.reactions()["push"][0] == pytest.approx(sim.momentum()[0], abs=1e-9)
-    closes(sim, 0.01)
+    closes(sim)
+
+
+def test_a_wheel_that_is_turned_drives_the_plate_below_it():
+    """Coulomb friction: the plate gains μ times what presses it, and the torque on the axle is that of this force."""
+    shape = {"cylinder": {"centre": (4, 3.5, 0), "radius": 1.5, "axis": "z", "height": 1.0}}
+    wheel = {"name": "block", "field": "wheel", "rigid": True, "shape": shape, "points_per_cell": (4, 4, 1)}
+    plate = box((0.5, 1, 0), (11.5, 2, 1), RATE_SOLID, (2, 2, 1), name="plate", field="plate", rigid=True)
+    turn = {"name": "axle", "hold": ["x"], "rotation": {"z": {"kind": "steady", "angular_velocity": -2.0}}}
+    rail = {"name": "rail", "body": "plate", "hold": ["y"], "hold_rotation": ["z"]}
+    contact = [{"between": ["block", "plate"], "kind": "coulomb", "friction": 0.5, "name": "tread"}]
+    more = {"contact": contact, "gravity": (0, -1.0, 0), "counts": (12, 8, 1), "step": None}
+    sim = led(wheel | {"material": RATE_SOLID}, plate, motion=[turn, rail], **more)
+    while sim.time < 0.5:
+        sim.step()
+    forward, pressed, _ = sim.reactions()["tread"]
+    assert forward == pytest.approx(0.5 * pressed, rel=0.02)
+    assert sim.bodies[1].totals.momentum[0] == pytest.approx(-forward, abs=1e-9)
+    assert sim.reactions()["axle"][0] == pytest.approx(-forward, abs=1e-9)
+    spin = -2.0 * inertia(sim.bodies[0])[2, 2]
+    assert sim.angular_reactions()["axle"][2] - spin == pytest.approx(-1.5 * forward, rel=0.05)  # it touches over a width
+    closes(sim)
+
+
+def test_a_led_body_settles_where_its_motion_begins():
+    """Time stands still for its motion, and what is free falls until a wall bears it."""
+    path = {"name": "path", "displacement": {"x": {"kind": "steady", "velocity": 0.5}}, "hold_rotation": ["z"]}
+    sim = led(square(), motion=path, gravity=(0, -1.0, 0), support=SLIP[:4], step=None)
+    table = sim.case.to_data() | {"settle": {"share": 1e-6, "most_steps": 5000}}
+    sim = Simulation(type(sim.case).model_validate(table), threads=1)
+    sim.settle()
+    assert centre(sim.bodies[0])[:2] == pytest.approx((4.0, 1.0), abs=1e-3)
+    before = sim.time
+    advance(sim, 5)
+    assert centre(sim.bodies[0])[0] == pytest.approx(4.0 + 0.5 * (sim.time - before), abs=1e-12)
 
 
 def test_what_leads_it_through_a_wall_wins():
