@@ -14,7 +14,7 @@ from pellucid.bodies.models import BODIES
 from pellucid.case import json_schema
 from pellucid.case.schema import schema_of
 from pellucid.conditions.loads import LOADS
-from pellucid.conditions.signals import SIGNALS
+from pellucid.conditions.signals import SIGNALS, TURNS
 from pellucid.materials import MATERIALS, MEMBRANE_MATERIALS, Material
 from pellucid.materials.eos import EQUATIONS_OF_STATE
 from pellucid.model import Model, parameter
@@ -39,7 +39,9 @@ class Holder(Model):
     field: Annotated[InitialField, OneOf(INITIAL_FIELDS)]
 
 
-@pytest.mark.parametrize("family", [BODIES, MATERIALS, MEMBRANE_MATERIALS, EQUATIONS_OF_STATE, INITIAL_FIELDS, LOADS, SIGNALS])
+@pytest.mark.parametrize(
+    "family", [BODIES, MATERIALS, MEMBRANE_MATERIALS, EQUATIONS_OF_STATE, INITIAL_FIELDS, LOADS, SIGNALS, TURNS]
+)
 def test_each_of_the_package_is_registered_under_its_own_kind(family: Family) -> None:
     assert family.entries
     for kind, model in family.entries.items():

@@ -35,6 +35,7 @@ FIELDS: dict[str, Field] = {
     "stored_energy": Field(1, "J", "internal or strain energy of the point; summed, that of the body"),
     "driven": Field(1, "1", "number of the prescribed motion that the point follows, from 1; 0 where it is free"),
     "start": Field(3, "m", "position at the start, of bodies with a prescribed motion"),
+    "angle": Field(3, "rad", "how far a rigid body has turned about x, y and z since the start, past whole turns too"),
     "frame": Field(9, "1", "tangent frame of a membrane: rows first tangent, second tangent, normal"),
     "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame"),
     "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12"),

@@ -1,7 +1,7 @@
 """Tables of a quantity over time in CSV files, as cases name them."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import isfinite
 
 import numpy as np
@@ -36,6 +36,27 @@ def read_rows(path: str, quantity: str) -> np.ndarray:
     if len(rows) < 2:
         raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")
     return np.array(rows)
+
+
+def between_rows(rows: np.ndarray) -> Callable[[float], float]:
+    """The quantity of such rows less that at t = 0, as a function of time [s].
+
+    Monotone cubics between the rows, constant before and behind.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    times, values = rows.T
+    curve = PchipInterpolator(times, values)
+
+    def within(t: float) -> float:
+        return float(curve(min(max(t, times[0]), times[-1])))
+
+    return lambda t: within(t) - within(0.0)
+
+
+def steepest(rows: np.ndarray) -> float:
+    """The largest slope between rows, at most 3 times that of a row to the next with monotone cubics."""
+    return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
 
 
 def _cells(text: str, path: str) -> Iterator[list[str]]:

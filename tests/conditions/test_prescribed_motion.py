@@ -150,8 +150,3 @@ def test_motions_that_make_no_sense(change, words):
 def test_parts_of_a_body_cannot_follow_two_motions():
     with pytest.raises(CaseError, match="already follow the motion swing"):
         driven(box((3, 3, 3), (5, 5, 5), RATE_SOLID), motion=[SWING, SWING | {"name": "other"}], counts=(8, 8, 8))
-
-
-def test_a_rigid_body_follows_no_motion():
-    with pytest.raises(ValueError, match="is rigid: its points cannot follow a motion as well"):
-        driven(box((3, 3, 3), (5, 5, 5), RATE_SOLID) | {"rigid": True}, motion=SWING, counts=(8, 8, 8))

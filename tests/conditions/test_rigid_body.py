@@ -148,3 +148,14 @@ def test_a_rigid_body_that_strikes_water_loses_what_the_water_gains():
     assert sim.conservation()["momentum"] < 1e-12
     assert sim.bodies[0].totals.momentum[1] > -0.8 * 32000.0
     assert not sim.bodies[0].field("stress").any()
+
+
+@pytest.mark.parametrize("transfer", ["pic", "blend", "apic"])
+def test_a_rigid_body_keeps_its_spin_with_every_transfer(transfer):
+    """In a velocity field of its own, beside a fluid in another."""
+    block = rigid((3, 3, 0), (5, 5, 0), field="block", angular_velocity=(0, 0, 2.0), velocity=(0.2, 0, 0))
+    water = box((0, 0, 0), (8, 1, 0), WATER, (2, 2, 1), name="water")
+    sim = advance(Simulation(case(block, water, transfer=transfer, support=SLIP[:4], step=0.01, **SIZE), threads=1), 50)
+    assert sim.bodies[0].constraint.rates() == pytest.approx((0.2, 0, 0, 0, 0, 2.0), abs=1e-9)
+    assert sim.conservation()["momentum"] < 1e-12
+    assert abs(sim.budget.energy_error()) < 1e-9

@@ -137,6 +137,9 @@ class FakeSimulation:
     def reactions(self) -> dict[str, np.ndarray]:
         return {}
 
+    def angular_reactions(self) -> dict[str, np.ndarray]:
+        return {}
+
     def conservation(self) -> dict[str, float]:
         return {"mass": 0.0, "momentum": 1e-16, "energy": 1e-4 * self.time}
 

@@ -45,7 +45,7 @@ from pellucid.reductions import ordered_sum
 from pellucid.state import of_owner, with_owner
 
 NO_ENERGY = np.zeros(0)
-HIDDEN = ("volume", "affine", "driven", "start", "torn")  # arrays that results do not show
+HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
 
 class PointsOnGrid(GridBody):
@@ -283,7 +283,8 @@ class PointsOnGrid(GridBody):
     def _bound_rate(self, rate: float) -> None:
         """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
-        self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell)
+        swing = getattr(self.constraint, "swing", 0.0)  # of a rigid body on springs
+        self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
 
     def complete(self) -> None:
         """The totals, which depend on what leads the points."""

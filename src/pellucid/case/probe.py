@@ -39,6 +39,7 @@ class Quantity(NamedTuple):
 REDUCTIONS: Registry[Reduction] = Registry("reduction")
 QUANTITIES: Registry[Quantity] = Registry("quantity")
 NAME = r"[A-Za-z][A-Za-z0-9_-]*"
+REACTIONS = ("reaction", "torque")  # of a condition
 PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
 
 ReductionFunction = Callable[[np.ndarray], Any]
@@ -91,6 +92,17 @@ reduction("mean")(np.mean)
 reduction("max")(np.max)
 reduction("min")(np.min)
 reduction("sum")(np.sum)
+
+
+@quantity("angular_velocity", "rad/s", "angular velocity with which a rigid body would have the angular momentum", 3)
+def _angular_velocity(field: Fetch) -> np.ndarray:
+    m, x, v = field("mass")[:, None], field("position"), field("velocity")
+    r, u = (values - np.sum(m * values, axis=0) / np.sum(m) for values in (x, v))
+    inertia = np.sum(m * r * r) * np.eye(3) - np.einsum("pi,pj->ij", m * r, r)
+    turn = np.linalg.pinv(inertia, rcond=1e-10, hermitian=True) @ np.sum(m * np.cross(r, u), axis=0)
+    return np.tile(turn, (len(x), 1))
+
+
 OWN_REDUCTIONS = (*REDUCTIONS.entries, *PLACED)
 
 
@@ -110,7 +122,7 @@ class Probe(Part):
 
     name: str = name_parameter("name of the column")
     body: str | None = parameter("", "name of the body", None)
-    quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction"')
+    quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction" or "torque" of a condition')
     component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
     reduce: Annotated[str, OneNameOf(REDUCTIONS.entries, *PLACED)] = parameter(
         "",
@@ -125,15 +137,18 @@ class Probe(Part):
         "", 'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it', False
     )
     condition: str | None = parameter(
-        "", 'for quantity = "reaction": name of the support, motion, contact or wall; its mean force since the row before', None
+        "",
+        'for quantity = "reaction": name of the support, motion, contact or wall; its mean force since the row before. For "torque": '
+        "name of a motion that leads a rigid body; its mean torque about the centre of mass",
+        None,
     )
 
     @model_validator(mode="after")
     def _is_complete(self) -> "Probe":
         if (self.reduce in ("nearest", "point")) != (self.at is not None):
             raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
-        if (self.quantity == "reaction") != (self.condition is not None):
-            raise ValueError('`condition` belongs to `quantity = "reaction"`: give both or neither')
+        if (self.quantity in REACTIONS) != (self.condition is not None):
+            raise ValueError('`condition` belongs to `quantity = "reaction"` or "torque": give both or neither')
         if (self.body is None) != (self.condition is not None):
             raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
         if self.carried and (self.quantity, self.reduce) != ("position", "point"):
@@ -170,9 +185,12 @@ class Probe(Part):
             yield Finding((*path, "component"), text, "" if choices else "leave `component` out")
 
     def _reaction_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        names = [name for condition in parts.of(Condition) if (name := condition.reaction())]
+        turns = self.quantity == "torque"
+        every = parts.of(Condition)
+        names = [name for other in every if (name := other.turning_reaction(parts) if turns else other.reaction())]
         if self.condition not in names and parts.are_sound(Condition):
-            text = f"no support, motion, contact or wall has this name; there are {listed(names) or 'none with a name'}"
+            what = "motion of a rigid body" if turns else "support, motion, contact or wall"
+            text = f"no {what} has this name; there are {listed(names) or 'none with a name'}"
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
 
     def field(self) -> Field:

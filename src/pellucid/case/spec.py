@@ -20,6 +20,7 @@ from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.damping import Damping
 from pellucid.conditions.loads import AnyLoad
+from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.outflow import Outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
@@ -209,7 +210,12 @@ class Case(Model):
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
         """What acts on the bodies, by class; first the damping of bodies, and last rigidity, which all impulses meet."""
-        rigid = tuple(Rigid(body=body.name) for body in self.body if body.is_rigid)
+        led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
+        springs = [load for load in self.load if isinstance(load, RigidSpring)]
+        rigid = tuple(
+            Rigid(body=name, motions=led[name], springs=tuple(spring for spring in springs if spring.body == name))
+            for name in (body.name for body in self.body if body.is_rigid)
+        )
         parts = {place.base: getattr(self, place.attribute) for place in places(type(self)).values()}
         acting = {base: several for base, several in parts.items() if issubclass(base, Condition)}
         if self.steady is not None:

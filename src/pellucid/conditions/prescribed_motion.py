@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import model_validator
 
+from pellucid.conditions.led_turns import Rotations, turn_problems
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.conditions.support import Axis
@@ -38,7 +39,10 @@ class Displacements(Model):
 
 
 class Motion(Condition):
-    """Points of a body that follow a prescribed displacement, whatever forces act on them."""
+    """Points of a body that follow a prescribed displacement, whatever forces act on them.
+
+    A body with `rigid = true` follows displacements of its centre of mass and rotations about it; what is left out is free.
+    """
 
     unique_name: ClassVar[bool] = True
     name: str = name_parameter("name of the motion, for probes of its reaction")
@@ -46,6 +50,8 @@ class Motion(Condition):
     part: Where | None = parameter("", "only the points in this region at the start; without it the whole body", None)
     hold: tuple[Axis, ...] = parameter("", "directions along which the points stay where they are", ())
     displacement: Displacements = parameter("", "displacement as a function of time", Displacements())
+    hold_rotation: tuple[Axis, ...] = parameter("", "axes about which a rigid body does not turn", ())
+    rotation: Rotations = parameter("", "rotation of a rigid body about its centre of mass", Rotations())
 
     @model_validator(mode="after")
     def _prescribes_each_axis_once(self) -> "Motion":
@@ -55,7 +61,9 @@ class Motion(Condition):
         if "normal" in moved and len(moved) + len(self.hold) > 1:
             other = sorted({*moved, *self.hold} - {"normal"})[0]
             raise ValueError(f"{other} cannot stand beside `normal`, which leaves the nodes free along the film: leave it out")
-        if not moved and not self.hold:
+        if both := sorted(self.rotation.axes() & set(self.hold_rotation)):
+            raise ValueError(f"{both[0]} stands in both `hold_rotation` and `rotation`: leave it out of one")
+        if not moved and not self.hold and not self.turns_about():
             raise ValueError(
                 'this motion prescribes no direction: give `hold = ["x", ...]` or a `displacement`, for example '
                 '{ y = { kind = "sine", amplitude = 1e-5, period = 1e-4 } }'
@@ -70,6 +78,9 @@ class Motion(Condition):
         along = self.displacement.normal is not None
         if body is not None and (reason := body.why_no_normal_motion(self.part is None) if along else body.why_no_motion()):
             yield Finding((*path, "displacement", "normal") if along else (*path, "body"), *reason)
+        elif body is not None and (body.is_rigid or self.turns_about()):
+            others = [other for place, other in parts.placed(Motion) if place < path]
+            yield from turn_problems(self, body, path, parts, others)
         elif body is not None and self.part is not None and (nodes := body.selectable()) is not None:
             yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
@@ -79,6 +90,9 @@ class Motion(Condition):
             signal = getattr(self.displacement, axis)
             if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
                 yield Finding((*path, axis), why)
+        for axis, turn in self.rotation.turns().items():
+            if why := displacement_fault(turn, f"motion {self.name} about {axis}"):
+                yield Finding((*path[:-1], "rotation", axis), why)
 
     def channels(self) -> Sequence[Channel]:
         """Its work, and what points lose that take its velocity at once."""
@@ -92,6 +106,8 @@ class Motion(Condition):
 
         result: list[ActiveCondition] = []
         for name, member in assembly.bodies.items():
+            if member.model.is_rigid:
+                continue  # it is led by what makes it rigid
             motions = [motion for motion in conditions if motion.body == name]
             if any(motion.displacement.normal is not None for motion in motions):
                 result.append(NormalMotions(member, motions))
@@ -116,6 +132,13 @@ class Motion(Condition):
                 result[number] = checked_displacement(signal, f"motion {self.name} along {axis}")
         return result
 
+    def turn_functions(self) -> dict[int, Callable[[float], float]]:
+        """Angle [rad] as a function of time [s] for each axis about which it prescribes the rotation, by its number."""
+        result: dict[int, Callable[[float], float]] = {"xyz".index(axis): lambda t: 0.0 for axis in self.hold_rotation}
+        for axis, turn in self.rotation.turns().items():
+            result["xyz".index(axis)] = checked_displacement(turn, f"motion {self.name} about {axis}")
+        return result
+
     def along_normal(self) -> Callable[[float], float]:
         """Displacement along the normal [m] as a function of time [s]; nothing where it prescribes none."""
         signal = self.displacement.normal
@@ -126,6 +149,19 @@ class Motion(Condition):
         return {
             number for number, axis in enumerate("xyz") if axis in self.hold or getattr(self.displacement, axis) is not None
         }
+
+    def turns_about(self) -> set[int]:
+        """The numbers of the axes about which it prescribes the rotation."""
+        return {"xyz".index(axis) for axis in {*self.hold_rotation, *self.rotation.axes()}}
+
+    def turning_reaction(self, parts: Parts) -> str | None:
+        """Its own name where it leads a rigid body."""
+        body = parts.named(BodyModel, self.body)
+        return self.name if body is not None and body.is_rigid else None
+
+    def top_turn(self) -> float:
+        """Largest prescribed angular velocity about an axis [rad/s]."""
+        return max((turn.top_speed() for turn in self.rotation.turns().values()), default=0.0)
 
     def top_speed(self) -> float:
         """Largest prescribed velocity along an axis [m/s]."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
+from pellucid.conditions.rigid_leads import Leads
 from pellucid.grid.actions import NodalActions
 
 SMALL = 1e-9  # of the mass: inertia that is none, as about the line on which all points lie
@@ -15,13 +16,18 @@ MOST_ROWS = 16  # points of a body that walls hold at once; three would do on ea
 class RigidMotions:
     """Velocities V + ω × s of places s from the centre of a body; its numbers are V and ω times a length of the body.
 
-    thin: axes along which nothing moves; turns: axes about which the body can turn.
+    thin: axes along which nothing moves; turns: axes about which the body can turn; leads: what is prescribed of the motion.
     """
 
-    def __init__(self, thin: Sequence[bool], turns: Sequence[int], arm: np.ndarray) -> None:
+    def __init__(self, thin: Sequence[bool], turns: Sequence[int], leads: Leads, arm: np.ndarray) -> None:
         """arm: of the points from the centre, shape (n, 3) [m]."""
         self._may_move = ~np.array([*thin, *(axis not in turns for axis in range(3))])
+        self._free = np.flatnonzero(~leads.led)
         self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
+        self.sizes = np.array([1.0, 1.0, 1.0, self.length, self.length, self.length])
+        """Of its numbers, over velocities and angular velocities; of what these take, over angular impulses and impulses."""
+        self.given = leads.rates * self.sizes
+        """The numbers that are prescribed, zero where they are free."""
 
     def at(self, s: np.ndarray) -> np.ndarray:
         """Velocities at places s from the centre for unit numbers: shape (n, 3, 6)."""
@@ -29,17 +35,21 @@ class RigidMotions:
         along = np.broadcast_to(np.eye(3), (len(s), 3, 3))
         return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
 
-    def momentum_of(self, s: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """What forces [N] at places s from the centre [m], shape (n, 3) each, give its numbers in a unit of time, (6,)."""
-        moment = np.cross(s, force).sum(axis=0) / self.length
-        return np.asarray(np.concatenate([force.sum(axis=0), moment]) * self._may_move)
+    def momentum_of(self, strength: np.ndarray) -> np.ndarray:
+        """What a force at the centre [N] and a torque [N m], together (6,), give its numbers in a unit of time, (6,)."""
+        return np.asarray(strength / self.sizes * self._may_move)
 
-    @staticmethod
-    def roots(weight: np.ndarray, motions: np.ndarray, mass: float) -> np.ndarray:
-        """R with R Rᵀ = K⁻¹ of the inertia K of masses, shape (n, 3), at such places, but for what is none beside this mass."""
-        sizes, axes = np.linalg.eigh(np.einsum("kd,kdi,kdj->ij", weight, motions, motions))
+    def roots(self, weight: np.ndarray, motions: np.ndarray, mass: float) -> np.ndarray:
+        """R with R Rᵀ = K⁻¹ of the inertia K of masses, shape (n, 3), at such places, but for what is none beside this mass.
+
+        Of the free numbers: nothing else changes those that are prescribed.
+        """
+        inertia = np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
+        sizes, axes = np.linalg.eigh(inertia[np.ix_(self._free, self._free)])
         real = sizes > SMALL * mass
-        return np.asarray(axes[:, real] / np.sqrt(sizes[real]))
+        roots = np.zeros((6, np.count_nonzero(real)))
+        roots[self._free] = axes[:, real] / np.sqrt(sizes[real])
+        return roots
 
 
 class Wall(NamedTuple):
@@ -50,6 +60,14 @@ class Wall(NamedTuple):
     sign: float  # of the direction into the grid
     place: float  # [m]
     velocity: float  # [m/s]
+
+
+class Kept(NamedTuple):
+    """A motion that walls let pass, and what they gave for it: to its numbers, shape (6,), and each along its axis [N s]."""
+
+    motion: np.ndarray
+    given: np.ndarray
+    impulses: list[tuple[Wall, float]]
 
 
 class RigidWalls:
@@ -71,8 +89,8 @@ class RigidWalls:
             self._of_row += [wall] * len(near)
         self._rows, self._limits = np.concatenate(rows), np.concatenate(limits)
 
-    def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> tuple[np.ndarray, list[tuple[Wall, float]]]:
-        """The motion nearest to this one that takes no point through a wall; the walls' impulses along their axes [N s].
+    def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> "Kept":
+        """The motion nearest to this one that takes no point through a wall, but where what is prescribed of it does.
 
         roots: of the inertia by which it is nearest, see `RigidMotions`. Least distance programming by non-negative least
         squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23), with a row more as long as one is not kept.
@@ -80,19 +98,24 @@ class RigidWalls:
         rows, limits, kept, pushes = self._rows, self._limits, motion, np.zeros(0)
         chosen: list[int] = []
         tolerance = 1e-9 * (np.abs(limits).max(initial=0.0) + np.abs(rows @ motion).max(initial=0.0))
-        while len(rows) and len(chosen) < MOST_ROWS:
-            lacking = limits - rows @ kept
+        reach = rows @ roots
+        movable = np.abs(reach).max(axis=1, initial=0.0) > SMALL * np.abs(roots).max(initial=0.0)
+        while movable.any() and len(chosen) < MOST_ROWS:
+            lacking = np.where(movable, limits - rows @ kept, -np.inf)
             worst = int(lacking.argmax())
             if lacking[worst] <= tolerance or worst in chosen:
                 break
-            chosen.append(worst)
-            G, h = rows[chosen] @ roots, limits[chosen] - rows[chosen] @ motion
+            G, h = reach[[*chosen, worst]], limits[[*chosen, worst]] - rows[[*chosen, worst]] @ motion
             size = float(np.abs(h).max() / np.abs(G).max())  # both of one size: else 1 - h u is rounding
             u, _ = nnls(np.vstack([G.T, h / size]), np.append(np.zeros(G.shape[1]), 1.0))
-            pushes = size * u / (1.0 - h @ u / size)
+            if (left := 1.0 - h @ u / size) <= SMALL:
+                return Kept(motion, np.zeros(6), [])  # no free motion keeps to all of them: what is prescribed passes the walls
+            chosen.append(worst)
+            pushes = size * u / left
             kept = motion + roots @ (G.T @ pushes)
         walls = [self._of_row[number] for number in chosen]
-        return kept, [(wall, wall.sign * float(push)) for wall, push in zip(walls, pushes, strict=True)]
+        impulses = [(wall, wall.sign * float(push)) for wall, push in zip(walls, pushes, strict=True)]
+        return Kept(kept, rows[chosen].T @ pushes, impulses)
 
     def _walls(self) -> list[Wall]:
         found, supports, constrained = [], self._actions.supports, self._actions.field.grid.nodes.constrained

@@ -38,11 +38,13 @@ class RigidNodes:
         self._body, self._arrays, self._actions, self._walls, self._alone = body, arrays, actions, walls, alone
         self._field, self._nodes = actions.field, actions.field.grid.nodes
         self._mass, self._moment = np.zeros((2, actions.field.grid.n_nodes, 3))
+        self.led_impulse = np.zeros(6)
+        """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
 
     def hold(self, arm: np.ndarray, motions: RigidMotions, push: np.ndarray) -> np.ndarray:
         """Let the nodes move as the body, whose points are at these places from its centre, shape (n, 3) [m].
 
-        push: what forces on its surface give it in the step, shape (6,), see `RigidMotions`. Returns its numbers then.
+        push: what forces on it give its numbers in the step, shape (6,), see `RigidMotions`. Returns these then.
         """
         self._find_nodes(arm, motions)
         self._push = push
@@ -97,22 +99,25 @@ class RigidNodes:
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
         mass = float(self._weight.sum())
         self._hold = HOLD * mass
-        self._motions = motions.at(self._moment[at] / share[at][:, None])
+        self._motions, self._given = motions.at(self._moment[at] / share[at][:, None]), motions.given
         self._roots = motions.roots(self._weight + self._hold * clamped, self._motions, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
         """Impulses after which nodes with these velocities, shape (n, 3), move as the body."""
-        goals = self._actions.supports.velocity
-        momentum = self._push + np.einsum("kd,kdi->i", self._weight * velocity, self._motions)
+        goals, given = self._actions.supports.velocity, self._given
+        momentum = self._push + np.einsum("kd,kdi->i", self._weight * (velocity - self._motions @ given), self._motions)
         for row, k, d in self._clamped:
-            momentum += self._hold * goals[row, d] * self._motions[k, d]
-        free = self._roots @ (self._roots.T @ momentum)
-        motion, pushes = self._walls.keep_inside(free, self._roots)
-        self._motion = motion
-        self._reactions = [(wall.row, wall.axis, push) for wall, push in pushes]
+            momentum += self._hold * (goals[row, d] - self._motions[k, d] @ given) * self._motions[k, d]
+        kept = self._walls.keep_inside(given + self._roots @ (self._roots.T @ momentum), self._roots)
+        self._motion = motion = kept.motion
+        self._reactions = [(wall.row, wall.axis, push) for wall, push in kept.impulses]
+        impulse = self._weight * (self._motions @ motion - velocity)
+        self.led_impulse = np.einsum("kd,kdi->i", impulse, self._motions) - self._push - kept.given
         for row, k, d in self._clamped:
-            self._reactions.append((row, d, self._hold * float(goals[row, d] - self._motions[k, d] @ motion)))
-        return np.asarray(self._weight * (self._motions @ motion - velocity))
+            held = self._hold * float(goals[row, d] - self._motions[k, d] @ motion)
+            self._reactions.append((row, d, held))
+            self.led_impulse -= held * self._motions[k, d]
+        return np.asarray(impulse)
 
     def _pushed(self) -> np.ndarray:
         """Velocities with what contact gave the nodes so far, as if each could take it alone."""

@@ -90,6 +90,7 @@ class EnergyBudget:
         self.staggering = self.transfer = self.time_integration = self.artificial_heat = 0.0
         self.support_impulses = np.zeros((0, 3))
         self.named_impulses: dict[str, list[float]] = {}
+        self.turning_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
         self.left_points, self.left_mass, self.left_stored = 0, 0.0, 0.0
 
@@ -150,14 +151,14 @@ class EnergyBudget:
         if not len(self.support_impulses):
             self.support_impulses = np.zeros_like(done.reactions)
         self.support_impulses += weight * done.reactions
-        for name, impulse in done.motions.items():
-            self._add_named(name, weight * impulse)
-        for name, impulse in contacts.items():
-            self._add_named(name, weight * impulse)
-
-    def _add_named(self, name: str, impulse: np.ndarray) -> None:
-        sums = self.named_impulses.get(name, [0.0, 0.0, 0.0])
-        self.named_impulses[name] = [so_far + more for so_far, more in zip(sums, impulse.tolist(), strict=True)]
+        for sums, given in (
+            (self.named_impulses, done.motions),
+            (self.named_impulses, contacts),
+            (self.turning_impulses, done.turning),
+        ):
+            for name, impulse in given.items():
+                before = sums.get(name, [0.0, 0.0, 0.0])
+                sums[name] = [so_far + more for so_far, more in zip(before, (weight * impulse).tolist(), strict=True)]
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
         """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name.

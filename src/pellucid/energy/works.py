@@ -104,6 +104,7 @@ class StepWork(NamedTuple):
     reactions: np.ndarray  # (supports + 1, 3) impulses of the supports, in the last row those across thin axes [N s]
     impulse: np.ndarray  # (3,) of all other external actions [N s]
     motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
+    turning: Mapping[str, np.ndarray] = {}  # angular impulses of those of rigid bodies about their centres [N m s]
 
 
 def no_work(columns: int, n_supports: int) -> StepWork:
@@ -127,11 +128,13 @@ def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
     works, gravity_mass = np.zeros(columns), 0.0
     reactions, impulse = np.zeros((max(len(part.reactions) for part in parts), 3)), np.zeros(3)
     motions: dict[str, np.ndarray] = {}
+    turning: dict[str, np.ndarray] = {}
     for part in parts:
         works[: len(part.works)] += part.works
         gravity_mass += part.gravity_mass
         reactions += part.reactions
         impulse += part.impulse
-        for name, given in part.motions.items():
-            motions[name] = motions[name] + given if name in motions else given
-    return StepWork(works, gravity_mass, reactions, impulse, motions)
+        for total, given in ((motions, part.motions), (turning, part.turning)):
+            for name, more in given.items():
+                total[name] = total[name] + more if name in total else more
+    return StepWork(works, gravity_mass, reactions, impulse, motions, turning)

@@ -35,6 +35,10 @@ class Condition(Part):
         """The name under which probes find the force that it exerts, if it has one."""
         return None
 
+    def turning_reaction(self, parts: Parts) -> str | None:
+        """The name under which probes find the torque that it exerts on a rigid body about its centre of mass, if it does."""
+        return None
+
     def constrains_face(self, face: str) -> bool:
         """Whether it constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
         return False

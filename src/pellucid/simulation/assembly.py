@@ -18,7 +18,7 @@ from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
 from pellucid.parts.body import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.families import GridBody
@@ -46,7 +46,9 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
         own = [model.owns_nodes(len(models) == 1) for model in models]
         field = (OwnNodesField if all(own) else VelocityField)(name, Grid(case.grid))
         fields.append(field)
-        placement = Placement(case.grid, field, transfer, case.gravity, n_loads)
+        # nothing of a rigid motion is to be smoothed: with PIC or APIC a rigid body would lose its spin
+        own_transfer = Flip() if all(model.is_rigid for model in models) else transfer
+        placement = Placement(case.grid, field, own_transfer, case.gravity, n_loads)
         for model in models:
             built[model.name] = model.with_others(case.body).build(placement), field
     return fields, built

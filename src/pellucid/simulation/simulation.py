@@ -407,6 +407,10 @@ class Simulation:
         """Impulses so far of the supports and motions that have a name, on what they constrain [N s], shape (3,)."""
         return self.budget.reactions(self._support_names)
 
+    def angular_reactions(self) -> dict[str, np.ndarray]:
+        """Angular impulses so far of the motions of rigid bodies about their centres of mass [N m s], shape (3,), by name."""
+        return {name: np.array(impulse) for name, impulse in self.budget.turning_impulses.items()}
+
     def conservation(self) -> dict[str, float]:
         """Relative errors of mass, momentum and energy; of momentum only where the impulses of the last step are known too."""
         errors = self.budget.conservation(self.bodies)

@@ -85,7 +85,9 @@ class MaterialPoints(PointsOnGrid):
         where = self.grid, self.mapped, self._load_of(column)
         self.contact_surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
         if isinstance(self.contact_surface, RigidSurface) and takes is not None:
-            self.contact_surface.takes, self.contact_surface.rigid_mass = takes, self.mass
+            self.contact_surface.takes = takes
+            if takes.moves_freely:
+                self.contact_surface.rigid_mass = self.mass
         return self.contact_surface
 
     def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:

@@ -45,14 +45,7 @@ class MaterialPointsCase(SeededBody):
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
-        return (*COMMON_FIELDS, *self.material.probed_fields)
-
-    def why_no_motion(self) -> Reason | None:
-        """A rigid body moves by itself."""
-        if not self.rigid:
-            return None
-        text = f"body {self.name} is rigid: its points cannot follow a motion as well"
-        return Reason(text, "leave `rigid = true` out: a body that follows a motion as a whole is rigid")
+        return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
 
     def why_no_outflow(self) -> Reason | None:
         """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""

@@ -22,6 +22,9 @@ of its surface it rolls as a polygon over its edges."""
 class TakesForces(Protocol):
     """What leads a rigid body."""
 
+    moves_freely: bool
+    """Whether anything of its motion is free."""
+
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
 

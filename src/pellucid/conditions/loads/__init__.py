@@ -6,6 +6,8 @@ from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.loads.film_pressure import FilmPressure
 from pellucid.conditions.loads.point_load import PointLoad
+from pellucid.conditions.loads.rigid_force import RigidForce
+from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.loads.traction import Traction
 from pellucid.registry import Family, OneOf
 
@@ -16,3 +18,5 @@ LOADS.add(BodyForce)
 LOADS.add(Traction)
 LOADS.add(PointLoad)
 LOADS.add(FilmPressure)
+LOADS.add(RigidForce)
+LOADS.add(RigidSpring)

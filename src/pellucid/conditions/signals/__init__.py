@@ -1,4 +1,4 @@
-"""Signals: prescribed displacements as functions of time, one file each.
+"""Signals: prescribed displacements as functions of time, one file each, and rotations.
 
 The kinds that a case can name are listed here: one line each.
 """
@@ -10,12 +10,21 @@ from pellucid.conditions.signals.ramp import Ramp
 from pellucid.conditions.signals.sine import Sine
 from pellucid.conditions.signals.steady import Steady
 from pellucid.conditions.signals.table import Table
+from pellucid.conditions.signals.turns import RampTurn, SineTurn, SteadyTurn, TableTurn, TurnModel
 from pellucid.registry import Family, OneOf
 
 SIGNALS = Family("signal", SignalModel)
 Signal = Annotated[SignalModel, OneOf(SIGNALS)]
 
+TURNS = Family("rotation", TurnModel)
+Turn = Annotated[TurnModel, OneOf(TURNS)]
+
 SIGNALS.add(Sine)
 SIGNALS.add(Ramp)
 SIGNALS.add(Steady)
 SIGNALS.add(Table)
+
+TURNS.add(SineTurn)
+TURNS.add(RampTurn)
+TURNS.add(SteadyTurn)
+TURNS.add(TableTurn)

@@ -3,11 +3,12 @@
 from math import isfinite
 
 from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.conditions.signals.turns import TurnModel
 from pellucid.errors import RunStopped
 from pellucid.users_code import failing_as, home_of
 
 
-def checked_displacement(signal: SignalModel, where: str) -> Displacement:
+def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displacement:
     """The function of a signal; a value that is no finite number stops the run with RunStopped. where: its key."""
     what = _named(signal, where)
     with failing_as(lambda why: RunStopped(f"{what} fails in `function`: {why}"), signal.function):
@@ -17,13 +18,14 @@ def checked_displacement(signal: SignalModel, where: str) -> Displacement:
         with failing_as(lambda why: RunStopped(f"{what} fails at t = {time:g} s: {why}"), function):
             value = float(function(time))
         if not isfinite(value):
-            raise RunStopped(f"{what} gives {value} m at t = {time:g} s; mend its `function`, see {home_of(signal.function)}")
+            given = f"{value} {_unit(signal)} at t = {time:g} s"
+            raise RunStopped(f"{what} gives {given}; mend its `function`, see {home_of(signal.function)}")
         return value
 
     return displacement
 
 
-def displacement_fault(signal: SignalModel, where: str) -> str:
+def displacement_fault(signal: SignalModel | TurnModel, where: str) -> str:
     """What is wrong with a signal at the start, or nothing: it fails, or its displacement or top speed is no finite number."""
     try:
         checked_displacement(signal, where)(0.0)
@@ -33,8 +35,14 @@ def displacement_fault(signal: SignalModel, where: str) -> str:
         return str(error)
     if isfinite(speed) and speed >= 0.0:
         return ""
-    return f"{_named(signal, where)} has the top speed {speed} m/s; mend its `top_speed`, see {home_of(signal.top_speed)}"
+    has = f"{_named(signal, where)} has the top speed {speed} {_unit(signal)}/s"
+    return f"{has}; mend its `top_speed`, see {home_of(signal.top_speed)}"
 
 
-def _named(signal: SignalModel, where: str) -> str:
-    return f'the signal of kind "{signal.kind}" of {where}'
+def _named(signal: SignalModel | TurnModel, where: str) -> str:
+    what = "rotation" if isinstance(signal, TurnModel) else "signal"
+    return f'the {what} of kind "{signal.kind}" of {where}'
+
+
+def _unit(signal: SignalModel | TurnModel) -> str:
+    return "rad" if isinstance(signal, TurnModel) else "m"

@@ -7,7 +7,7 @@ from pydantic import model_validator
 
 from pellucid.conditions.signals.contract import Displacement, SignalModel
 from pellucid.model import InputFile, parameter
-from pellucid.time_table import read_rows
+from pellucid.time_table import between_rows, read_rows, steepest
 
 
 class Table(SignalModel):
@@ -31,17 +31,8 @@ class Table(SignalModel):
 
     def function(self) -> Displacement:
         """Displacement [m] as a function of time [s]."""
-        from scipy.interpolate import PchipInterpolator
-
-        times, values = self.rows().T
-        curve = PchipInterpolator(times, values)
-
-        def within(t: float) -> float:
-            return float(curve(min(max(t, times[0]), times[-1])))
-
-        return lambda t: within(t) - within(0.0)
+        return between_rows(self.rows())
 
     def top_speed(self) -> float:
-        """Largest velocity [m/s] between rows, at most 3 times the slope of a row to the next with monotone cubics."""
-        rows = self.rows()
-        return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
+        """Largest velocity [m/s] between rows."""
+        return steepest(self.rows())

@@ -1,4 +1,4 @@
-"""Probes: a field of a body reduced to one number, or the mean force of a support or motion."""
+"""Probes: a field of a body reduced to one number, or the mean force or torque of a support or motion."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -13,6 +13,8 @@ from pellucid.findings import listed
 from pellucid.state import COMPONENT_NAMES
 from pellucid.users_code import read_only
 
+NOTHING_TURNED: Mapping[str, np.ndarray] = {}
+
 
 class ProbeReader:
     """Reads the probes of a case. It remembers which points they follow, what they read at the start, and reactions.
@@ -22,10 +24,11 @@ class ProbeReader:
 
     def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None) -> None:
         self._probes = probes
-        kept = data or {"followed": {}, "initial": {}, "impulses": {}, "time": 0.0}
+        kept = data or {"followed": {}, "initial": {}, "impulses": {}, "turning": {}, "time": 0.0}
         self._followed: dict[str, int] = dict(kept["followed"])  # number of the point, by the name of the probe
         self._initial: dict[str, float] = dict(kept["initial"])  # what is subtracted
         self._impulses: dict[str, list[float]] = dict(kept["impulses"])  # at the row before [N s]
+        self._turning: dict[str, list[float]] = dict(kept["turning"])  # of angular impulses [N m s]
         self._time: float = kept["time"]  # of the row before [s]
 
     def start(self, bodies: Sequence[Any]) -> None:
@@ -43,17 +46,26 @@ class ProbeReader:
                 begun = float(scalar(np.array([probe.at]), probe.component)[0])
                 self._initial[probe.name] = self._value(probe, field) - begun
 
-    def read(self, bodies: Sequence[Any], impulses: Mapping[str, np.ndarray], time: float) -> list[float]:
+    def read(
+        self,
+        bodies: Sequence[Any],
+        impulses: Mapping[str, np.ndarray],
+        time: float,
+        turning: Mapping[str, np.ndarray] = NOTHING_TURNED,
+    ) -> list[float]:
         """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
-        of supports and motions; a reaction is their mean force since the row before, zero in the first row."""
+        of supports and motions, `turning` angular impulses [N m s]; a reaction or torque is their mean since the row before,
+        zero in the first row."""
         fetch = {body.name: _fields_of(body) for body in bodies}
         values = []
         for probe in self._probes:
             if probe.body is None:
-                values.append(self._reaction(probe, impulses, time))
+                of, before = (turning, self._turning) if probe.quantity == "torque" else (impulses, self._impulses)
+                values.append(self._reaction(probe, of, before, time))
             else:
                 values.append(self._value(probe, fetch[probe.body]) - self._initial.get(probe.name, 0.0))
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
+        self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
         return values
 
@@ -63,7 +75,8 @@ class ProbeReader:
 
     def to_data(self) -> dict[str, Any]:
         """What a checkpoint keeps."""
-        return {"followed": self._followed, "initial": self._initial, "impulses": self._impulses, "time": self._time}
+        sums = {"impulses": self._impulses, "turning": self._turning}
+        return {"followed": self._followed, "initial": self._initial, **sums, "time": self._time}
 
     def _value(self, probe: Probe, field: Fetch) -> float:
         if probe.reduce != "point":
@@ -71,11 +84,13 @@ class ProbeReader:
         here = np.flatnonzero(field("id") == self._followed[probe.name])
         return float(scalar(probe.values(field), probe.component)[here[0]]) if len(here) else nan  # it left the grid
 
-    def _reaction(self, probe: Probe, impulses: Mapping[str, np.ndarray], time: float) -> float:
+    def _reaction(
+        self, probe: Probe, impulses: Mapping[str, np.ndarray], known: Mapping[str, list[float]], time: float
+    ) -> float:
         name = probe.condition or ""
         if name not in impulses or time <= self._time:
             return 0.0
-        before = np.array(self._impulses.get(name, (0.0, 0.0, 0.0)))
+        before = np.array(known.get(name, (0.0, 0.0, 0.0)))
         force = (impulses[name] - before) / (time - self._time)
         return float(scalar(force[None, :], probe.component)[0])
 
@@ -148,5 +163,5 @@ def _nearest(field: Fetch, at: Any) -> int:
 
 def _unit(probe: Probe) -> str:
     if probe.body is None:
-        return "N"
+        return "N m" if probe.quantity == "torque" else "N"
     return "" if probe.reduce == "count" else probe.field().unit

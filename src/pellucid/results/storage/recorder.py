@@ -146,7 +146,7 @@ class Recorder:
 
     def _write_row(self, sim: Any) -> None:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
-        values = self._probes.read(sim.bodies, sim.reactions(), sim.time)
+        values = self._probes.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
         with explained(self.folder.path):
             line = history.append(self.folder.history, [*row, *sim.momentum(), *sim.outflow.values(), *values])
         self._written.add(self.folder.history.name, line)

@@ -1,0 +1,93 @@
+"""Prescribed rotations of rigid bodies, as the user describes them, and what a motion of a rigid body cannot be."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Protocol
+
+from pellucid.conditions.signals import Turn
+from pellucid.conditions.signals.turns import TurnModel
+from pellucid.findings import Finding, Path, listed
+from pellucid.geometry.geometry import AXES
+from pellucid.model import Model, parameter
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+
+class Rotations(Model):
+    """Prescribed rotations about axes of fixed directions through the centre of mass; what is left out is free."""
+
+    x: Turn | None = parameter("", "about x", None)
+    y: Turn | None = parameter("", "about y", None)
+    z: Turn | None = parameter("", "about z", None)
+
+    def turns(self) -> dict[str, TurnModel]:
+        """Those that are prescribed, by the name of their axis."""
+        found = {axis: getattr(self, axis) for axis in AXES}
+        return {axis: turn for axis, turn in found.items() if turn is not None}
+
+    def axes(self) -> set[str]:
+        """The names of their axes."""
+        return set(self.turns())
+
+
+class MovedAndTurned(Protocol):
+    """A motion, by what it prescribes."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def body(self) -> str: ...
+    @property
+    def part(self) -> object: ...
+    @property
+    def displacement(self) -> Model: ...
+    @property
+    def rotation(self) -> Rotations: ...
+    @property
+    def hold_rotation(self) -> Sequence[str]: ...
+    def axes(self) -> set[int]: ...
+    def turns_about(self) -> set[int]: ...
+
+
+def turn_problems(
+    motion: MovedAndTurned, body: BodyModel, path: Path, parts: Parts, others: Iterable[MovedAndTurned]
+) -> Iterator[Finding]:
+    """Of a motion that leads a rigid body or prescribes a rotation; others: those before it."""
+    about = "rotation" if motion.rotation.axes() else "hold_rotation"
+    if not body.is_rigid:
+        text = f"body {body.name} is not rigid: its points follow displacements alone"
+        yield Finding((*path, about), text, "let the body be `rigid = true`, or give `hold` and `displacement` only")
+        return
+    if motion.part is not None:
+        yield Finding((*path, "part"), f"body {body.name} is rigid: it follows a motion as a whole", "leave it out")
+    yield from plane_turn_problems(motion.rotation.axes(), (*path, "rotation"), parts)
+    yield from plane_turn_problems(set(motion.hold_rotation), (*path, "hold_rotation"), parts)
+    yield from _thin_problems(motion, path, parts)
+    for other in others:
+        yield from _shared_problems(motion, other, path)
+
+
+def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Finding]:
+    """Rotations about axes about which nothing can turn in the plane or along a line."""
+    thin = {axis for axis, counts in zip(AXES, parts.active_axes, strict=True) if not counts}
+    if strange := sorted(axis for axis in axes if thin - {axis}):
+        along = listed(sorted(thin))
+        turns = f"bodies turn about {along} alone" if len(thin) == 1 else "nothing turns"
+        text = f"the grid is one cell thick along {along}, where {turns}, not about {strange[0]}"
+        yield Finding(path, text, f"leave {strange[0]} out, or enlarge the grid along {listed(sorted(thin - {strange[0]}))}")
+
+
+def _thin_problems(motion: MovedAndTurned, path: Path, parts: Parts) -> Iterator[Finding]:
+    for axis, counts in zip(AXES, parts.active_axes, strict=True):
+        if not counts and getattr(motion.displacement, axis) is not None:
+            text = f"the grid is one cell thick along {axis}, where nothing moves"
+            yield Finding((*path, "displacement", axis), text, f"leave {axis} out, or enlarge the grid along it")
+
+
+def _shared_problems(motion: MovedAndTurned, other: MovedAndTurned, path: Path) -> Iterator[Finding]:
+    if other.body != motion.body:
+        return
+    along, about = motion.axes() & other.axes(), motion.turns_about() & other.turns_about()
+    if along or about:
+        what = f"along {AXES[min(along)]}" if along else f"about {AXES[min(about)]}"
+        text = f"the motion {other.name} already leads body {motion.body} {what}"
+        yield Finding((*path, "name"), text, "leave it out of one of the two")

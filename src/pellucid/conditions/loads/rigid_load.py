@@ -1,0 +1,54 @@
+"""What loads on rigid bodies share: the body that they act on, as a whole."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pellucid.conditions.led_turns import plane_turn_problems
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.findings import Finding, Path
+from pellucid.geometry.geometry import AXES
+from pellucid.model import Vector
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.conditions.rigid_body import RigidBody
+    from pellucid.parts.assembly import Assembly
+
+
+class RigidLoad(LoadModel):
+    """A load on a rigid body as a whole."""
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that is not there or not rigid."""
+        yield from super().problems(path, parts)
+        body = parts.named(BodyModel, self.body)
+        if body is not None and not body.is_rigid:
+            text = f"body {self.body} is not rigid: a {self.kind} acts on a body as a whole"
+            yield Finding((*path, "body"), text, 'let the body be `rigid = true`, or use kind = "body-force" or "point-load"')
+
+
+def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Path, parts: Parts) -> Iterator[Finding]:
+    """Components along and about axes, under these keys, for which nothing gives way in the plane or along a line."""
+    for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
+        if component and not counts:
+            text = f"the grid is one cell thick along {axis}, where nothing moves"
+            yield Finding((*path, keys[0]), text, f"let its {axis} be 0, or enlarge the grid along it")
+    axes = {axis for axis, component in zip(AXES, about, strict=True) if component}
+    yield from plane_turn_problems(axes, (*path, keys[1]), parts)
+
+
+class OnRigidBody:
+    """The rigid body of a load in a run; what makes it rigid acts after the loads, and is found when these begin."""
+
+    def __init__(self, load: RigidLoad, assembly: "Assembly") -> None:
+        self._body = assembly.bodies[load.body].body
+
+    @property
+    def rigid(self) -> "RigidBody":
+        """The body, as a whole."""
+        from pellucid.conditions.rigid_body import RigidBody
+
+        if not isinstance(self._body.constraint, RigidBody):
+            raise ValueError(f"body {self._body.name} is not rigid")
+        return self._body.constraint

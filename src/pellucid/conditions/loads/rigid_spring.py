@@ -1,0 +1,123 @@
+"""Springs and dampers between a rigid body and an anchor."""
+
+from collections.abc import Callable, Iterator, Sequence
+from math import sqrt
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.conditions.led_turns import Rotations
+from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
+from pellucid.conditions.rigid_push import Push
+from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
+from pellucid.energy import DAMPING_HEAT, Channel
+from pellucid.findings import Finding, Path, Refusal
+from pellucid.geometry.geometry import AXES
+from pellucid.model import Model, Vector, parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
+
+NONE = (0.0, 0.0, 0.0)
+
+
+class AnchorPath(Model):
+    """Displacements of an anchor along the axes; what is left out stays."""
+
+    x: Signal | None = parameter("", "along x", None)
+    y: Signal | None = parameter("", "along y", None)
+    z: Signal | None = parameter("", "along z", None)
+
+
+class RigidSpring(RigidLoad):
+    """Springs that draw a rigid body back to where it was at the start, or to an anchor that moves from there.
+
+    Force and torque are -k (u - a) - c (u' - a'), of the displacement of the centre of mass and of the angle about each axis.
+    """
+
+    channel: ClassVar[str] = "spring_work"
+    kind: Literal["rigid-spring"] = "rigid-spring"
+    stiffness: Vector = parameter("N/m", "stiffness along the axes", NONE)
+    turning_stiffness: Vector = parameter("N*m/rad", "stiffness about the axes", NONE)
+    damping: Vector = parameter("N*s/m", "force on the velocity along the axes", NONE)
+    turning_damping: Vector = parameter("N*m*s/rad", "torque on the angular velocity about the axes", NONE)
+    anchor: AnchorPath = parameter("", "displacement of the anchor as a function of time", AnchorPath())
+    anchor_rotation: Rotations = parameter("", "rotation of the anchor as a function of time", Rotations())
+
+    @model_validator(mode="after")
+    def _draws(self) -> "RigidSpring":
+        for key in ("stiffness", "turning_stiffness", "damping", "turning_damping"):
+            if min(getattr(self, key)) < 0.0:
+                raise Refusal(f"{key} has {min(getattr(self, key)):g}, and cannot be negative", "use 0 or more")
+        if not any((*self.stiffness, *self.turning_stiffness, *self.damping, *self.turning_damping)):
+            raise Refusal("this spring is nothing", "give a `stiffness`, a `turning_stiffness`, or a damping")
+        return self
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that is not rigid, directions in which nothing moves, anchors that fail at the start."""
+        yield from super().problems(path, parts)
+        yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
+        yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
+        for number, signal in enumerate(self.signals()):
+            key, axis = ("anchor", "anchor_rotation")[number // 3], AXES[number % 3]
+            if signal is not None and (why := displacement_fault(signal, f"{key} {axis}")):
+                yield Finding((*path, key, axis), why)
+
+    def channels(self) -> Sequence[Channel]:
+        """What its dampers take."""
+        return (DAMPING_HEAT,)
+
+    def signals(self) -> list[Signal | None]:
+        """Of the anchor along and about the axes."""
+        return [getattr(of, axis) for of in (self.anchor, self.anchor_rotation) for axis in AXES]
+
+    def anchors(self) -> list[Callable[[float], float]]:
+        """The same as functions of time [s], [m] and [rad]."""
+        return [
+            (lambda t: 0.0) if signal is None else checked_displacement(signal, f"the anchor of body {self.body}")
+            for signal in self.signals()
+        ]
+
+    def swing(self, mass: float, inertia: np.ndarray) -> float:
+        """How fast a body of this mass [kg] and inertia about the axes about which it turns [kg m²], shape (k, k), swings on
+        it, or a damper slows it, at most [1/s]."""
+        sizes = np.linalg.eigvalsh(inertia) if len(inertia) else np.zeros(0)
+        least = float(sizes[sizes > 1e-10 * sizes.max(initial=0.0)].min(initial=np.inf))
+        along = _fastest(self.stiffness, self.damping, mass)
+        return max(along, _fastest(self.turning_stiffness, self.turning_damping, least))
+
+    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+        """Its force and torque."""
+        return ActiveRigidSpring(self, assembly)
+
+
+def _fastest(stiffness: Vector, damping: Vector, mass: float) -> float:
+    return sqrt(max(stiffness) / mass) + max(damping) / mass
+
+
+class ActiveRigidSpring(ActiveCondition):
+    """Springs on a rigid body that is built."""
+
+    def __init__(self, load: RigidSpring, assembly: "Assembly") -> None:
+        self._on = OnRigidBody(load, assembly)
+        self._stiffness = np.array([*load.stiffness, *load.turning_stiffness])
+        self._damping = np.array([*load.damping, *load.turning_damping])
+        self._anchors = load.anchors()
+        self._elastic = assembly.layout.column(Channel(load.channel))
+        self._viscous = assembly.layout.column(DAMPING_HEAT)
+
+    def begin(self, time: float, dt: float) -> None:
+        """What it does over the step, by where the body is as that begins."""
+        rigid = self._on.rigid
+        moved, rates = rigid.moved(), rigid.rates()
+        start = np.array([anchor(time) for anchor in self._anchors])
+        carried = np.zeros(6)
+        if dt > 0.0:
+            carried = (np.array([anchor(time + dt) for anchor in self._anchors]) - start) / dt
+        rigid.add_load(Push(-self._stiffness * (moved - start), self._elastic))
+        if self._damping.any():
+            rigid.add_load(Push(-self._damping * (rates - carried), self._elastic, carried, self._viscous))

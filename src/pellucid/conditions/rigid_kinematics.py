@@ -1,0 +1,50 @@
+"""Centre, angular momentum and inertia of points with masses, shape (n, 1) [kg], and rotations."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Of masses, shape (n, 1) [kg], at places [m]."""
+    return np.asarray(np.sum(mass * position, axis=0) / np.sum(mass))
+
+
+def spin_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Angular momentum [N m s], (3,), of masses at places from the centre [m] with velocities [m/s]."""
+    return np.asarray(np.sum(mass * np.cross(arm, velocity), axis=0))
+
+
+def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+    """Velocity of the centre [m/s] and angular velocity about the axes about which they turn [rad/s], together (6,)."""
+    mean = centre_of(mass, velocity)
+    rates = np.concatenate([mean, np.zeros(3)])
+    rates[3 + np.array(turns, int)] = spun(inertia_of(mass, arm), spin_of(mass, arm, velocity - mean), turns)
+    return rates
+
+
+def spun(inertia: np.ndarray, spin: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+    """Angular velocity [rad/s] of an angular momentum [N m s] about some of the axes, whose others have none."""
+    # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
+    inverse = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True)
+    return np.asarray(inverse @ spin[list(turns)])
+
+
+def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Force [N] and torque about the centre [N m], together (6,), of forces at places from it [m], shape (n, 3) each."""
+    return np.concatenate([force.sum(axis=0), np.cross(arm, force).sum(axis=0)])
+
+
+def inertia_of(mass: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Inertia [kg m²], (3, 3), of masses at places from the centre [m]."""
+    return np.asarray(np.sum(mass * arm * arm) * np.eye(3) - np.einsum("pi,pj->ij", mass * arm, arm))
+
+
+def rotation_by(angle: np.ndarray) -> np.ndarray:
+    """Rotation by a vector of angles [rad] (Rodrigues), shape (3, 3)."""
+    size = float(np.linalg.norm(angle))
+    if size == 0.0:
+        return np.eye(3)
+    x, y, z = angle / size
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(size) * cross + (1.0 - np.cos(size)) * cross @ cross

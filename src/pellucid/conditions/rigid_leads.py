@@ -1,0 +1,56 @@
+"""What motions prescribe of a rigid body: some of its three displacements and three rotations."""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.conditions.signals.contract import Displacement
+
+
+class LeadingMotion(Protocol):
+    """A motion, as a rigid body needs it."""
+
+    @property
+    def name(self) -> str: ...
+    def functions(self) -> Mapping[int, Displacement]: ...
+    def turn_functions(self) -> Mapping[int, Displacement]: ...
+    def top_speed(self) -> float: ...
+    def top_turn(self) -> float: ...
+
+
+class Leads:
+    """The motions of one body, by the numbers of its motion: 0 to 2 along the axes, 3 to 5 about them.
+
+    along, about: axes along and about which it can move. led: which numbers are prescribed, shape (6,).
+    """
+
+    def __init__(self, motions: Sequence[LeadingMotion], along: Sequence[int], about: Sequence[int]) -> None:
+        self._names = [motion.name for motion in motions]
+        self._functions: dict[int, Displacement] = {}
+        self._owners = np.zeros((len(motions), 6), bool)
+        for owner, motion in enumerate(motions):
+            moves = {axis: function for axis, function in motion.functions().items() if axis in along}
+            turns = {3 + axis: function for axis, function in motion.turn_functions().items() if axis in about}
+            self._functions |= moves | turns
+            self._owners[owner, [*moves, *turns]] = True
+        self.led = np.asarray(self._owners.any(axis=0))
+        self.is_whole = bool(self.led[[*along, *(3 + axis for axis in about)]].all())
+        """Whether nothing of the motion is free."""
+        self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
+        self.top_turn = max((motion.top_turn() for motion in motions), default=0.0)
+        self.rates, self.reached = np.zeros(6), np.zeros(6)
+        """Velocities over the step [m/s, rad/s], and displacements and angles at its end [m, rad]; zero where it is free."""
+
+    def begin(self, time: float, dt: float) -> None:
+        """Mean velocities over a step from `time` [s], which end at what is prescribed; none where time stands still."""
+        for number, function in self._functions.items():
+            reached = function(time + dt)
+            self.reached[number] = reached
+            self.rates[number] = (reached - function(time)) / dt if dt > 0.0 else 0.0
+
+    def shares(self, impulse: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """What each motion gives of an impulse and angular impulse, shape (6,) [N s, N m s]: by name, shape (3,) each."""
+        given = np.where(self._owners, impulse, 0.0)
+        along = dict(zip(self._names, given[:, :3], strict=True))
+        return along, dict(zip(self._names, given[:, 3:], strict=True))

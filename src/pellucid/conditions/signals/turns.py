@@ -1,0 +1,118 @@
+"""Prescribed rotations as functions of time: the signals of displacements, with an angle in place of a distance."""
+
+from abc import abstractmethod
+from math import degrees, radians
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import field_validator, model_validator
+
+from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.conditions.signals.ramp import Ramp
+from pellucid.conditions.signals.sine import Sine
+from pellucid.conditions.signals.steady import Steady
+from pellucid.model import InputFile, Model, parameter
+from pellucid.time_table import between_rows, read_rows, steepest
+from pellucid.units import to_si
+
+SAID = 'in degrees, or a text with a unit such as "0.3 rad"'
+
+
+class TurnModel(Model):
+    """A rotation as a function of time. A new kind is a subclass with a `kind` of its own."""
+
+    kind: str
+
+    @field_validator("angle", mode="before", check_fields=False)
+    @classmethod
+    def _in_degrees(cls, value: Any) -> Any:
+        return degrees(to_si(value, "rad")) if isinstance(value, str) else value
+
+    @abstractmethod
+    def function(self) -> Displacement:
+        """Angle [rad] as a function of time [s]."""
+
+    @abstractmethod
+    def top_speed(self) -> float:
+        """Largest angular velocity [rad/s]."""
+
+
+class LikeDisplacement(TurnModel):
+    """A rotation whose angle is the number that a displacement would have."""
+
+    @abstractmethod
+    def signal(self) -> SignalModel:
+        """This displacement."""
+
+    def function(self) -> Displacement:
+        """Angle [rad] as a function of time [s]."""
+        return self.signal().function()
+
+    def top_speed(self) -> float:
+        """Largest angular velocity [rad/s]."""
+        return self.signal().top_speed()
+
+
+class RampTurn(LikeDisplacement):
+    """A smooth ramp, θ = α s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
+
+    kind: Literal["ramp"] = "ramp"
+    angle: float = parameter("", f"angle α at the end {SAID}")
+    duration: float = parameter("s", "duration T", gt=0)
+    start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
+
+    def signal(self) -> SignalModel:
+        """The ramp of this angle."""
+        return Ramp(distance=radians(self.angle), duration=self.duration, start=self.start)
+
+
+class SineTurn(LikeDisplacement):
+    """θ = α (sin(2π t/T + φ) - sin φ)."""
+
+    kind: Literal["sine"] = "sine"
+    angle: float = parameter("", f"amplitude α {SAID}")
+    period: float = parameter("s", "period T", gt=0)
+    phase: float = parameter("rad", "phase φ", 0.0)
+
+    def signal(self) -> SignalModel:
+        """The sine of this amplitude."""
+        return Sine(amplitude=radians(self.angle), period=self.period, phase=self.phase)
+
+
+class SteadyTurn(LikeDisplacement):
+    """A constant angular velocity, θ = ω t."""
+
+    kind: Literal["steady"] = "steady"
+    angular_velocity: float = parameter("rad/s", 'angular velocity ω, in rad/s or a text such as "60 rpm"')
+
+    def signal(self) -> SignalModel:
+        """The constant velocity of this size."""
+        return Steady(velocity=self.angular_velocity)
+
+
+class TableTurn(TurnModel):
+    """A table of time [s] and angle in degrees: monotone cubics between the rows, constant before and behind.
+
+    The angle counts from that at t = 0.
+    """
+
+    kind: Literal["table"] = "table"
+    path: InputFile = parameter("", "CSV file with the columns time [s] and angle [deg]; a row of names may stand first")
+
+    @model_validator(mode="after")
+    def _read_it(self) -> "TableTurn":
+        self.rows()
+        return self
+
+    def rows(self) -> np.ndarray:
+        """Time [s] and angle [rad], shape (rows, 2). Raises ValueError naming the file's line."""
+        rows = read_rows(self.path, "angle [deg]")
+        return np.column_stack([rows[:, 0], np.radians(rows[:, 1])])
+
+    def function(self) -> Displacement:
+        """Angle [rad] as a function of time [s]."""
+        return between_rows(self.rows())
+
+    def top_speed(self) -> float:
+        """Largest angular velocity [rad/s]."""
+        return steepest(self.rows())
