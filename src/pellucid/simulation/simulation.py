@@ -42,6 +42,7 @@ from pellucid.simulation.assembly import (
     worthwhile_threads,
 )
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.indenters import coarse_indenters
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
@@ -145,6 +146,9 @@ class Simulation:
         self.timers: dict[str, float] = {}
         self._shown = 0.0
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none, start.keys()):
+            warnings.warn(text, stacklevel=2)
+        thin = case.grid.thin() if surface_pairs else (False, False, False)
+        for text in coarse_indenters(surface_pairs, surfaces, thin, planes):
             warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
