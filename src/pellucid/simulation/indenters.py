@@ -40,7 +40,10 @@ def _radius_and_spacing(
     apart = np.where(active, np.maximum(low - upper, lower - high), -np.inf)
     axis = int(apart.argmax())
     across = active & (np.arange(3) != axis)
-    radius = 0.5 * float((upper - lower)[across].min(initial=np.inf))
+    covers = upper - lower >= high - low  # a plate on all of the other body has no edge that presses into it
+    radius = 0.5 * float((upper - lower)[across & ~covers].min(initial=np.inf))
+    if radius == np.inf:
+        return radius, 0.0
     beside = ((soft.place >= lower - radius) & (soft.place <= upper + radius))[:, across].all(axis=1)
     side = 1.0 if lower[axis] + upper[axis] > low[axis] + high[axis] else -1.0
     beside &= side * soft.area[:, axis] > 0.5 * soft.sizes()
