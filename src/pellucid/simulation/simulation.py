@@ -272,6 +272,7 @@ class Simulation:
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
         self._watch.volumes(self._on_grid, self.clock)
+        self._watch.states(self.bodies, self.clock)
         if self.has_contact:
             self._watch.contact(self.contact_pairs, self.clock)
         else:  # beside impulses of contact on nodes, which have no balance of their own

@@ -18,7 +18,7 @@ from pellucid.simulation.fastest import fastest_point
 if TYPE_CHECKING:
     from pellucid.case import EnergyCase
 
-INTERVAL = 100  # steps between checks of volumes, and of the elements that touch other bodies
+INTERVAL = 100  # steps between checks of volumes, of states, and of the elements that touch other bodies
 UNEXPLAINED = 0.02  # of the energy that moved: what surfaces that touch take or give and neither springs nor friction explain
 OVERFULL = 1.01  # volume of a fluid over that of the grid; rounding of shapes and compression stay far below
 AGAINST_LOSS = (
@@ -69,6 +69,14 @@ class Watch:
             text = body.contact_warning(nodes)
             if text is not None:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def states(self, bodies: Sequence[Body], clock: Clock) -> None:
+        """Look now and then, and in the end, at what bodies have come to; each body warns once."""
+        if clock.n_steps % INTERVAL and not clock.finished(None):
+            return
+        for body in bodies:
+            if (what := f"state of {body.name}") not in self.warned and (text := body.state_warning()) is not None:
+                self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
         """Judge what surfaces that touch took and gave, not in the first steps of a run, but always in the last."""
