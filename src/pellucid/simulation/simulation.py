@@ -149,6 +149,9 @@ class Simulation:
         self._shown = 0.0
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none, start.keys()):
             warnings.warn(text, stacklevel=2)
+        for model in case.body:
+            for text in model.start_warnings():
+                warnings.warn(text, stacklevel=2)
         thin = case.grid.thin() if surface_pairs else (False, False, False)
         for text in coarse_indenters(surface_pairs, surfaces, thin, planes):
             warnings.warn(text, stacklevel=2)
