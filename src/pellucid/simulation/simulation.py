@@ -152,9 +152,10 @@ class Simulation:
         for model in case.body:
             for text in model.start_warnings():
                 warnings.warn(text, stacklevel=2)
-        thin = case.grid.thin() if surface_pairs else (False, False, False)
-        for text in coarse_indenters(surface_pairs, surfaces, thin, planes):
-            warnings.warn(text, stacklevel=2)
+        if several:
+            fields, mirrors = {model.name: model.field for model in case.body}, symmetry_planes(case.support, self.grid.lattice)
+            for text in coarse_indenters(surfaces, fields, case.grid.thin(), mirrors):
+                warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
             self._begin(dt)
