@@ -25,7 +25,39 @@ def test_what_show_prints_is_valid_as_a_file(name: str, tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 0
     assert "is valid" in result.stdout
+    assert "warning" not in result.output
     assert CliRunner().invoke(app, ["show", str(file)]).stdout == shown.stdout
+
+
+SLIVER = """
+schema = 1
+title = "a sheet with a short edge"
+[time]
+end = 1
+[[body]]
+name = "sheet"
+kind = "membrane-elements"
+surface = { file = { path = "sheet.obj", closed = false } }
+thickness = 0.01
+material = { kind = "linear-membrane", density = 1000, young_modulus = 1e4, poisson_ratio = 0.3 }
+"""
+
+
+def test_validate_warns_of_what_run_would_warn_of_for_the_same_reason(tmp_path: Path) -> None:
+    """A row of triangles, one of which has an edge of a hundredth of the others."""
+    n = 200
+    places = [(x, y) for x in range(n) for y in (0.0, 1.0)]
+    places[n] = (places[n - 2][0] + 0.01, 0.0)
+    lines = [f"v {x} {y} 0" for x, y in places]
+    lines += [f"f {k + 1} {k + 3} {k + 4}\nf {k + 1} {k + 4} {k + 2}" for k in range(0, 2 * n - 2, 2)]
+    (tmp_path / "sheet.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    file = tmp_path / "case.toml"
+    file.write_text(SLIVER, encoding="utf-8")
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "is valid" in result.stdout
+    assert "warning: the stable step of body sheet is" in result.stderr
+    assert f"(counted from 0, of {2 * n - 2})" in result.stderr
 
 
 def test_schema_prints_json() -> None:

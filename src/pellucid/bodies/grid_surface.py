@@ -93,6 +93,7 @@ class GridSurface(ContactSurface):
         self.place, self.anchor = place.copy(), place - self._above()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self.reach = np.full(len(place), WIDTHS * spacing)
+        self.resolution = 1.0 / mapped.lattice.inverse_cell
         self._load = load
         nodes = mapped.nodes
         moved = MovedSurface(

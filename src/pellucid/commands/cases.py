@@ -1,5 +1,6 @@
 """Commands on cases: list, show, validate, schema."""
 
+import warnings
 from typing import Annotated
 
 import typer
@@ -56,6 +57,8 @@ def validate(
         check_memory(case)
         for body in case.body:
             body.check_set_up()
+            for text in body.start_warnings():
+                warnings.warn(text, stacklevel=2)
     except CaseError as error:
         raise located(error, file) from None
     cells = f"grid of {' x '.join(map(str, case.grid.counts()))} cells" if case.grid_or_none else "no grid"

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.contact.contact_energy import Held, taken_by_friction
 from pellucid.contact.contact_surface import ContactSurface
 
 STIFF, DAMPING = 1.0, 0.1
@@ -57,6 +58,8 @@ class OverlapLaw:
             swings = sqrt(self.stiffness * side.side() / self._mass)
             side.contact_rate = max(side.contact_rate, RESOLVED * swings)
         self._rigid = len(rigid) > 0
+        self.held = Held()
+        """Energy of the overlaps that were asked for last."""
 
     def forces(self, overlaps: Sequence[Overlap], last: float, touched: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Forces on the points of each overlap [N], shape (n, 3); last: length of the step before [s].
@@ -66,6 +69,7 @@ class OverlapLaw:
         pressures = [part.share * self.stiffness * part.area * part.depth for part in overlaps]
         extra = self._mean_damping(overlaps, pressures) if self._hard and self._rigid else 0.0
         total = sum(float(pressure.sum()) for pressure in pressures)
+        stored = taken = pending = 0.0
         found = []
         for part, pressure in zip(overlaps, pressures, strict=True):
             n = part.normal
@@ -73,24 +77,35 @@ class OverlapLaw:
             damping = part.share * self._damping * part.area
             press = np.maximum(pressure + damping * approach + extra * pressure / total, 0.0)
             force = press[:, None] * n
+            stored += 0.5 * float(np.sum(pressure * part.depth))
+            taken += last * float(np.sum((press - pressure) * approach))
             if self._friction > 0.0:
                 along = part.relative + approach[:, None] * n
-                force += self._drag(part, along, self._friction * press, damping, last)
+                drag, lost = self._drag(part, along, self._friction * press, damping, last)
+                force += drag
+                taken += lost
                 touched[id(part.one)][part.listed] = True
+            pending += 0.5 * last * float(np.sum(force * part.relative))
             found.append(force)
+        self.held = Held(stored, taken, pending)
         return found
 
-    def _drag(self, part: Overlap, along: np.ndarray, most: np.ndarray, damping: np.ndarray, last: float) -> np.ndarray:
-        """Friction of points with velocities along the other body [m/s], shape (n, 3), at most so much [N], shape (n,)."""
+    def _drag(
+        self, part: Overlap, along: np.ndarray, most: np.ndarray, damping: np.ndarray, last: float
+    ) -> tuple[np.ndarray, float]:
+        """Friction of points with velocities along the other body [m/s], shape (n, 3), at most so much [N], shape (n,); the
+        energy that it took since the last step [J]."""
         one, n, at = part.one, part.normal, part.listed
         if one.drag is not None:
-            return _limited(-one.drag[at][:, None] * along, most)[0]
-        carried = one.slip[at]
-        carried = carried - np.einsum("ij,ij->i", carried, n)[:, None] * n + last * along
+            drag, _ = _limited(-one.drag[at][:, None] * along, most)
+            return drag, -last * float(np.sum(drag * along))
+        before = one.slip[at]
+        carried = before - np.einsum("ij,ij->i", before, n)[:, None] * n + last * along
         spring = part.share * self.stiffness * part.area
         drag, slides = _limited(-spring[:, None] * carried - damping[:, None] * along, most)
         one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
-        return drag
+        damped = last * damping * np.sum(along * along, axis=1)
+        return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
 
     def _mean_damping(self, overlaps: Sequence[Overlap], pressures: Sequence[np.ndarray]) -> float:
         """The force of the second damper, by the mean approach under these pressures [N]."""

@@ -20,6 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.contact import proximity
+from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw
@@ -81,7 +82,7 @@ class SurfacePair:
     ) -> None:
         self.surfaces: Sequence[ContactSurface] = surfaces
         one, other = surfaces
-        self.name, self._law = name, OverlapLaw(surfaces, friction, courant, swing)
+        self.name, self.law = name, OverlapLaw(surfaces, friction, courant, swing)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
         self._passes = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
@@ -104,7 +105,7 @@ class SurfacePair:
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
         parts = [(part, part.overlap) for part in self._passes if part.overlap is not None]
-        found = self._law.forces([overlap for _, overlap in parts], last, touched)
+        found = self.law.forces([overlap for _, overlap in parts], last, touched)
         for (part, overlap), force in zip(parts, found, strict=True):
             part.give(overlap.listed, force, (forces[id(part.one)], forces[id(part.other)]))
             self.impulse += (1.0 if part.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
@@ -144,6 +145,7 @@ class Touch(Protocol):
 
     name: str | None
     surfaces: Sequence[ContactSurface]
+    law: OverlapLaw
     impulse: np.ndarray
     """On the first surface over this step [N s]."""
 
@@ -167,6 +169,7 @@ class SurfacePairs:
         """planes: of symmetry."""
         self._pairs, self._planes = pairs, planes
         self._surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
+        self.energy = ContactEnergy()
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -183,11 +186,14 @@ class SurfacePairs:
             surface.begin()
             described[id(surface)] = describe(surface, self._planes)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
+        held = []
         for pair in self._pairs:
             if pair.find(described):
                 for surface in pair.surfaces:
                     forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
                 pair.push(dt, last, forces, touched)
+                held.append(pair.law.held)
+        self.energy.begin_step(held)
         for surface in self._surfaces:
             surface.slip[~touched[id(surface)]] = 0.0
             if id(surface) in forces:

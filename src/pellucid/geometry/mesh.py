@@ -29,6 +29,10 @@ class Mesh(NamedTuple):
         """The same vertices; every quadrilateral cut in two from its first to its third corner, then the triangles."""
         return Triangulation(self.vertices, np.concatenate([cut_in_two(self.quads), self.triangles]))
 
+    def centres(self) -> np.ndarray:
+        """The means of the corners of its elements [m], shape (q + t, 3)."""
+        return np.concatenate([self.vertices[corners].mean(axis=1) for corners in (self.quads, self.triangles)])
+
     def reversed(self) -> "Mesh":
         """The same mesh with its normals on the other side; quadrilaterals keep their first corner, so are cut alike."""
         return Mesh(self.vertices, self.quads[:, [0, 3, 2, 1]], self.triangles[:, ::-1].copy())

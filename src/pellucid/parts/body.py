@@ -160,6 +160,10 @@ class Body(ABC):
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where something impossible was found in this step."""
 
+    def state_warning(self) -> str | None:
+        """A warning about the state that it has come to, looked for now and then; most bodies have none."""
+        return None
+
     # conditions
 
     @abstractmethod

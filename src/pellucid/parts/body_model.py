@@ -94,6 +94,10 @@ class BodyModel(Part):
     def check_set_up(self) -> None:
         """Raise CaseError for what is found only while it is set up, where that is quickly told; nothing needs to be."""
 
+    def start_warnings(self) -> Iterator[str]:
+        """What is likely wrong though it can be run, found without setting it up."""
+        yield from ()
+
     def owns_nodes(self, alone: bool) -> bool:
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
         return False

@@ -11,9 +11,11 @@ import numpy as np
 
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
+from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import NO_CONTACT, ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import (
+    CONTACT,
     CONTACT_WORK,
     DAMPING_HEAT,
     OUTFLOW_ENERGY,
@@ -42,6 +44,7 @@ from pellucid.simulation.assembly import (
     worthwhile_threads,
 )
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.indenters import coarse_indenters
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
@@ -146,6 +149,13 @@ class Simulation:
         self._shown = 0.0
         for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none, start.keys()):
             warnings.warn(text, stacklevel=2)
+        for model in case.body:
+            for text in model.start_warnings():
+                warnings.warn(text, stacklevel=2)
+        if several:
+            fields, mirrors = {model.name: model.field for model in case.body}, symmetry_planes(case.support, self.grid.lattice)
+            for text in coarse_indenters(surfaces, fields, case.grid.thin(), mirrors):
+                warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
             self._begin(dt)
@@ -247,6 +257,7 @@ class Simulation:
             lost += return_heat(self.grid_bodies, won)
         done = total_work([*self._works, *self.conditions.works(), *lost, *own], self._columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
+        self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
         impulses = self._contact.impulses | self.surface_pairs.impulses()
         self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
@@ -256,6 +267,7 @@ class Simulation:
         speeds = [0.0 if model.is_rigid else model.material.wave_speeds()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds)
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
+        self.surface_pairs.energy = ContactEnergy()
         self._balanced_step = self.n_steps
 
     def step(self) -> None:
@@ -264,8 +276,11 @@ class Simulation:
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
         self._watch.volumes(self._on_grid, self.clock)
+        self._watch.states(self.bodies, self.clock)
         if self.has_contact:
             self._watch.contact(self.contact_pairs, self.clock)
+        else:  # beside impulses of contact on nodes, which have no balance of their own
+            self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
 
     def advance_bodies(self) -> None:
         """One step, of which the energy balance is not judged."""
@@ -442,6 +457,7 @@ class Simulation:
         return {
             "clock": self.clock.state_numbers(),
             "balance": self.budget.state_numbers(),
+            "surface_contact": self.surface_pairs.energy.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
@@ -464,6 +480,7 @@ class Simulation:
             self.clock = self.settling_clock(self.case.settle)
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
+        self.surface_pairs.energy.restore(numbers["surface_contact"])
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps

@@ -1,10 +1,11 @@
-"""What is watched in a run: the energy balance, the volume of fluids, elements that others touch. Each is warned of once."""
+"""What is watched in a run and warned of once: balances of energy, the volume of fluids, elements that others touch."""
 
 import warnings
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
@@ -17,7 +18,8 @@ from pellucid.simulation.fastest import fastest_point
 if TYPE_CHECKING:
     from pellucid.case import EnergyCase
 
-INTERVAL = 100  # steps between checks of volumes, and of the elements that touch other bodies
+INTERVAL = 100  # steps between checks of volumes, of states, and of the elements that touch other bodies
+UNEXPLAINED = 0.02  # of the energy that moved: what surfaces that touch take or give and neither springs nor friction explain
 OVERFULL = 1.01  # volume of a fluid over that of the grid; rounding of shapes and compression stay far below
 AGAINST_LOSS = (
     "values of the case may be too large to calculate with: look at loads, velocities and moduli, or use a smaller time.courant"
@@ -67,6 +69,28 @@ class Watch:
             text = body.contact_warning(nodes)
             if text is not None:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def states(self, bodies: Sequence[Body], clock: Clock) -> None:
+        """Look now and then, and in the end, at what bodies have come to; each body warns once."""
+        if clock.n_steps % INTERVAL and not clock.finished(None):
+            return
+        for body in bodies:
+            if (what := f"state of {body.name}") not in self.warned and (text := body.state_warning()) is not None:
+                self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
+        """Judge what surfaces that touch took and gave, not in the first steps of a run, but always in the last."""
+        scale, amount = budget.energy_scale, contact.unexplained
+        early = clock.n_steps < FIRST_JUDGED and not clock.finished(None)
+        if early or "contact_energy" in self.warned or abs(amount) <= UNEXPLAINED * scale:
+            return
+        gave, effect = ("gave", "bodies rebound too fast") if amount > 0.0 else ("took", "bodies are slowed down")
+        text = (
+            f"contact between surfaces {gave} {abs(amount):.3g} J, {100 * abs(amount) / scale:.2g} % of the energy that moved, "
+            f"beyond what its springs hold and its dampers and friction took: {effect}; use a smaller time.courant, or finer "
+            f"surfaces and cells"
+        )
+        self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def volumes(self, fields: Mapping[VelocityField, Sequence[GridBody]], clock: Clock) -> None:
         """Look now and then at whether the fluids of a velocity field have more volume than the grid."""

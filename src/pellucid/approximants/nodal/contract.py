@@ -56,6 +56,8 @@ class NodalApproximant(Model):
     kind: str
     reach: ClassVar[str | None] = None
     """Its key for how far functions reach, where they need neighbours enough."""
+    follows_cells: ClassVar[bool] = False
+    """Whether its functions are linear in each cell, so that one flat cell makes them steep and the step small."""
     remedy: ClassVar[str] = "make the tetrahedra there less flat, or use another approximant"
     """What to do where it has no functions."""
 

@@ -1,6 +1,6 @@
 """Linear functions on simplices: the finite elements that the other approximants are compared with."""
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,8 @@ class LinearSimplex(NamedTuple):
 
 class LinearSimplexModel(NodalApproximant):
     """Linear triangles or tetrahedra."""
+
+    follows_cells: ClassVar[bool] = True
 
     kind: Literal["linear-simplex"] = "linear-simplex"
 

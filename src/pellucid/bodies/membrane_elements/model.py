@@ -12,6 +12,7 @@ from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.slowest_elements import slowest_of_surface, step_warning
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
 from pellucid.grid.model import GridCase
@@ -68,6 +69,12 @@ class MembraneElementsCase(MembraneCase):
         if placement.velocity_field is not None and placement.velocity_field.moves_points:
             return ElementsOnGrid(self, *placement.on_grid(), placement.velocity_transfer)
         return MembraneElements(self, placement)
+
+    def start_warnings(self) -> Iterator[str]:
+        """A step that few elements make small."""
+        mesh = self.mesh()
+        if found := slowest_of_surface(mesh):
+            yield step_warning(self.name, found, mesh.centres())
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""

@@ -10,6 +10,7 @@ from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
+from pellucid.bodies.membrane_points.tearing import torn
 from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.prestretch import prestretch
@@ -117,6 +118,13 @@ class MembranePoints(PointsOnGrid):
     def cells(self) -> Cells:
         """Its triangles."""
         return Cells(triangles=self._triangles)
+
+    def state_warning(self) -> str | None:
+        """Where the grid has torn it, and not its damage."""
+        failed = np.zeros(self.n_points, bool)
+        if len(self._record.failed):
+            failed[self.arrays["id"]] = self._record.failed > 0.0
+        return torn(self.name, self.places(), self._triangles, failed, self.grid)
 
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""

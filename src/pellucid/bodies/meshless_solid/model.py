@@ -17,6 +17,7 @@ from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.slowest_elements import slowest_of_solid, step_warning
 from pellucid.geometry.solid_meshes import SolidMesh
 from pellucid.geometry.spatial_order import spatial_order
 from pellucid.grid.model import GridCase
@@ -137,6 +138,12 @@ class MeshlessSolidCase(DampedModel):
         mesh = self.mesh.mesh()
         if self.approximant.reach and len(mesh.cells) <= MOST_TRIED:
             check_functions(self, mesh)
+
+    def start_warnings(self) -> Iterator[str]:
+        """A step that few elements make small, where functions follow them: those of other approximants reach beyond."""
+        mesh = self.mesh.mesh()
+        if self.approximant.follows_cells and (found := slowest_of_solid(mesh)):
+            yield step_warning(self.name, found, mesh.nodes[mesh.cells].mean(axis=1))
 
     def owns_nodes(self, alone: bool) -> bool:
         """Always."""

@@ -1,0 +1,29 @@
+"""Membranes of points that the grid has torn: neighbours so far apart that no node is common to them."""
+
+import numpy as np
+
+from pellucid.grid.lattice import Grid
+
+LONGEST = 1.5
+"""Cells. A strip with edges of half a cell at the start bears its load until they are 1.1 cells long, with linear functions and
+quadratic splines alike; from then on one of them takes all of the stretch, and the others lose their tension."""
+
+
+def torn(name: str, place: np.ndarray, triangles: np.ndarray, failed: np.ndarray, grid: Grid) -> str | None:
+    """A warning about the longest edge of membrane `name`; None up to `LONGEST` cells.
+
+    place: of its points [m], shape (n, 3); triangles: shape (m, 3); failed: shape (n,), points at which damage tore it: edges
+    of these do not count, nor do lengths along an axis that is one cell thick.
+    """
+    corners = np.where(np.array(grid.thin), 0.0, place)[triangles]
+    length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    length[failed[triangles].any(axis=1)] = 0.0
+    worst, cell = int(np.argmax(length)), grid.lattice.cell
+    if length[worst] <= LONGEST * cell:
+        return None
+    centre = ", ".join(f"{value:.4g}" for value in place[triangles[worst]].mean(axis=0))
+    return (
+        f"membrane {name} is torn: its triangle at ({centre}) m is {length[worst]:.3g} m long, {length[worst] / cell:.2g} "
+        f"cells of {cell:g} m, and beyond {LONGEST:g} the velocities of the grid have holes between its points, which bear no "
+        f'tension and let others through; give it a finer surface, or use kind = "membrane-elements"'
+    )
