@@ -18,7 +18,10 @@ of what is critical for the masses of the layers."""
 SINK, IMPACT = 3e-4, 0.2
 """Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
 so with the speeds of the start."""
-RESOLVED = 0.6  # of how fast a rigid body swings then, which bounds its step as waves do that of others: mostly less touches
+RESOLVED = (
+    0.3  # over how fast a rigid body swings then: its step, whatever `time.courant` is. In a longer one it comes too deep
+)
+# before anything pushes, and the damper throws it back
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 
@@ -56,7 +59,7 @@ class OverlapLaw:
         self._damping = 2.0 * DAMPING * sqrt(self.stiffness / sum(1.0 / side.mass_per_area for side in soft))
         for side in rigid:
             swings = sqrt(self.stiffness * side.side() / self._mass)
-            side.contact_rate = max(side.contact_rate, RESOLVED * swings)
+            side.contact_rate = max(side.contact_rate, courant / RESOLVED * swings)
         self._rigid = len(rigid) > 0
         self.held = Held()
         """Energy of the overlaps that were asked for last."""
