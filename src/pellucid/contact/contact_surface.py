@@ -5,6 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
+
 
 class ContactSurface(ABC):
     """m points on the surface of a body.

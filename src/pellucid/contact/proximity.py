@@ -18,12 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy import uintp
 
+from pellucid.contact.contact_surface import FULL, NONE
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.local import zeros
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 256  # points that a thread takes at a time
-FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
 GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
 """Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; and
 by how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""

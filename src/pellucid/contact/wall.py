@@ -4,10 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
 from pellucid.contact.overlap import Overlap, OverlapLaw
-from pellucid.contact.proximity import FULL, NONE
 
 
 class WallPlane:
