@@ -87,8 +87,8 @@ class Watch:
         gave, effect = ("gave", "bodies rebound too fast") if amount > 0.0 else ("took", "bodies are slowed down")
         text = (
             f"contact between surfaces {gave} {abs(amount):.3g} J, {100 * abs(amount) / scale:.2g} % of the energy that moved, "
-            f"beyond what its springs hold and its dampers and friction took: {effect}; use a smaller time.step or time.courant, or "
-            f"finer surfaces and cells"
+            f"beyond what its springs hold and its dampers and friction took: {effect}; use a smaller time.step or "
+            f"time.courant, or finer surfaces and cells"
         )
         self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
