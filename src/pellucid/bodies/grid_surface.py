@@ -77,6 +77,8 @@ class GridSurface(ContactSurface):
     load: forces on the nodes, shape (nodes, 3), to which those on the surface are added.
     """
 
+    follows_steps = False  # stiffer layers shake the nodes about them, and transfers take what they shake
+
     def __init__(
         self,
         mapped: Bundle,

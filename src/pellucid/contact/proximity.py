@@ -7,10 +7,12 @@ that their mean is the distance up to third order. (The first is the implicit mo
 ACM Trans. Algorithms 4, 18.)
 
 Weights reach over the rim of a surface that ends. There less of them is found than on a plane that goes on: from three quarters
-of it down to one quarter, the point counts less and less, and half where it lies just beside the rim.
+of it down to one quarter, the point counts less and less, and half where it lies just beside the rim. A place that lies outside
+of the point nearest to it is in no body: beside a corner it may be behind the plane of another side, which does not count where
+that is deeper than the place is outside.
 """
 
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -89,7 +91,7 @@ def _weight(other, meeting, q, x, n):
     if two_sided[1] and facing < 0.0:
         m, facing = (-m[0], -m[1], -m[2]), -facing
     if two_sided[0]:
-        facing = 1.0  # however it is folded
+        facing = abs(facing)
     along, reach = d[0] * m[0] + d[1] * m[1] + d[2] * m[2], other.reach[q]
     apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along
     if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:
@@ -99,6 +101,14 @@ def _weight(other, meeting, q, x, n):
     if dimension > 0:
         whole = pi * reach * reach / 3.0 if dimension == 2 else 16.0 / 15.0 * reach * thickness
     return ratio * ratio * facing * other.area[q] / whole, m, d
+
+
+@pointwise
+def _beyond(other, q, x):
+    """The square of the distance of a place from point q of the other surface, and how far it lies outside of its plane."""
+    d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
+    beyond = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
+    return d[0] * d[0] + d[1] * d[1] + d[2] * d[2], beyond
 
 
 @pointwise
@@ -120,12 +130,17 @@ def _find_chunk(chunk, one, other, bins, meeting, found):
         x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
         for a in range(17):
             s[a] = 0.0
+        nearest, outside = inf, 0.0
         for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
             for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
                 for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
                     b = (i * bins.counts[1] + j) * bins.counts[2] + k
                     for r in range(bins.first[b], bins.first[b + 1]):
-                        w, m, d = _weight(other, meeting, uintp(bins.order[r]), x, n)
+                        q = uintp(bins.order[r])
+                        distance, beyond = _beyond(other, q, x)
+                        if distance < nearest:
+                            nearest, outside = distance, beyond
+                        w, m, d = _weight(other, meeting, q, x, n)
                         if w > 0.0:
                             s[0] += w
                             s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
@@ -146,6 +161,8 @@ def _find_chunk(chunk, one, other, bins, meeting, found):
         e = (s[5] / s[0], s[6] / s[0], s[7] / s[0])
         away = n0 * e[0] + n1 * e[1] + n2 * e[2]
         found[p, GAP] = 0.5 * (s[1] / s[0] + away)
+        if not meeting[0][1] and 0.0 < outside < -found[p, GAP]:
+            found[p, SHARE] = 0.0
         _find_slope(p, s, (n0, n1, n2), e, away, meeting[2], found)
 
 

@@ -91,7 +91,11 @@ def pairs_of(
         contact = named.get((one, other))
         found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
-        if len(known) == len(found[0]) + len(found[1]) and not all(surface.two_sided for surface in known):
+        if (
+            len(known) == len(found[0]) + len(found[1])
+            and all(surface.is_hard for surface in known)
+            and not all(surface.two_sided for surface in known)
+        ):
             touching += _surface_pairs(one.grid, found, contact, gravity, courant)
         else:
             met = {field: [body.met for body in bodies if body.met] for field, bodies in members.items()}
