@@ -1,0 +1,77 @@
+"""Blocks that slide, stick and rest, against Coulomb's law."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"blocks_on_slope": "Blocks that slide; that stick; and one that carries its weight upright."}
+
+METRICS = ("slides", "wall_slides", "sticks", "wall_sticks", "sits", "rests", "energy")
+
+ALONG, ACROSS = 9.81 * 0.5, 9.81 * np.sqrt(0.75)  # [m/s²]
+PULL, HEIGHT, DENSITY, YOUNG = ALONG - 0.3 * ACROSS, 0.25, 2000.0, 1e7
+
+
+def softness(run: "Run") -> float:
+    """How much softer than 10 MPa the blocks are."""
+    block = run.case.model_dump()["body"][1]
+    return YOUNG / float(block["material"]["young_modulus"])
+
+
+def shear_and_compression(run: "Run") -> tuple[float, float]:
+    """Mean displacements of a block that bears its weight, ρ g H²/3G and ρ g H²/3M [m]."""
+    weight = DENSITY * HEIGHT**2 * softness(run) / (3.0 * YOUNG)
+    return weight * ALONG * 2.6, weight * 9.81 * 0.52 / 0.7  # ν = 0.3
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Speeds of what slides, ways of what sticks, height and motion of what rests, energy."""
+    time = column(run, "time")
+    end, (sheared, pressed) = float(time[-1]), shear_and_compression(run)
+    result = {}
+    for name in ("slides", "wall_slides"):
+        # the weight is switched on at once: the normal force swings, and the speed with it by a share of the last period
+        meaning = "speed at the end"
+        result[name] = compared(float(column(run, f"{name}_vx")[-1]), PULL * end, 0.01, "m/s", meaning)
+    for name in ("sticks", "wall_sticks"):
+        way = float(np.max(np.abs(column(run, f"{name}_x"))))
+        # friction is a spring, as soft as a layer of the block: with it the way stays below 0.1 mm at 10 MPa
+        meaning = "farthest way, beside the mean of the block's own shear [m]"
+        result[name] = Metric(way, sheared, abs(way - sheared), 4e-5 * softness(run), "m", meaning)
+    height, speed = column(run, "sits_y"), np.abs(column(run, "sits_vy"))
+    rise, half = max(0.0, float(np.max(height))), len(time) // 2
+    meaning = "highest above the start, over its compression by its weight: it starts without any, and swings below"
+    result["sits"] = Metric(rise, 0.0, rise / pressed, 0.3, "m", meaning)
+    later, first = float(np.max(speed[half:])), float(np.max(speed[:half]))
+    meaning = "fastest in the second half, over that of the first, as far as it is more"
+    result["rests"] = Metric(later, first, max(0.0, later / first - 1.0), 0.05, "m/s", meaning)
+    return result | {"energy": energy_metric(run, 0.005)}
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Speeds, ways of what sticks, and the height of the block that rests."""
+    time, (_, pressed) = column(run, "time"), shear_and_compression(run)
+    figure = new_figure(height=3.4)
+    speed, slip, rest = figure.subplots(1, 3)
+    beside(speed, time, column(run, "slides_vx"), PULL * time, "on the plate", COLOURS[0])
+    beside(speed, time, column(run, "wall_slides_vx"), PULL * time, "on a wall", COLOURS[1])
+    slip.plot(time, 1e3 * column(run, "sticks_x"), color=COLOURS[0], label="sticks on the plate")
+    slip.plot(time, 1e3 * column(run, "wall_sticks_x"), "--", color=COLOURS[1], label="sticks on a wall")
+    rest.plot(time, 1e3 * column(run, "sits_y"), color=COLOURS[0])
+    for level in (0.0, -2.0):
+        rest.axhline(1e3 * level * pressed, color="#bbb", linewidth=1.0)
+    speed.legend()
+    slip.legend()
+    label(speed, "time", "speed", "s", "m/s")
+    label(slip, "time", "way of what sticks", "s", "mm")
+    label(rest, "time", "rise of the block that rests", "s", "mm")
+    return {"blocks_on_slope": figure}

@@ -1,0 +1,57 @@
+"""Two bars in one dimension: one gives the other all of its speed."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"colliding_bars": "Mean velocities of the bars, and the force between them; grey, exact."}
+
+METRICS = ("force", "duration", "striker", "struck", "energy")
+
+LENGTH, WAVE_SPEED, IMPEDANCE = 1.0, 100.0, 1e5  # [m], [m/s], ρ c A [N s/m] of a bar of 1 m²
+SPEED, GAP = 0.1, 0.001  # [m/s], [m]
+TOUCH, DURATION, FORCE = GAP / SPEED, 2.0 * LENGTH / WAVE_SPEED, 0.5 * IMPEDANCE * SPEED
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Force and duration of the touch, speeds afterwards, energy."""
+    time, force = column(run, "time"), column(run, "force")
+    since = (time - TOUCH) / DURATION
+    middle = float(np.mean(force[(since > 0.2) & (since < 0.8)]))
+    lasted = float(np.sum(np.diff(time) * (force[1:] > 0.5 * FORCE)))
+    striker, struck = (float(column(run, f"{name}_vx")[-1]) for name in ("striker", "struck"))
+    # A front is a cell wide at first, and on its way widens as (c t h²)^(1/3), as in basics/elastic-block-drop: what comes
+    # back late stays as vibration.
+    front = (0.125 * (run.case.grid.cell / (2.0 * LENGTH)) ** 2) ** (1.0 / 3.0)
+    return {
+        "force": compared(middle, FORCE, 0.02, "N", "mean over the middle of the touch"),
+        "duration": compared(lasted, DURATION, 2.0 * front, "s", "for which the force is above half of the exact one"),
+        "striker": Metric(striker, 0.0, abs(striker) / SPEED, 2.0 * front, "m/s", "speed at the end over that at the start"),
+        "struck": compared(struck, SPEED, 2.0 * front, "m/s", "speed at the end"),
+        "energy": energy_metric(run, 0.01),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Velocities and force."""
+    time = column(run, "time")
+    share = np.clip((time - TOUCH) / DURATION, 0.0, 1.0)
+    figure = new_figure(height=3.4)
+    speed, force = figure.subplots(1, 2)
+    beside(speed, 1e3 * time, column(run, "striker_vx"), SPEED * (1.0 - share), "striker", COLOURS[0])
+    beside(speed, 1e3 * time, column(run, "struck_vx"), SPEED * share, "struck", COLOURS[1])
+    touching = (time > TOUCH) & (time < TOUCH + DURATION)
+    beside(force, 1e3 * time, column(run, "force"), np.where(touching, FORCE, 0.0), "force", COLOURS[2])
+    speed.legend()
+    label(speed, "time", "mean velocity", "ms", "m/s")
+    label(force, "time", "force between the bars", "ms", "N")
+    return {"colliding_bars": figure}

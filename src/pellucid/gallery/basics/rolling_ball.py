@@ -1,0 +1,46 @@
+"""A ball that rolls down a plate in space, against a rigid body."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pellucid.results.storage.run import Run
+
+CAPTIONS = {"rolling_ball": "How far the ball is, and how fast."}
+
+METRICS = ("way", "speed", "aside", "energy")
+
+SHARE = 5.0 / 7.0
+"""Of the acceleration along the slope: the moment of inertia is 2/5 m R²."""
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Way and speed at the end, how far it leaves its line, energy."""
+    end, pull = float(run.history["time"][-1]), SHARE * float(run.case.gravity[0])
+    way, aside = float(column(run, "ball_x")[-1]), float(np.max(np.abs(column(run, "ball_y"))))
+    # four cells to the radius: as far as a disc of eight may err, twice over
+    return {
+        "way": compared(way, 0.5 * pull * end**2, 0.04, "m", "along the slope at the end"),
+        "speed": compared(float(column(run, "ball_vx")[-1]), pull * end, 0.04, "m/s", "along the slope at the end"),
+        "aside": Metric(aside, 0.0, aside / way, 0.002, "m", "farthest from its line, over the way: points lie mirrored"),
+        "energy": energy_metric(run, 0.005),
+    }
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Way and speed."""
+    time, pull = column(run, "time"), SHARE * float(run.case.gravity[0])
+    figure = new_figure(height=3.2)
+    way, speed = figure.subplots(1, 2)
+    beside(way, time, column(run, "ball_x"), 0.5 * pull * time**2, "ball", COLOURS[0])
+    beside(speed, time, column(run, "ball_vx"), pull * time, "ball", COLOURS[0])
+    label(way, "time", "way along the slope", "s", "m")
+    label(speed, "time", "speed", "s", "m/s")
+    return {"rolling_ball": figure}

@@ -1,0 +1,37 @@
+"""Curves of a run beside exact ones, and metrics of numbers that have an exact value."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.results.metrics import Metric
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+
+def column(run: "Run", name: str) -> "Array":
+    """A column of the history."""
+    return np.asarray(run.history[name], dtype=float)
+
+
+def compared(value: float, exact: float, tolerance: float, unit: str, meaning: str) -> Metric:
+    """A number beside its exact value, by the relative error."""
+    return Metric(value, exact, abs(value / exact - 1.0), tolerance, unit, meaning)
+
+
+def energy_metric(run: "Run", tolerance: float) -> Metric:
+    """The relative error of the energy balance at the end."""
+    error = abs(float(run.summary["conservation"]["energy"]))
+    return Metric(error, 0.0, error, tolerance, "", "relative error of the energy balance at the end")
+
+
+def beside(axes: "Axes", time: "Array", found: "Array", exact: "Array", name: str, colour: str) -> None:
+    """A curve in colour over the exact one, which is wide and grey."""
+    axes.plot(time, exact, color="#bbb", linewidth=4.0)
+    axes.plot(time, found, color=colour, linewidth=1.2, label=name)
