@@ -32,15 +32,17 @@ class Amplitude(Model):
         return self
 
     @cached_property
-    def _rows(self) -> np.ndarray:
+    def _rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Instants [s] and shares; no arrays, which models are not compared by."""
         if self.path is not None:
-            return read_rows(self.path, "share of the load").T
-        return np.array([self.times, self.shares])
+            times, shares = read_rows(self.path, "share of the load").T.tolist()
+            return tuple(times), tuple(shares)
+        return self.times or (), self.shares or ()
 
     @property
     def largest(self) -> float:
         """The largest size of the share at any time."""
-        return float(np.abs(self._rows[1]).max())
+        return max(abs(share) for share in self._rows[1])
 
     def at(self, time: float) -> float:
         """The share at a time [s]."""
