@@ -1,10 +1,10 @@
 """The surface of a solid of material points, by which others touch it.
 
-Points of the surface are moved by the grid as those within are: each has an anchor in the layer of the outermost material
-points, where the nodes that reach it have mass, and lies above it along the normal, at a depth that stays. So a surface comes
-nearer by the velocity of its anchors, at which forces act: what these take and give is the same. That velocity is the one that
-strains the points, as the energy of the overlap is stored like that of a strain. With its gradient L at the anchor the vector
-area a changes by tr(L) a - Lᵀ a, as areas of the material do.
+Each point of the surface belongs to a material point and moves with the velocity field about it, as far as that is linear:
+v + L o at the place x + o, for the velocity v and its gradient L at x. A force f on it acts on the nodes by the same weights,
+N_I + o·∇N_I, so that what it takes and gives is the same; the pressure p on the side of a body is then in balance with a stress
+of -p in its points, and all nodes that it reaches have mass. v and L are of the velocity that strains the points, as the energy
+of the overlap is stored like that of a strain. The vector area a changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,9 +15,8 @@ from numpy import uintp
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.grid.lattice import Lattice
-from pellucid.grid.stencil import gather, gather_gradient, stencil
-from pellucid.grid.vectors import scatter_listed
-from pellucid.jit import kernel, pointwise
+from pellucid.grid.stencil import add_affine, gather, gather_gradient, stencil
+from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
@@ -31,38 +30,28 @@ class MovedSurface(NamedTuple):
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
     velocity: np.ndarray  # (nodes, 3) along which internal forces work on the points: that which strains them [m/s]
-    anchor: np.ndarray  # (m, 3) [m]
+    host: np.ndarray  # (m, 3) places of the material points to which they belong, as the step begins [m]
+    offset: np.ndarray  # (m, 3) from these to the points [m]
     area: np.ndarray  # (m, 3) [m²]
-    motion: np.ndarray  # (m, 3) velocity of the anchors in the last step [m/s]
-
-
-@pointwise
-def within(lattice, x, p):
-    """Whether point p lies within the grid, along the axes that are more than one cell thick."""
-    inside = True
-    for d in range(3):
-        place = (x[p, d] - lattice.lower[d]) * lattice.inverse_cell
-        inside = inside and (lattice.counts[d] == 1 or 0.0 <= place <= lattice.counts[d])
-    return inside
+    motion: np.ndarray  # (m, 3) velocity in the last step [m/s]
 
 
 @kernel(inner=True)
 def _follow_chunk(chunk, surface, dt):
-    functions, lattice, x, a = surface.functions, surface.lattice, surface.anchor, surface.area
-    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(x))):
-        if not within(lattice, x, p):
-            a[p, 0] = a[p, 1] = a[p, 2] = 0.0  # it left the grid, and touches nothing any more
-            continue
-        about = stencil(functions, lattice, x, uintp(p))
+    functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
+        about = stencil(functions, lattice, surface.host, uintp(p))
         v = gather(about, lattice, surface.velocity)
         xx, xy, xz, yx, yy, yz, zx, zy, zz = gather_gradient(about, lattice, surface.velocity)
+        o0, o1, o2 = o[p, 0], o[p, 1], o[p, 2]
+        more = (xx * o0 + xy * o1 + xz * o2, yx * o0 + yy * o1 + yz * o2, zx * o0 + zy * o1 + zz * o2)
+        for d in range(3):
+            surface.motion[p, d] = v[d] + more[d]
+            o[p, d] += dt * more[d]
         a0, a1, a2, growth = a[p, 0], a[p, 1], a[p, 2], xx + yy + zz
         a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
         a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
         a[p, 2] += dt * (growth * a2 - xz * a0 - yz * a1 - zz * a2)
-        for d in range(3):
-            surface.motion[p, d] = v[d]
-            x[p, d] += dt * v[d]
 
 
 @kernel()
@@ -70,18 +59,32 @@ def _follow(chunks, surface, dt):
     parallel_for(_follow_chunk, chunks, surface, dt)
 
 
+@kernel()
+def _add_forces(surface, listed, force, target):
+    for e in range(len(listed)):
+        p = uintp(listed[e])
+        about = stencil(surface.functions, surface.lattice, surface.host, p)
+        offset = (surface.offset[p, 0], surface.offset[p, 1], surface.offset[p, 2])
+        f = (force[e, 0], force[e, 1], force[e, 2])
+        add_affine(about, surface.lattice, target, f, offset)
+
+
 class GridSurface(ContactSurface):
     """Points at places [m] with vector areas [m²], shape (m, 3), of a body on the grid.
 
-    mapped: of the body; depth: of the outermost material points below the surface [m]; spacing: of the surface's points [m];
-    load: forces on the nodes, shape (nodes, 3), to which those on the surface are added.
+    arrays: of the material points of the body; mapped: of it; hosts: the number (`id`) of the material point to which each
+    belongs, shape (m,); spacing: of the surface's points [m]; load: forces on the nodes, shape (nodes, 3), to which those on
+    the surface are added.
     """
 
+    meets_hard = True
     follows_steps = False  # stiffer layers shake the nodes about them, and transfers take what they shake
 
     def __init__(
         self,
+        arrays: Mapping[str, np.ndarray],
         mapped: Bundle,
+        hosts: np.ndarray,
         place: np.ndarray,
         area: np.ndarray,
         depth: float,
@@ -89,50 +92,56 @@ class GridSurface(ContactSurface):
         load: Callable[[], np.ndarray],
         velocity: np.ndarray,
     ) -> None:
-        self.area, self._depth = area.copy(), depth
-        self.place, self.anchor = place.copy(), place - self._above()
+        self._points, self._hosts, self._load = arrays, hosts, load
+        self.place, self.area = place.copy(), area.copy()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self.reach = np.full(len(place), WIDTHS * spacing)
         self.resolution = 1.0 / mapped.lattice.inverse_cell
-        self._load = load
+        self.find_hosts()
+        self._host = arrays["position"][self._stored].copy()
+        self._depth = depth
+        self._offset = place - self._above() - self._host
         nodes = mapped.nodes
         moved = MovedSurface(
-            mapped.functions,
-            mapped.lattice,
-            nodes.strain_velocity,
-            self.anchor,
-            self.area,
-            self.velocity,
+            mapped.functions, mapped.lattice, nodes.strain_velocity, self._host, self._offset, self.area, self.velocity
         )
         self._moved = Bundle(moved)
 
     def _above(self) -> np.ndarray:
-        """From the anchors to the surface [m], shape (m, 3)."""
         size = np.linalg.norm(self.area, axis=1, keepdims=True)
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 
+    def find_hosts(self) -> None:
+        """Find where the material points are stored; those that left the grid take their surface with them."""
+        numbers = self._points["id"]
+        stored = np.empty(len(numbers), np.int64)
+        stored[numbers] = np.arange(len(numbers))
+        self._stored = stored[self._hosts]
+        self.area[self._points["mass"][self._stored] == 0.0] = 0.0
+
     def begin(self) -> None:
         """Put the points on the surface."""
-        np.add(self.anchor, self._above(), out=self.place)
+        self._host[...] = self._points["position"][self._stored]
+        np.add(self._host, self._offset, out=self.place)
+        self.place += self._above()
 
     def follow(self, dt: float) -> None:
         """Move with the nodes over a step dt [s]."""
-        _follow(len(self.anchor) // CHUNK + 1, self._moved, dt)
+        _follow(len(self._host) // CHUNK + 1, self._moved, dt)
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
         """Move as a rigid body whose centre goes to a new place [m], (3,), and which turns by a rotation, (3, 3), in dt [s]."""
-        arm = self.anchor + self._above() - centre
-        self.anchor[...] = new_centre + (self.anchor - centre) @ rotation.T
+        arm = self._host + self._offset + self._above() - centre
+        self._offset[...] = self._offset @ rotation.T
         self.area[...] = self.area @ rotation.T
         if dt > 0.0:
             self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
 
     def add_forces(self, force: np.ndarray) -> None:
-        """To the nodes about the anchors."""
+        """To the nodes about the points to which these belong."""
         listed = np.flatnonzero(force.any(axis=1))
-        scatter_listed(self._moved, self.anchor, listed, force[listed], self._load())
+        _add_forces(self._moved, listed, force[listed], self._load())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
-        names = ("anchor", "area", "velocity", "slip")
-        return {f"surface/{name}": getattr(self, name) for name in names}
+        return {"surface/offset": self._offset, "surface/area": self.area, "surface/velocity": self.velocity, "surface/slip": self.slip}

@@ -117,6 +117,8 @@ class PointsOnGrid(GridBody):
 
     def _follow_order(self) -> None:
         """Renew what depends on the order in which the points are stored."""
+        if self.contact_surface is not None:
+            self.contact_surface.find_hosts()
 
     def keep_forces_apart(self) -> None:
         """Add internal forces to those that its velocity field keeps apart."""

@@ -34,6 +34,8 @@ class ContactSurface(ABC):
     """The lengths by which the body resolves what presses on it [m], shape (m,) or one for all."""
     resolved_by, finer = "cells", "a smaller grid.cell"
     """What these are the lengths of, and what makes them smaller."""
+    meets_hard = False
+    """Whether it meets what does not deform by the surfaces of both though it deforms itself; else they meet on the nodes."""
     contact_rate = 0.0
     """How fast a rigid body swings on what it touches, which its step has to follow [1/s]."""
     drag: np.ndarray | None = None

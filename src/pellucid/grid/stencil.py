@@ -148,6 +148,23 @@ def add_vector(about, lattice, target, vector):
 
 
 @pointwise
+def add_affine(about, lattice, target, vector, offset):
+    """Add N_I + offset·∇N_I times a vector to each node of `target`, shape (nodes, 3): as at a place off the point [m], by
+    functions that go on linearly there."""
+    wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
+    ox, oy, oz = h * offset[0], h * offset[1], h * offset[2]
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            line = wx[a] * wy[b] + ox * gx[a] * wy[b] + oy * wx[a] * gy[b]
+            slope = oz * wx[a] * wy[b]
+            for c in range(len(wz)):
+                I = node_at(about, lattice, a, b, c)
+                w = line * wz[c] + slope * gz[c]
+                for d in range(3):
+                    target[I, d] += w * vector[d]
+
+
+@pointwise
 def add_shares(about, value, shares):
     """Add N_I times a value of points to a vector for each of the nodes that they share, in the order of their indices."""
     wx, wy, wz = about.wx, about.wy, about.wz

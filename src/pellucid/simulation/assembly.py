@@ -79,8 +79,9 @@ def pairs_of(
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one, and
-    not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
+    gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one that
+    serves, nothing of one of them deforms, and not all are membranes, whose sides tell nothing of each other; else on the nodes
+    of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
@@ -93,7 +94,8 @@ def pairs_of(
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         if (
             len(known) == len(found[0]) + len(found[1])
-            and all(surface.is_hard for surface in known)
+            and all(surface.is_hard or surface.meets_hard for surface in known)
+            and any(all(surface is not None and surface.is_hard for surface in side) for side in found)
             and not all(surface.two_sided for surface in known)
         ):
             touching += _surface_pairs(one.grid, found, contact, gravity, courant)

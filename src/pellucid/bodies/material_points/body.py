@@ -82,7 +82,7 @@ class MaterialPoints(PointsOnGrid):
             return None
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
-        where = self.grid, self.mapped, self._load_of(column)
+        where = self.grid, self.arrays, self.mapped, self._load_of(column)
         self.contact_surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
         if isinstance(self.contact_surface, RigidSurface) and takes is not None:
             self.contact_surface.takes = takes

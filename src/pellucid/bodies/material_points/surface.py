@@ -1,9 +1,10 @@
 """The surface of a solid of material points: sampled from its shape when a run is set up."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.material_points.seeded_body import SeededBody
@@ -43,9 +44,20 @@ class RigidSurface(GridSurface):
 
 
 def surface_of(
-    model: SeededBody, grid_case: GridCase, grid: Grid, mapped: Bundle, load: Callable[[], np.ndarray], rigid: bool, hard: bool
+    model: SeededBody,
+    grid_case: GridCase,
+    grid: Grid,
+    arrays: Mapping[str, np.ndarray],
+    mapped: Bundle,
+    load: Callable[[], np.ndarray],
+    rigid: bool,
+    hard: bool,
 ) -> GridSurface | None:
-    """The surface of the shape of a body within the grid; None where it has none there. hard: whether it does not deform."""
+    """The surface of the shape of a body within the grid; None where it has none there.
+
+    arrays: of its points; load: forces on the nodes, shape (nodes, 3), to which those on it are added. hard: whether it does
+    not deform.
+    """
     x, y, z = active = tuple(not thin for thin in grid.thin)
     per_cell = points_along_axes(model.points_per_cell, grid_case.thin())
     each = min(n for n, counts in zip(per_cell, active, strict=True) if counts)
@@ -67,8 +79,10 @@ def surface_of(
         return None
     place, area = place[within], area[within]
     place[:, flat] = (0.5 * (low + high))[flat]
+    _, nearest = cKDTree(arrays["position"]).query(place - depth * area / np.linalg.norm(area, axis=1, keepdims=True))
+    hosts = arrays["id"][nearest]
     kind = RigidSurface if rigid else GridSurface
-    surface = kind(mapped, place, area, depth, spacing, load, model.initial_velocity(place))
+    surface = kind(arrays, mapped, hosts, place, area, depth, spacing, load, model.initial_velocity(place))
     surface.is_hard = hard
     surface.rate = model.wave_speeds()[0] / grid_case.cell
     surface.mass_per_area = model.material.density * grid_case.cell
