@@ -9,7 +9,19 @@ from pellucid.simulation.simulation import Simulation
 SOLID = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 RATE_SOLID = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e4, "poisson_ratio": 0.3}
 GAS = {"kind": "fluid", "density": 1.0, "pressure": 1.0, "eos": {"kind": "ideal-gas", "gamma": 1.4}}
-TABLES = ("gravity", "energy", "load", "motion", "pressure", "contact", "wall", "probe", "output", "absorbing")
+TABLES = (
+    "gravity",
+    "gravity_amplitude",
+    "energy",
+    "load",
+    "motion",
+    "pressure",
+    "contact",
+    "wall",
+    "probe",
+    "output",
+    "absorbing",
+)
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 
 

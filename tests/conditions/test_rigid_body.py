@@ -24,6 +24,11 @@ def on_soil(functions, field, settle=None, **more):
     return type(found).model_validate(found.to_data() | {"settle": settle}) if settle is not None else found
 
 
+GIVES_WAY = {"common": 0.0, "block": SOLID["density"] * 2.0 * PULL / 1.346e6}
+"""Of a cell, under the weight of the block: where it touches by its surface, contact gives way as a layer of cells of the soil,
+by the pressure over ρ c² = E (1 - ν) / ((1 + ν) (1 - 2 ν))."""
+
+
 def sunk(sim):
     """How far the block reaches below the top of the soil beneath it [m]."""
     soil, block = (body.arrays["position"] for body in sim.bodies)
@@ -34,13 +39,14 @@ def sunk(sim):
 @pytest.mark.parametrize("functions", ["trilinear", "gimp", "quadratic-bspline"])
 @pytest.mark.parametrize("field", ["common", "block"])
 def test_a_rigid_block_lies_on_soil(functions, field):
-    """Over five swings it keeps to the soil within two hundredths of a cell, and no energy is lost that is not told."""
+    """Over five swings, where the force reaches twice the weight, it sinks no deeper than contact gives way, and no energy is
+    lost that is not told. Nodes that bodies share hold it within two hundredths of a cell."""
     sim = Simulation(on_soil(functions, field), threads=1)
     deepest, start = 0.0, sim.bodies[1].frame()["position"]
     while not sim.clock.finished(None):
         sim.step()
         deepest = max(deepest, sunk(sim))
-    assert deepest < 0.02
+    assert deepest < max(0.02, 1.1 * 2.0 * GIVES_WAY[field])
     assert np.abs(sim.bodies[1].frame()["position"] - start).max() < 0.2, "the soil bears it"
     assert abs(sim.budget.energy_error()) < 0.02
     assert sim.conservation()["momentum"] < 1e-12
@@ -123,7 +129,7 @@ def test_a_rigid_block_settles_with_its_soil(field, share):
     sim = Simulation(on_soil("trilinear", field, {"share": share, "most_steps": 2000}), threads=1)
     sim.settle()
     rest = sim.bodies[1].arrays["position"].copy()
-    assert sunk(sim) < 0.01
+    assert sunk(sim) < max(0.01, GIVES_WAY[field])
     assert 0.03 < 4.0 - rest[:, 1].mean() < 0.1, "with the soil"
     fastest = 0.0
     for _ in range(200):

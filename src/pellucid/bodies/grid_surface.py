@@ -87,7 +87,6 @@ class GridSurface(ContactSurface):
         hosts: np.ndarray,
         place: np.ndarray,
         area: np.ndarray,
-        depth: float,
         spacing: float,
         load: Callable[[], np.ndarray],
         velocity: np.ndarray,
@@ -99,7 +98,8 @@ class GridSurface(ContactSurface):
         self.resolution = 1.0 / mapped.lattice.inverse_cell
         self.find_hosts()
         self._host = arrays["position"][self._stored].copy()
-        self._depth = depth
+        normal = area / np.linalg.norm(area, axis=1, keepdims=True)
+        self._depth = np.sum((place - self._host) * normal, axis=1, keepdims=True)
         self._offset = place - self._above() - self._host
         nodes = mapped.nodes
         moved = MovedSurface(
@@ -144,4 +144,9 @@ class GridSurface(ContactSurface):
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
-        return {"surface/offset": self._offset, "surface/area": self.area, "surface/velocity": self.velocity, "surface/slip": self.slip}
+        return {
+            "surface/offset": self._offset,
+            "surface/area": self.area,
+            "surface/velocity": self.velocity,
+            "surface/slip": self.slip,
+        }

@@ -79,10 +79,9 @@ def surface_of(
         return None
     place, area = place[within], area[within]
     place[:, flat] = (0.5 * (low + high))[flat]
-    _, nearest = cKDTree(arrays["position"]).query(place - depth * area / np.linalg.norm(area, axis=1, keepdims=True))
-    hosts = arrays["id"][nearest]
+    hosts = arrays["id"][cKDTree(arrays["position"]).query(place)[1]]
     kind = RigidSurface if rigid else GridSurface
-    surface = kind(arrays, mapped, hosts, place, area, depth, spacing, load, model.initial_velocity(place))
+    surface = kind(arrays, mapped, hosts, place, area, spacing, load, model.initial_velocity(place))
     surface.is_hard = hard
     surface.rate = model.wave_speeds()[0] / grid_case.cell
     surface.mass_per_area = model.material.density * grid_case.cell
