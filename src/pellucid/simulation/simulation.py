@@ -28,7 +28,7 @@ from pellucid.energy import (
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import TRANSFERS, Flip
+from pellucid.grid.velocity_transfer import TRANSFERS, Apic, Flip
 from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
@@ -45,6 +45,7 @@ from pellucid.simulation.assembly import (
 )
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.indenters import coarse_indenters
+from pellucid.simulation.light_nodes import small_mass, small_mass_of_affine
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
@@ -62,7 +63,6 @@ if TYPE_CHECKING:
     from pellucid.case import Case
     from pellucid.case.settle import SettleCase
 
-SMALL_MASS = 1e-4  # of the lightest point: nodes with less do not strain points by their internal forces
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 NODES = "-nodes."  # the same of the nodes of a velocity field, before its name
 PROGRESS_INTERVAL = 0.2  # s of wall time
@@ -113,12 +113,16 @@ class Simulation:
         self._mapped_again = [
             field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
         ]
-        small_mass = SMALL_MASS * min(_lightest(body.arrays["mass"]) for body in self.bodies)
+        small, by_gradients = small_mass(body.arrays for body in self.bodies), isinstance(transfer, Apic)
         if touching:
             for actions in self.conditions.actions:
                 actions.take_loads()
         for actions in self.conditions.actions:
-            actions.field.set_actions(actions.supports, actions.external(), case.gravity, small_mass, transfer.flip)
+            field, least = actions.field, small
+            if by_gradients and case.grid.functions == "trilinear":
+                members = (body.arrays for body in self._on_grid.get(field, ()))
+                least = max(small, small_mass_of_affine(members, field.grid, case.time.courant))
+            field.set_actions(actions.supports, actions.external(), case.gravity, least, transfer.flip)
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         column, courant = layout.surface_contact, case.time.courant
         touch = built.keys() if several else {name for wall in case.wall for name in touching_names(wall, case.body)}
@@ -484,8 +488,3 @@ class Simulation:
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps
-
-
-def _lightest(mass: np.ndarray) -> float:
-    """Of the points with mass [kg]: those that left in an earlier run have none."""
-    return float(np.min(mass, where=mass > 0.0, initial=inf))

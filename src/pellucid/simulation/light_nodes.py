@@ -1,0 +1,39 @@
+"""Nodes with little mass, whose internal forces must not strain points: an explicit step would throw them."""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pellucid.grid.lattice import Grid
+
+SMALL_MASS = 1e-4
+"""Of the lightest point, where points keep their velocity and add to it the mean of what their nodes gain."""
+
+
+def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:
+    """For the nodes of any velocity field [kg]; bodies: the arrays of all bodies of a case."""
+    return SMALL_MASS * min(_lightest(arrays["mass"]) for arrays in bodies)
+
+
+def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid, courant: float) -> float:
+    """For the nodes of a velocity field with APIC and linear functions [kg]; bodies: the arrays of those that are in it.
+
+    What such a node gains comes back to it from the affine fields of the points that reach it, so that it swings like a free
+    mass. Beyond the face of a body with n points of mass m along the edge of a cell, of which the outermost reach ξ of a cell
+    beyond the last node, it has the mass n² ξ m and the stiffness (2n/3)² m c²/h². Steps C h/c with the Courant number C follow
+    that from ξ = C²/9 on; in the plane it is n ξ m, (2n/3) m c²/h² and C²/6.
+    """
+    dimension = 3 - sum(grid.thin)
+    found = [0.0]
+    for arrays in bodies:
+        mass, volume = arrays["mass"], arrays.get("volume")
+        there = mass > 0.0
+        if volume is not None and (volume[there] > 0.0).all() and there.any():
+            along = (grid.cell_volume / float(np.median(volume[there]))) ** (1.0 / dimension)
+            found.append(0.25 * courant**2 * (2.0 / 3.0 * along) ** (dimension - 1) * _lightest(mass))
+    return max(found)
+
+
+def _lightest(mass: np.ndarray) -> float:
+    """Of the points with mass [kg]: those that left in an earlier run have none."""
+    return float(np.min(mass, where=mass > 0.0, initial=np.inf))
