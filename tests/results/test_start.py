@@ -273,3 +273,56 @@ def test_a_start_from_damaged_fields_is_told(tmp_path, earlier, damage):
     with pytest.raises(CaseError, match=r"start\.time = 0\.1\n.*gas\.vtkhdf is damaged"):
         run_case(going_on(tank(), broken, time=0.1), tmp_path / "second", report=False)
     assert not (tmp_path / "second").exists()
+
+
+SLIDING = """
+schema = 1
+title = "A block on a plate that rises and turns"
+gravity = [0, -9.81, 0]
+[grid]
+lower = [0, 0, 0]
+upper = [4, 2, 0]
+cell = 0.1
+[time]
+end = 0.3
+step = 1e-3
+[[body]]
+name = "plate"
+field = "plate"
+rigid = true
+shape = { box = { lower = [0.5, 0.6, 0], upper = [3.5, 0.9, 0] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }
+[[body]]
+name = "block"
+field = "block"
+shape = { box = { lower = [1.6, 0.9, 0], upper = [2.2, 1.2, 0] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }
+[[motion]]
+name = "turns"
+body = "plate"
+hold = ["x"]
+displacement = { y = { kind = "steady", velocity = 0.3 } }
+rotation = { z = { kind = "steady", angular_velocity = -1.0 } }
+[[contact]]
+between = ["block", "plate"]
+kind = "coulomb"
+friction = 0.2
+[output]
+frames = 0.15
+"""
+
+
+def test_bodies_that_moved_touch_where_they_are(tmp_path):
+    """A plate that rises and turns, and a soft block on it. From a checkpoint surfaces go on as they were, but for one step
+    of slip; from a frame they are found where the points are, and friction begins anew: the block slips until it holds.
+    """
+    half = loads(SLIDING)
+    first = run_case(half.with_settings({"time.end": 0.15}), tmp_path / "first", report=False)
+    whole = run_case(half, tmp_path / "whole", report=False)
+    for start, most in (({}, 1e-4), ({"time": 0.15}, 1e-3)):
+        case = going_on(half, first.out, **start).with_settings({"time.end": 0.15})
+        second = run_case(case, tmp_path / f"second{most}", report=False)
+        for body in ("plate", "block"):
+            expected = fields(whole, body)["position"]
+            assert np.abs(expected - fields(first, body)["position"]).max() > 0.02
+            np.testing.assert_allclose(fields(second, body)["position"], expected, rtol=0.0, atol=most)

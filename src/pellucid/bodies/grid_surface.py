@@ -144,9 +144,5 @@ class GridSurface(ContactSurface):
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
-        return {
-            "surface/offset": self._offset,
-            "surface/area": self.area,
-            "surface/velocity": self.velocity,
-            "surface/slip": self.slip,
-        }
+        own = {"offset": self._offset, "depth": self._depth, "area": self.area, "velocity": self.velocity, "slip": self.slip}
+        return {f"surface/{name}": array for name, array in own.items()}

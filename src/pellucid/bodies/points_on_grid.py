@@ -341,6 +341,7 @@ class PointsOnGrid(GridBody):
         self._put_behind(self.arrays["mass"] == 0.0)
         self.sort()
         self._goes_on = True
+        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
 
     def _take(self, state: Mapping[str, np.ndarray]) -> None:
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):

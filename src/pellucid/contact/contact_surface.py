@@ -70,6 +70,12 @@ class ContactSurface(ABC):
         """What a checkpoint keeps."""
         return {"surface/slip": self.slip}
 
+    def go_on(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Begin as an earlier run ended, where that had this surface; else from where the body is, without friction."""
+        own = self.state_arrays()
+        if all(name in arrays and arrays[name].shape == array.shape for name, array in own.items()):
+            self.restore(arrays)
+
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
         for name, array in self.state_arrays().items():

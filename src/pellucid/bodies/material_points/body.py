@@ -83,7 +83,14 @@ class MaterialPoints(PointsOnGrid):
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
-        self.contact_surface = surface_of(self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains)
+        first = None
+        if self._goes_on:
+            per_cell = points_along_axes(self._model.points_per_cell, self._grid_case.thin())
+            first, _ = _seeded(self._model, self._grid_case, per_cell)
+        kind = takes is not None, not self._strains
+        self.contact_surface = surface_of(self._model, self._grid_case, *where, *kind, first)
+        if self._goes_on and self.contact_surface is not None:
+            self.contact_surface.go_on(self._begun_surface)
         if isinstance(self.contact_surface, RigidSurface) and takes is not None:
             self.contact_surface.takes = takes
             if takes.moves_freely:

@@ -17,6 +17,7 @@ from pellucid.jit.bundle import Bundle
 SOFT, HARD = 2, 4
 """Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
 of its surface it rolls as a polygon over its edges."""
+ABOUT = 12  # points by which a deformation gradient is fitted
 
 
 @runtime_checkable
@@ -52,11 +53,12 @@ def surface_of(
     load: Callable[[], np.ndarray],
     rigid: bool,
     hard: bool,
+    first: np.ndarray | None = None,
 ) -> GridSurface | None:
     """The surface of the shape of a body within the grid; None where it has none there.
 
     arrays: of its points; load: forces on the nodes, shape (nodes, 3), to which those on it are added. hard: whether it does
-    not deform.
+    not deform. first: where an earlier run began with the points, by their number [m], shape (n, 3).
     """
     x, y, z = active = tuple(not thin for thin in grid.thin)
     per_cell = points_along_axes(model.points_per_cell, grid_case.thin())
@@ -79,10 +81,39 @@ def surface_of(
         return None
     place, area = place[within], area[within]
     place[:, flat] = (0.5 * (low + high))[flat]
-    hosts = arrays["id"][cKDTree(arrays["position"]).query(place)[1]]
+    numbers = arrays["id"]
+    begun = arrays["position"] if first is None else first[numbers]
+    nearest = np.asarray(cKDTree(begun).query(place)[1])
+    velocity = model.initial_velocity(place)
+    if first is not None:
+        place, area = carried(place, area, nearest, begun, arrays["position"])
+        velocity = arrays["velocity"][nearest]
     kind = RigidSurface if rigid else GridSurface
-    surface = kind(arrays, mapped, hosts, place, area, spacing, load, model.initial_velocity(place))
+    surface = kind(arrays, mapped, numbers[nearest], place, area, spacing, load, velocity)
     surface.is_hard = hard
     surface.rate = model.wave_speeds()[0] / grid_case.cell
     surface.mass_per_area = model.material.density * grid_case.cell
     return surface
+
+
+def carried(
+    place: np.ndarray, area: np.ndarray, nearest: np.ndarray, begun: np.ndarray, position: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where points of a surface [m] with vector areas [m²], shape (m, 3), come to, as material points are carried from where
+    they began [m], shape (n, 3), to their positions: with those nearest to them, indices of shape (m,), by the deformation
+    gradients that fit their neighbours best.
+    """
+    _, about = cKDTree(begun).query(begun[nearest], k=min(ABOUT, len(begun)))
+    about = about.reshape(len(nearest), -1)
+    before, after = begun[about] - begun[nearest][:, None], position[about] - position[nearest][:, None]
+    spread = np.einsum("mki,mkj->mij", before, before)
+    # along directions without neighbours nothing is known: there it goes on as it is
+    values, vectors = np.linalg.eigh(spread)
+    known = values > 1e-6 * values[:, -1:]
+    inverse = np.where(known, 1.0 / np.where(known, values, 1.0), 0.0)
+    unknown = np.einsum("mia,ma,mja->mij", vectors, (~known).astype(float), vectors)
+    fitted = np.einsum("mki,mkj->mij", after, before) @ np.einsum("mia,ma,mja->mij", vectors, inverse, vectors)
+    gradient = fitted + unknown
+    cofactor = np.linalg.det(gradient)[:, None, None] * np.linalg.inv(gradient).swapaxes(1, 2)
+    carried_place = position[nearest] + np.einsum("mij,mj->mi", gradient, place - begun[nearest])
+    return carried_place, np.einsum("mij,mj->mi", cofactor, area)
