@@ -172,7 +172,7 @@ class SurfacePairs:
     def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = ()) -> None:
         """planes: of symmetry."""
         self._pairs, self._planes = pairs, planes
-        self._surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
+        self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
 
     def __len__(self) -> int:
@@ -186,7 +186,7 @@ class SurfacePairs:
         for pair in self._pairs:
             pair.begin(time, passing)
         described, forces, touched = dict[int, Described](), dict[int, np.ndarray](), dict[int, np.ndarray]()
-        for surface in self._surfaces:
+        for surface in self.surfaces:
             surface.begin()
             described[id(surface)] = describe(surface, self._planes)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
@@ -198,7 +198,7 @@ class SurfacePairs:
                 pair.push(dt, last, forces, touched)
                 held.append(pair.law.held)
         self.energy.begin_step(held)
-        for surface in self._surfaces:
+        for surface in self.surfaces:
             surface.slip[~touched[id(surface)]] = 0.0
             if id(surface) in forces:
                 surface.add_forces(described[id(surface)].fold(forces[id(surface)]))

@@ -279,8 +279,9 @@ class Body(ABC):
         """Make what a wall touches of a body without a surface, its points beside a plane; None where it touches none."""
         return None
 
-    def bound_by_contact(self) -> None:  # noqa: B027
-        """All contacts are known: bound the first step by how fast the body swings on others."""
+    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:  # noqa: B027
+        """All surfaces that touch are known: leave its own where it touches nothing; bound the first step by how fast the body
+        swings on others."""
 
     @property
     def met(self) -> ContactBody | None:

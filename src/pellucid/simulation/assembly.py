@@ -64,6 +64,11 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
     return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
 
 
+def may_be_hard(case: "Case") -> bool:
+    """Whether a body may not deform, as it is rigid or a motion leads it: others may then touch it by surfaces."""
+    return any(model.is_rigid for model in case.body) or len(case.motion) > 0
+
+
 def surfaces_of(built: Built, names: Collection[str], column: int | None) -> Surfaces:
     """Make the surfaces of bodies by which others touch them; column: of the work of forces between surfaces."""
     return {} if column is None else {name: built[name][0].make_contact_surface(column) for name in built if name in names}

@@ -38,6 +38,7 @@ from pellucid.progress import Progress
 from pellucid.simulation.assembly import (
     build_bodies,
     cell_pressures,
+    may_be_hard,
     pairs_of,
     surfaces_of,
     symmetry_planes,
@@ -85,7 +86,7 @@ class Simulation:
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
-        touching = several or (case.grid_or_none is not None and len(case.wall) > 0)
+        touching = (several and may_be_hard(case)) or (case.grid_or_none is not None and len(case.wall) > 0)
         columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
         columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
         others = [*columns, *(channel for body in case.body for channel in body.channels())]
@@ -131,9 +132,8 @@ class Simulation:
         planes = symmetry_planes(case.support, self.velocity_fields[0].grid.lattice) if surface_pairs else []
         walls = wall_contacts(case, built, surfaces, column, pull, start.keys())
         self.surface_pairs = SurfacePairs([*surface_pairs, *walls], planes)
-        if len(self.surface_pairs):
-            for body in self.bodies:
-                body.bound_by_contact()
+        for body in self.bodies:
+            body.bound_by_contact(self.surface_pairs.surfaces)
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
         self._contact = NO_CONTACT

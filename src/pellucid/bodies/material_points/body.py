@@ -107,8 +107,10 @@ class MaterialPoints(PointsOnGrid):
         """The forces on the nodes whose work goes to a column."""
         return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
-    def bound_by_contact(self) -> None:
+    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
         """A rigid body swings on others."""
+        if not any(surface is self.contact_surface for surface in touching):
+            self.contact_surface = None
         if self.contact_surface is not None:
             self.totals.rate = max(self.totals.rate, self.contact_surface.contact_rate)
 
