@@ -20,7 +20,7 @@ from pellucid.materials.decoupled import (
     total_stress,
 )
 from pellucid.materials.law import energy_and_stress, volumetric_energy
-from pellucid.materials.principal import Spectrum, Triple, isotropic_deviator, spectrum
+from pellucid.materials.principal import THIRD, Spectrum, Triple, isotropic_deviator, spectrum
 from pellucid.model import parameter
 from pellucid.tensors import Symmetric, determinant, left_cauchy_green, piola_transform
 
@@ -70,7 +70,7 @@ def _strains(of: Spectrum) -> tuple[Triple, float]:
     """ln λ̄ of the eigenvalues x = λ² of b, and by how much the second is above the third."""
     above = 0.5 * log1p(of.distance / of.values[2])
     a, c = 0.5 * log(of.values[0]), 0.5 * log(of.values[2])
-    mean = (a + c + c + above) / 3.0
+    mean = THIRD * (a + c + c + above)
     return (a - mean, c - mean + above, c - mean), above
 
 

@@ -9,7 +9,7 @@ An isotropic function f(a) is the polynomial that takes f at the eigenvalues, f�
 differences f₂₃ = (f₂ - f₃)/(x₂ - x₃), f₁₂₃ = (f₁₂ - f₂₃)/(x₁ - x₃). Errors of these shrink with the factors beside them: it is
 as exact for equal eigenvalues as for others where f₂₃ is, which the caller gives.
 
-There is no branch and no call of the library: loops over points become vectors.
+There is no branch and no call of the library, and few divisions: loops over points become vectors.
 """
 
 from math import sqrt
@@ -19,6 +19,7 @@ from pellucid.jit import pointwise
 from pellucid.tensors import Symmetric, double_dot, trace
 
 Triple = tuple[float, float, float]
+THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0
 ROUNDING = 2.0**-49
 """Of the mean eigenvalue: what the eigenvalues of a tensor that hardly differ from it are divided by."""
 C0, C1, C2, C3, C4 = 1.73206086, 0.332823444, -0.0918438663, 0.0350243772, -0.00807079743
@@ -62,7 +63,7 @@ def spectrum(a: Symmetric) -> Spectrum:
     """The eigenvalues of a positive tensor, and what `isotropic` takes; those of one that is not finite are not finite."""
     m = trace(a) / 3.0
     s = (a[0] - m, a[1] - m, a[2] - m, a[3], a[4], a[5])
-    p, least = sqrt(double_dot(s, s) / 6.0), ROUNDING * m
+    p, least = sqrt(SIXTH * double_dot(s, s)), ROUNDING * m
     usable = least if p < least else p
     over = 1.0 / usable
     xx, yy, zz, yz, xz, xy = over * s[0], over * s[1], over * s[2], over * s[3], over * s[4], over * s[5]
@@ -75,12 +76,12 @@ def spectrum(a: Symmetric) -> Spectrum:
         xx * xy + xy * yy + xz * yz,
     )
     B = (xx, yy, zz, yz, xz, xy)
-    r = double_dot(B, square) / 6.0
+    r = SIXTH * double_dot(B, square)
     size = 1.0 if abs(r) > 1.0 else abs(r)
     t = _outermost_root(size)
     distance = p * sqrt(_discriminant(B, square)) / (3.0 * (t * t - 1.0))
     t = -t if r < 0.0 else t
-    first, apart, pp, mean = p * t, 1.5 * usable * t, p * p, trace(square) / 3.0
+    first, apart, pp, mean = p * t, 1.5 * usable * t, p * p, THIRD * trace(square)
     return Spectrum(
         (m + first, m + 0.5 * (distance - first), m - 0.5 * (distance + first)),
         distance,
@@ -101,7 +102,7 @@ def spectrum(a: Symmetric) -> Spectrum:
 @pointwise
 def isotropic_deviator(of: Spectrum, apart: float, slope: float) -> Symmetric:
     """dev f(a) of an isotropic function, from f(x₁) - f(x₂) and (f(x₂) - f(x₃))/(x₂ - x₃), or f'(x₂) where these are equal."""
-    bend = (apart / of.across[0] - slope) / of.across[1]
+    bend = (apart - slope * of.across[0]) / (of.across[0] * of.across[1])
     slope += bend * of.first  # of a, in (a - x₂)(a - x₃) too
     s, q = of.deviator, of.square
     return (
