@@ -1,14 +1,18 @@
 """Meshless solids of every hyperelastic law: forces, a uniform strain, and a block that is thrown."""
 
+import re
+
+import numba
 import numpy as np
 import pytest
 from samples import HYPERELASTIC
 from solids import block, thrown
 
-from pellucid.bodies.meshless_solid.forces import internal_forces
-from pellucid.bodies.meshless_solid.solid import CHUNK, ENERGY
+from pellucid.bodies.meshless_solid.forces import _elastic_stresses, internal_forces
+from pellucid.bodies.meshless_solid.solid import CHUNK, COLUMN, COLUMNS, ENERGY
 from pellucid.bodies.meshless_solid.tables import make_tables
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.law import energy
 from pellucid.simulation.simulation import Simulation
 
@@ -53,3 +57,13 @@ def test_a_block_that_is_thrown_keeps_its_energy(name):
     # of the second order in the step, since `staggering` has the half step between velocities and stresses: 2e-5 to 3e-5
     assert max(errors) < 1e-4
     assert np.isfinite(sim.bodies[0].field("stress")).all()
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+def test_principal_stretches_of_several_points_are_found_at_a_time():
+    """Whatever their deformation, without a branch or a call."""
+    options = {**IN_KERNELS, "no_cpython_wrapper": False, "forceinline": False}
+    compiled = numba.njit(**options)(_elastic_stresses.py_func)  # of kept code there is no text
+    compiled(HYPERELASTIC["ogden"].law(), True, np.ones(COLUMNS * COLUMN))
+    (code,) = compiled.inspect_llvm().values()
+    assert re.search(r"call .*@llvm\.sqrt\.v\d+f64", code)

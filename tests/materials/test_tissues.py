@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from algebra import matrix, rotation, tensor
+from algebra import eigen, matrix, rotation, tensor
 from pydantic import ValidationError
 from samples import BULK, SPECIAL, material_of
 
@@ -103,6 +103,35 @@ def test_ogden_where_stretches_are_nearly_equal(apart, pair):
         W = 750.0 * (np.trace(b @ b) - 3.0) + 500.0 * (np.trace(np.linalg.inv(b @ b)) - 3.0)
         assert isochoric_energy(law, tensor(F)) == pytest.approx(W, abs=2e-14 * size)
         assert isochoric_stiffness(law, tensor(F)) < 1e3 * size
+
+
+@pytest.mark.parametrize(
+    ("stretches", "error"),
+    [
+        ((1.0, 1.0, 1.0), 1e-14),
+        ((1.0, 1.0 + 1e-9, 1.0 - 1e-10), 1e-14),
+        ((1.3, 1.0, 0.8), 1e-14),
+        ((1.7, 0.6, 0.6 + 1e-13), 1e-14),
+        ((0.4, 1.6, 1.6 + 1e-8), 1e-14),
+        ((6.0, 0.5, 0.3), 5e-13),  # rounding of b over its smallest eigenvalue, as in the next ones
+        ((0.05, 1.0, 1.2), 5e-13),
+        ((10.0, 1.0, 0.1), 2e-12),
+    ],
+)
+@pytest.mark.parametrize("name", ["ogden", "steep-ogden"])
+def test_ogden_beside_principal_axes_with_more_digits(name, stretches, error):
+    law = ISOCHORIC[name].law()
+    for seed in range(4):
+        F = rotation(seed) @ np.diag(stretches) @ rotation(seed + 9)
+        x, Q = eigen(F.astype(np.longdouble) @ F.T.astype(np.longdouble))
+        strain = 0.5 * np.log(x) - np.log(x).sum() / 6.0
+        terms = [(mu, alpha, np.exp(alpha * strain)) for mu, alpha in zip(law.moduli, law.exponents, strict=True)]
+        principal = sum(mu * power for mu, _, power in terms)
+        exact = Q * (principal - principal.mean()) @ Q.T
+        size = float(abs(principal).max())
+        assert matrix(isochoric_stress(law, tensor(F))) == pytest.approx(exact.astype(float), abs=error * size)
+        W = sum(mu / alpha * (power.sum() - 3.0) for mu, alpha, power in terms)
+        assert isochoric_energy(law, tensor(F)) == pytest.approx(float(W), abs=error * size)
 
 
 def sampled_stiffness(law, F, step=1e-4):

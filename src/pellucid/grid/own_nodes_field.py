@@ -21,6 +21,8 @@ class OwnNodesField(VelocityField):
     def __init__(self, name: str, grid: Grid) -> None:
         super().__init__(name, grid)
         self._reached = ReachedNodes(grid.nodes)
+        self.awaiting = np.zeros(0, np.int64)
+        """The nodes at which contact may give impulses in this step, in order, shape (k,)."""
 
     may_be_let_go = False
 
@@ -61,7 +63,8 @@ class OwnNodesField(VelocityField):
         self._reached.scatter_momentum(n, mapped)
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """The body counts its works itself, when all is known."""
+        """Contact may give impulses at these nodes; the body counts their works itself, when all is known."""
+        self.awaiting = np.unique(np.concatenate([self.awaiting[:0], *nodes]))
 
     def advance(self, dt: float, counted: bool = False) -> None:
         """Advance the momentum of the nodes without contact."""

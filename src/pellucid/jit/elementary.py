@@ -4,6 +4,9 @@ With x = m 2ᵏ, √½ ≤ m < √2, f = m - 1, s = f / (2 + f) and h = f²/2 it
 |r| ≤ ½ ln 2, and c = r - P(r²) it is exp(r) = 1 + r + r c / (2 - c). Source of both and of the polynomials R and P: fdlibm,
 e_log.c and e_exp.c (Sun Microsystems 1993), whose error is below one unit in the last place. With k = 3j + s, |s| ≤ 1, the cube
 root is 2ʲ (2ˢ m)^⅓, from a parabola in m by two steps of Halley's method, each of which leaves ⅔ of the cube of the error.
+
+The logarithm of y = 1 + x, rounded, is that of 1 + x times (y - 1)/x but for the square of the rounding (Kahan; Goldberg 1991,
+ACM Comput. Surv. 23, 5, theorem 4).
 """
 
 from math import frexp, inf, nan, sqrt
@@ -37,6 +40,8 @@ LEAST, WIDE, WIDE_BITS = 2.2250738585072014e-308, 2.0**54, 54.0
 """The least number that has all its digits, and what makes such a number of a smaller one."""
 LOWEST, HIGHEST = -745.1332191019412, 709.782712893384
 """Of what lies beyond, the exponential is no number above 0, or none at all."""
+NOTHING_BESIDE_ONE, ONE_BESIDE_NOTHING = -40.0, 60.0
+"""Below the first the exponential is nothing beside 1; where k is above the second, 1 is nothing beside it."""
 
 
 @compiled_by("pellucid.jit.exponent")
@@ -71,19 +76,49 @@ def log(x: float) -> float:
 
 
 @pointwise
-def exp(x: float) -> float:
-    """The exponential of x."""
-    usable = x if LOWEST <= x <= HIGHEST else 0.0
-    k = floor(usable * INVERSE_LN2 + 0.5)
-    high, low = usable - k * LN2_HIGH, k * LN2_LOW
+def log1p(x: float) -> float:
+    """ln(1 + x), exact also where x is small."""
+    y = 1.0 + x
+    seen = y - 1.0
+    found = log(y) * (x / (seen if seen != 0.0 and seen < inf else 1.0))
+    return x if seen == 0.0 else found
+
+
+@pointwise
+def _near_one(x: float) -> tuple[float, float]:
+    """k and exp(r) - 1."""
+    k = floor(x * INVERSE_LN2 + 0.5)
+    high, low = x - k * LN2_HIGH, k * LN2_LOW
     r = high - low
     t = r * r
     c = r - t * (P1 + t * (P2 + t * (P3 + t * (P4 + t * P5))))
-    near_one = 1.0 - ((low - (r * c) / (2.0 - c)) - high)
+    return k, high - (low - (r * c) / (2.0 - c))
+
+
+@pointwise
+def _scaled(x: float, k: float) -> float:
+    """x 2ᵏ, where either may lie beyond all numbers and the product not."""
     half = floor(0.5 * k)
-    found = (near_one * two_to(half)) * two_to(k - half)
+    return (x * two_to(half)) * two_to(k - half)
+
+
+@pointwise
+def exp(x: float) -> float:
+    """The exponential of x."""
+    k, beside_one = _near_one(x if LOWEST <= x <= HIGHEST else 0.0)
+    found = _scaled(1.0 + beside_one, k)
     found = found if x <= HIGHEST else (inf if x > HIGHEST else x)
     return 0.0 if x < LOWEST else found
+
+
+@pointwise
+def expm1(x: float) -> float:
+    """The exponential of x less 1, exact also where x is small."""
+    k, beside_one = _near_one(x if NOTHING_BESIDE_ONE <= x <= HIGHEST else 0.0)
+    factor = two_to(k if k < ONE_BESIDE_NOTHING else 0.0)
+    found = factor * beside_one + (factor - 1.0) if k < ONE_BESIDE_NOTHING else _scaled(1.0 + beside_one, k)
+    found = found if x <= HIGHEST else (inf if x > HIGHEST else x)
+    return -1.0 if x < NOTHING_BESIDE_ONE else found
 
 
 @pointwise

@@ -2,15 +2,15 @@
 
 Source: Ogden 1972, Proc. R. Soc. Lond. A 328, 567, in the decoupled form of Holzapfel 2000, Nonlinear Solid Mechanics, section
 6.5. At rest 2μ = Σ μ_p α_p. All is worked out from the principal logarithmic strains e = ln λ̄ with `expm1`, which is exact at
-small strains and for equal stretches.
+small strains, and from the difference of the two strains that lie closest, which is exact where they are nearly equal.
 """
 
-from math import expm1, log
 from typing import Literal, NamedTuple
 
 from pydantic import ValidationInfo, field_validator
 
 from pellucid.jit import point_function, pointwise
+from pellucid.jit.elementary import expm1, log, log1p
 from pellucid.materials.decoupled import (
     BulkMaterial,
     decoupled,
@@ -20,9 +20,9 @@ from pellucid.materials.decoupled import (
     total_stress,
 )
 from pellucid.materials.law import energy_and_stress, volumetric_energy
-from pellucid.materials.principal import Triple, from_principal, principal
+from pellucid.materials.principal import THIRD, Spectrum, Triple, isotropic_deviator, spectrum
 from pellucid.model import parameter
-from pellucid.tensors import determinant, left_cauchy_green, piola_transform
+from pellucid.tensors import Symmetric, determinant, left_cauchy_green, piola_transform
 
 
 @decoupled
@@ -66,45 +66,46 @@ class OgdenMaterial(BulkMaterial):
 
 
 @pointwise
-def _logarithms(x: Triple) -> Triple:
-    """ln λ̄ of the eigenvalues x = λ² of b."""
-    a, b, c = 0.5 * log(x[0]), 0.5 * log(x[1]), 0.5 * log(x[2])
-    mean = (a + b + c) / 3.0
-    return a - mean, b - mean, c - mean
+def _strains(of: Spectrum) -> tuple[Triple, float]:
+    """ln λ̄ of the eigenvalues x = λ² of b, and by how much the second is above the third."""
+    above = 0.5 * log1p(of.distance / of.values[2])
+    a, c = 0.5 * log(of.values[0]), 0.5 * log(of.values[2])
+    mean = THIRD * (a + c + c + above)
+    return (a - mean, c - mean + above, c - mean), above
 
 
 @pointwise
-def _in_principal_axes(law: Ogden, e: Triple) -> tuple[float, Triple]:
-    """W_iso and the principal isochoric Kirchhoff stresses ∂W_iso/∂e."""
-    stored = a = b = c = 0.0
+def _energy_and_deviator(law: Ogden, of: Spectrum) -> tuple[float, Symmetric]:
+    """W_iso and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2)."""
+    (first, _, third), above = _strains(of)
+    stored = apart = slope = 0.0  # slope: of the stress over the strain from the third to the second
     for p in range(len(law.moduli)):
         mu, alpha = law.moduli[p], law.exponents[p]
-        x, y, z = expm1(alpha * e[0]), expm1(alpha * e[1]), expm1(alpha * e[2])
-        stored += mu / alpha * (x + y + z)
-        a += mu * x
-        b += mu * y
-        c += mu * z
-    mean = (a + b + c) / 3.0
-    return stored, (a - mean, b - mean, c - mean)
+        x, z, y = expm1(alpha * first), expm1(alpha * third), alpha * above
+        growth = expm1(y)
+        more = (1.0 + z) * growth
+        stored += mu / alpha * (x + z + z + more)
+        apart += mu * (x - z - more)
+        slope += mu * alpha * (1.0 + z) * (growth / y if y != 0.0 else 1.0)
+    strain_slope = above / of.distance if above != 0.0 else 0.5 / of.values[2]
+    return stored, isotropic_deviator(of, apart, slope * strain_slope)
 
 
 @point_function(isochoric_energy, Ogden)
 def _isochoric_energy(law, F):
-    return _in_principal_axes(law, _logarithms(principal(left_cauchy_green(F))[0]))[0]
+    return _energy_and_deviator(law, spectrum(left_cauchy_green(F)))[0]
 
 
 @point_function(isochoric_stress, Ogden)
 def _isochoric_stress(law, F):
-    x, u, v, w = principal(left_cauchy_green(F))
-    return from_principal(_in_principal_axes(law, _logarithms(x))[1], u, v, w)
+    return _energy_and_deviator(law, spectrum(left_cauchy_green(F)))[1]
 
 
 @point_function(energy_and_stress, Ogden)
 def _energy_and_stress(law, F):
-    J, (x, u, v, w) = determinant(F), principal(left_cauchy_green(F))
-    stored, stresses = _in_principal_axes(law, _logarithms(x))
-    cauchy = total_stress(law, J, from_principal(stresses, u, v, w))
-    return stored + volumetric_energy(law, J), piola_transform(cauchy, F)
+    J = determinant(F)
+    stored, deviator = _energy_and_deviator(law, spectrum(left_cauchy_green(F)))
+    return stored + volumetric_energy(law, J), piola_transform(total_stress(law, J, deviator), F)
 
 
 @point_function(isochoric_stiffness, Ogden)
@@ -113,8 +114,8 @@ def _isochoric_stiffness(law, F):
     # (k_ij - τ_j) l_ij l_ji), with w = ∂²W/∂e∂e and k_ij = λ_j² (τ_i - τ_j)/(λ_i² - λ_j²) (Ogden 1984, Non-Linear Elastic
     # Deformations, section 6.1). For l = m⊗n, l_ij l_ji = l_ii l_jj and Σ_ij l_ij² = 1. What all pairs have alike, c, acts
     # on (tr l)² ≤ 1, the rest is bounded by its row sums.
-    x = principal(left_cauchy_green(F))[0]
-    e = _logarithms(x)
+    of = spectrum(left_cauchy_green(F))
+    x, (e, _) = of.values, _strains(of)
     y, slope = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)  # Σ μ (λ̄^α - 1), Σ μ α λ̄^α
     for p in range(len(law.moduli)):
         mu, alpha = law.moduli[p], law.exponents[p]

@@ -1,70 +1,115 @@
-"""Eigenvalues and eigenvectors of a symmetric tensor at a point, by Jacobi's rotations.
+"""Isotropic functions of a symmetric tensor at a point, from its eigenvalues and without its eigenvectors.
 
-Closed forms lose half of the digits where two eigenvalues are nearly equal, as at every undeformed point, and have no
-eigenvectors there; rotations are as exact then as elsewhere. Source: Golub & Van Loan 2013, Matrix Computations, 4th ed.,
-section 8.5.
+With the mean eigenvalue m, p² = dev a:dev a / 6 and B = dev a / p the eigenvalues are m + p t, t³ - 3t = det B. One root lies
+apart from the other two, √3 ≤ |t₁| ≤ 2, and is well conditioned. The distance of the other two follows from the discriminant as
+a sum of squares, those of the minors of the rows I, B, B², so that it is exact to rounding where they are nearly equal; the
+difference of the cubic's terms would lose half of the digits there.
+
+An isotropic function f(a) is the polynomial that takes f at the eigenvalues, f₂₃ a + f₁₂₃ (a - x₂)(a - x₃) + ..., with divided
+differences f₂₃ = (f₂ - f₃)/(x₂ - x₃), f₁₂₃ = (f₁₂ - f₂₃)/(x₁ - x₃). Errors of these shrink with the factors beside them: it is
+as exact for equal eigenvalues as for others where f₂₃ is, which the caller gives.
+
+There is no branch and no call of the library, and few divisions: loops over points become vectors.
 """
 
 from math import sqrt
+from typing import NamedTuple
 
 from pellucid.jit import pointwise
-from pellucid.tensors import Symmetric
+from pellucid.tensors import Symmetric, double_dot, trace
 
 Triple = tuple[float, float, float]
-SWEEPS = 12  # more than three to five are never needed
-NEGLIGIBLE = 1e-34  # square of an entry off the diagonal by the product of those on it
+THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0
+ROUNDING = 2.0**-49
+"""Of the mean eigenvalue: what the eigenvalues of a tensor that hardly differ from it are divided by."""
+C0, C1, C2, C3, C4 = 1.73206086, 0.332823444, -0.0918438663, 0.0350243772, -0.00807079743
+"""Of the polynomial that is within 1e-5 of 2 cos(arccos(r)/3), 0 ≤ r ≤ 1, to as many digits as that needs."""
+
+
+class Spectrum(NamedTuple):
+    """Of a positive tensor a = m I + p B: the three eigenvalues x₁, x₂ ≥ x₃, of which the first lies apart from the others."""
+
+    values: Triple
+    distance: float  # x₂ - x₃
+    first: float  # x₁ - m
+    across: tuple[float, float]  # x₁ - x₂ and x₁ - x₃, never 0
+    deviator: Symmetric  # p B
+    square: Symmetric  # p² dev(B²)
 
 
 @pointwise
-def _turn(p: float, q: float, off: float) -> tuple[float, float, float]:
-    """Cosine, sine and tangent of the turn that makes the entry `off` between the diagonal entries p and q vanish."""
-    if off * off <= NEGLIGIBLE * abs(p * q):
-        return 1.0, 0.0, 0.0
-    d = q - p
-    size = abs(d) + sqrt(d * d + 4.0 * off * off)
-    t = (2.0 * off if d >= 0.0 else -2.0 * off) / size
-    c = size / sqrt(size * size + 4.0 * off * off)
-    return c, t * c, t
+def _outermost_root(r: float) -> float:
+    """The root of t³ - 3t = 2r between √3 and 2, 0 ≤ r ≤ 1, by a step of Halley's method."""
+    t = C0 + r * (C1 + r * (C2 + r * (C3 + r * C4)))
+    f, slope = t * (t * t - 3.0) - 2.0 * r, 3.0 * (t * t - 1.0)
+    return t - f * slope / (slope * slope - 3.0 * t * f)
 
 
 @pointwise
-def _mixed(c: float, s: float, u: Triple, v: Triple) -> tuple[Triple, Triple]:
-    return (c * u[0] - s * v[0], c * u[1] - s * v[1], c * u[2] - s * v[2]), (
-        s * u[0] + c * v[0],
-        s * u[1] + c * v[1],
-        s * u[2] + c * v[2],
+def _discriminant(a: Symmetric, b: Symmetric) -> float:
+    """The product of the squares of all differences of the eigenvalues of a; b: its square."""
+    xy, yz, zx = (a[0] - a[1], b[0] - b[1]), (a[1] - a[2], b[1] - b[2]), (a[2] - a[0], b[2] - b[0])
+    whole = xy[0] * yz[1] - yz[0] * xy[1]
+    once = 0.0
+    for k in range(3, 6):
+        one, two, three = xy[0] * b[k] - a[k] * xy[1], yz[0] * b[k] - a[k] * yz[1], zx[0] * b[k] - a[k] * zx[1]
+        once += one * one + two * two + three * three
+    one, two, three = a[3] * b[4] - a[4] * b[3], a[4] * b[5] - a[5] * b[4], a[5] * b[3] - a[3] * b[5]
+    return whole * whole + 2.0 * once + 12.0 * (one * one + two * two + three * three)
+
+
+@pointwise
+def spectrum(a: Symmetric) -> Spectrum:
+    """The eigenvalues of a positive tensor, and what `isotropic` takes; those of one that is not finite are not finite."""
+    m = trace(a) / 3.0
+    s = (a[0] - m, a[1] - m, a[2] - m, a[3], a[4], a[5])
+    p, least = sqrt(SIXTH * double_dot(s, s)), ROUNDING * m
+    usable = least if p < least else p
+    over = 1.0 / usable
+    xx, yy, zz, yz, xz, xy = over * s[0], over * s[1], over * s[2], over * s[3], over * s[4], over * s[5]
+    square = (
+        xx * xx + xy * xy + xz * xz,
+        xy * xy + yy * yy + yz * yz,
+        xz * xz + yz * yz + zz * zz,
+        xy * xz + yy * yz + yz * zz,
+        xx * xz + xy * yz + xz * zz,
+        xx * xy + xy * yy + xz * yz,
+    )
+    B = (xx, yy, zz, yz, xz, xy)
+    r = SIXTH * double_dot(B, square)
+    size = 1.0 if abs(r) > 1.0 else abs(r)
+    t = _outermost_root(size)
+    distance = p * sqrt(_discriminant(B, square)) / (3.0 * (t * t - 1.0))
+    t = -t if r < 0.0 else t
+    first, apart, pp, mean = p * t, 1.5 * usable * t, p * p, THIRD * trace(square)
+    return Spectrum(
+        (m + first, m + 0.5 * (distance - first), m - 0.5 * (distance + first)),
+        distance,
+        first,
+        (apart - 0.5 * distance, apart + 0.5 * distance),
+        s,
+        (
+            pp * (square[0] - mean),
+            pp * (square[1] - mean),
+            pp * (square[2] - mean),
+            pp * square[3],
+            pp * square[4],
+            pp * square[5],
+        ),
     )
 
 
 @pointwise
-def principal(a: Symmetric) -> tuple[Triple, Triple, Triple, Triple]:
-    """The eigenvalues of a, in no order, and a unit eigenvector of each; those of a not finite tensor are not finite."""
-    x, y, z, yz, xz, xy = a
-    u, v, w = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-    for _ in range(SWEEPS):
-        if xy * xy <= NEGLIGIBLE * abs(x * y) and xz * xz <= NEGLIGIBLE * abs(x * z) and yz * yz <= NEGLIGIBLE * abs(y * z):
-            break
-        c, s, t = _turn(x, y, xy)
-        x, y, xy, xz, yz = x - t * xy, y + t * xy, 0.0, c * xz - s * yz, s * xz + c * yz
-        u, v = _mixed(c, s, u, v)
-        c, s, t = _turn(x, z, xz)
-        x, z, xz, xy, yz = x - t * xz, z + t * xz, 0.0, c * xy - s * yz, s * xy + c * yz
-        u, w = _mixed(c, s, u, w)
-        c, s, t = _turn(y, z, yz)
-        y, z, yz, xy, xz = y - t * yz, z + t * yz, 0.0, c * xy - s * xz, s * xy + c * xz
-        v, w = _mixed(c, s, v, w)
-    return (x, y, z), u, v, w
-
-
-@pointwise
-def from_principal(values: Triple, u: Triple, v: Triple, w: Triple) -> Symmetric:
-    """The symmetric tensor with these eigenvalues along three unit vectors."""
-    p, q, r = values
+def isotropic_deviator(of: Spectrum, apart: float, slope: float) -> Symmetric:
+    """dev f(a) of an isotropic function, from f(x₁) - f(x₂) and (f(x₂) - f(x₃))/(x₂ - x₃), or f'(x₂) where these are equal."""
+    bend = (apart - slope * of.across[0]) / (of.across[0] * of.across[1])
+    slope += bend * of.first  # of a, in (a - x₂)(a - x₃) too
+    s, q = of.deviator, of.square
     return (
-        p * u[0] * u[0] + q * v[0] * v[0] + r * w[0] * w[0],
-        p * u[1] * u[1] + q * v[1] * v[1] + r * w[1] * w[1],
-        p * u[2] * u[2] + q * v[2] * v[2] + r * w[2] * w[2],
-        p * u[1] * u[2] + q * v[1] * v[2] + r * w[1] * w[2],
-        p * u[0] * u[2] + q * v[0] * v[2] + r * w[0] * w[2],
-        p * u[0] * u[1] + q * v[0] * v[1] + r * w[0] * w[1],
+        slope * s[0] + bend * q[0],
+        slope * s[1] + bend * q[1],
+        slope * s[2] + bend * q[2],
+        slope * s[3] + bend * q[3],
+        slope * s[4] + bend * q[4],
+        slope * s[5] + bend * q[5],
     )

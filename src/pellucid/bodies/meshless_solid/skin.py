@@ -7,7 +7,7 @@ m_a Δv_a = Σ_k S_ka m_k Δv_k, which keeps momentum since Σ_a S_ka = 1.
 
 The velocity of a node of the grid is a mean, and mapping an increment to the points and back gives part of it alone:
 Δv_I = Σ_k N_I m_k (SΔv)_k / m_I. Were that left, points under a lasting load would creep into the other body. So the nodes of
-the grid take the velocities with which the body answers, and contact goes on from there.
+the grid take the velocities with which the body answers, and contact goes on from there (`skin_answer`).
 """
 
 from collections.abc import Mapping
@@ -15,6 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import sparse
 
+from pellucid.bodies.meshless_solid.skin_answer import SkinAnswer
 from pellucid.bodies.meshless_solid.skin_points import SkinPoints
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.contact.coupling import GridCoupling
@@ -22,31 +23,9 @@ from pellucid.contact.faces import Faces
 from pellucid.contact.overlong import overlong
 from pellucid.geometry.cells import vector_areas
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import NOTHING
-from pellucid.grid.vectors import gather_vectors, scatter_vectors
-from pellucid.jit import kernel
+from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
 from pellucid.state import of_owner, with_owner
-
-CHUNK = 4096
-
-
-@kernel(inner=True)
-def _answer_chunk(chunk, nodes, change, trial, first):
-    mass, velocity, increment = nodes.mass, nodes.velocity, nodes.velocity_increment
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
-        if mass[I] > NOTHING:
-            for d in range(3):
-                if first:
-                    trial[I, d] = velocity[I, d] - increment[I, d]
-                if nodes.constrained[I, d] == 0:
-                    velocity[I, d] = trial[I, d] + change[I, d] / mass[I]
-
-
-@kernel()
-def _answer(chunks, nodes, change, trial, first):
-    parallel_for(_answer_chunk, chunks, nodes, change, trial, first)
 
 
 class Skin:
@@ -69,7 +48,7 @@ class Skin:
         points: SkinPoints,
     ) -> None:
         self.name, self.functions, self._field = name, coupling.functions, coupling.velocity_field
-        self._position, self._velocity, self._prescribed = arrays["position"], arrays["velocity"], arrays["prescribed"]
+        self._position, self._velocity = arrays["position"], arrays["velocity"]
         self._increment, mass = coupling.increment, arrays["mass"]
         self._mass = mass[:, None]
         self._values, self._shares = points.values, sparse.csr_array(points.values.T)
@@ -88,9 +67,8 @@ class Skin:
         self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass)
         still = np.zeros_like(self._everywhere)
         self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes)
-        nodes = self._field.grid.nodes
-        self._nodes, self._first = Bundle(nodes), True
-        self._trial, self._change = np.zeros_like(nodes.velocity), np.zeros_like(nodes.velocity)
+        self._answer = SkinAnswer(self.surface, points.mass, self._values, mass, arrays["prescribed"])
+        self._first = True
 
     def surface_of(self, grid: Grid, loads: np.ndarray, hard: bool) -> PointsOfFaces:
         """The points as others touch them; their forces are added to loads on the nodes [N], shape (n, 3). hard: whether all
@@ -145,11 +123,9 @@ class Skin:
 
     def answer_contact(self) -> bool:
         """Let the nodes of the grid have the velocities that contact gave the body so far."""
-        increment = np.where(self._prescribed == 0, self.gather(), 0.0)
-        self._change.fill(0.0)
-        change = self._point_mass * (self._values @ increment)
-        scatter_vectors(self.surface.n_slabs, self.surface.mapped, change, self._change)
-        _answer((len(self._change) + CHUNK - 1) // CHUNK, self._nodes, self._change, self._trial, self._first)
+        if self._first:
+            self._answer.begin(self._field.awaiting)
+        self._answer.give()
         self._first = False
         return True
 
