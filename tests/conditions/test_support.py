@@ -205,13 +205,15 @@ def test_fluids_beside_such_walls_keep_their_energy(walls):
 
 @pytest.mark.parametrize("walls", [{}, {"friction": 0.3}, {"stick": True}, {"opens": True}])
 def test_contact_beside_such_walls(walls):
-    """Two blocks meet in a corner; impulses of contact and walls make the whole change of momentum and energy."""
+    """Two blocks meet in a corner; impulses of contact and walls make the whole change of momentum and energy. They meet at a
+    thirtieth of the speed of sound: at a tenth they overlap by a third of a cell, on cells of half a block."""
     corner = [side | walls for side in SLIP[:5]]
-    one = box((0, 0, 0), (2, 1, 2), RATE_SOLID, name="one", field="one", velocity=(-0.3, 0, -0.2))
-    other = box((2, 0, 0), (4, 1, 3), RATE_SOLID, name="other", field="other", velocity=(-0.4, 0, -0.3))
+    one = box((0, 0, 0), (2, 1, 2), RATE_SOLID, name="one", field="one", velocity=(-0.1, 0, -0.06))
+    other = box((2, 0, 0), (4, 1, 3), RATE_SOLID, name="other", field="other", velocity=(-0.13, 0, -0.1))
     sim = simulation(one, other, counts=(8, 1, 6), support=corner, gravity=(0.0, 0.0, -0.1), end=100.0, energy={"warn": 0.1})
+    start = sim.kinetic_energy()
     advance(sim, 200)
-    assert sim.energies()["contact_work"] < -10.0
+    assert sim.energies()["contact_work"] < -0.01 * start
     assert abs(sim.energies()["transfer_error"]) < 1e-10
     assert sim.conservation()["momentum"] < 1e-14
 

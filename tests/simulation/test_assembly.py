@@ -38,17 +38,35 @@ def test_momentum_goes_over_and_contact_takes_energy(kind, scheme, functions):
     sim = collision(kind, scheme, functions)
     start, before = sim.budget.kinetic, sim.bodies[0].totals.momentum
     taken = [0.0]
-    for _ in range(60):
+    while sim.time < 3.0:
         sim.step()
         taken.append(sim.budget.sums["contact_work"])
     assert sim.conservation()["momentum"] < 1e-12
     impulse = sim.reactions()["touch"]
     assert sim.bodies[0].totals.momentum - before == pytest.approx(impulse, abs=1e-12 * np.abs(impulse).max())
     assert impulse[2] < -0.5 * np.abs(before[2])
-    # a step in which forces turn what was parting back does work on it by its velocity before: some 1e-3 of the energy
-    assert np.diff(taken).max() < 2e-3 * start
+    # what the overlap stored comes back, less what dampers and friction took
     assert max(taken) <= 0.0
-    assert -0.5 * start < taken[-1] < -0.05 * start
+    assert min(taken) < -0.1 * start
+    assert min(taken) < taken[-1] < -0.005 * start
+    # edges that press into faces, of blocks of two cells; with USL light nodes strain points, and surfaces with them
+    assert sim.surface_pairs.energy.unexplained < (0.1 if scheme == "usl" else 0.04) * start
+
+
+@pytest.mark.parametrize(("cell", "most"), [(1.0, 0.03), (0.5, 0.01)])
+def test_faces_that_meet_flush_give_back_what_they_stored(cell, most):
+    """Less what dampers took; on half the cells of a block of two cells they miss a third of it."""
+    one = box((2, 2, 1), (4, 4, 3), name="one", field="a", velocity=(0, 0, 0.4))
+    two = box((2, 2, 3.1), (4, 4, 5.1), name="two", field="b", velocity=(0, 0, -0.4))
+    counts = (round(7 / cell),) * 3
+    sim = simulation(one, two, counts=counts, cell=cell, end=100.0, step=0.02 * cell, energy={"warn": 0.1, "stop": 1.0})
+    start = sim.kinetic_energy()
+    while sim.time < 3.2:
+        sim.step()
+    assert sim.bodies[1].totals.momentum[2] > 0.4 * 0.4 * sim.bodies[1].mass, "they part"
+    assert abs(sim.surface_pairs.energy.held) < 1e-3 * start
+    assert sim.energies()["contact_work"] < -0.05 * start
+    assert abs(sim.surface_pairs.energy.unexplained) < most * start
 
 
 def test_the_same_bits_on_two_threads_and_after_a_restart():
@@ -144,9 +162,11 @@ def test_three_fields_that_meet_in_one_place():
     advance(sim, 100)
     assert sim.conservation()["momentum"] < 1e-12
     low, one, two = (body.points.position for body in sim.bodies)
-    # beyond half the distance of points, by no more than the distance at which surfaces touch
-    assert two[:, 0].min() - one[:, 0].max() - 0.5 > -0.1
-    assert min(one[:, 2].min(), two[:, 2].min()) - low[:, 2].max() - 0.5 > -0.1
+    # contact gives way as a layer of cells of either body: by v/c cells at the pressure ρ c v/2 of bodies that meet at a speed v
+    speed = np.sqrt(1.346 * SOLID["young_modulus"] / SOLID["density"])
+    assert two[:, 0].min() - one[:, 0].max() - 0.5 > -0.8 / speed
+    # the floor twice as deep where the blocks tip on their edges as they meet
+    assert min(one[:, 2].min(), two[:, 2].min()) - low[:, 2].max() - 0.5 > -2.0 * 0.2 / speed
     push = sim.reactions()
     assert push["left-right"][0] < -100.0
     assert max(push["floor-left"][2], push["floor-right"][2]) < -100.0

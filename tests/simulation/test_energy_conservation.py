@@ -154,8 +154,8 @@ def test_beside_a_membrane_the_transfers_make_no_energy():
 
 @pytest.mark.parametrize("gap", [0.0, 0.3])
 def test_contact_makes_little_energy(gap):
-    """Two elastic blocks of two velocity fields meet and part: what contact takes is what is lost. What is left are the points
-    that move through the grid, and what lumping gives back of the second impulses as approach in the next step."""
+    """Two elastic blocks of two velocity fields meet and part: what dampers take is what is lost. What is left are the points
+    that move through the grid, and what straining lags behind the nodes that contact pushes: half of it with half the step."""
     left = box((1, 0, 0), (4, 2, 1), SOLID, (2, 2, 1), name="left", field="left", velocity=(0.3, 0.0, 0.0))
     right = box((4 + gap, 0, 0), (7 + gap, 2, 1), SOLID, (2, 2, 1), name="right", field="right", velocity=(-0.3, 0.0, 0.0))
     how = {"functions": "quadratic-bspline", "support": SLIP[4:], "courant": 0.1, "end": 1e3}
@@ -165,14 +165,14 @@ def test_contact_makes_little_energy(gap):
         worst = max(worst, abs(sim.budget.energy_error()))
     balance, scale = sim.energies(), sim.budget.energy_scale
     assert balance["contact_work"] < -0.1 * scale
-    assert abs(balance["transfer_heat"]) < ROUNDING * scale  # no node is held along the motion
-    assert worst < 0.013  # of blocks of three by two cells; where the second impulses change no points, 0.024
+    assert abs(balance["transfer_heat"]) < 0.01 * scale
+    assert worst < 0.01  # of blocks of three by two cells; on half the cells 0.003
 
 
-@pytest.mark.parametrize(("part", "error"), [({}, 0.002), ({"part": FAR_SIDE}, 0.013)], ids=["wholly", "in part"])
+@pytest.mark.parametrize(("part", "error"), [({}, 0.01), ({"part": FAR_SIDE}, 0.01)], ids=["wholly", "in part"])
 def test_impulses_of_contact_on_a_held_body_are_those_that_the_other_got(part, error):
-    """A block hits another that a motion holds, wholly or at its far side: the first and the second impulses of contact are in
-    the reactions, and energy is balanced."""
+    """A block hits another that a motion holds, wholly or at its far side: the impulses of contact are in the reactions, and
+    energy is balanced but for what points lose that move through cells as large as a third of the block."""
     plate = box((0, 0, 0), (4, 2, 1), SOLID, (2, 2, 1), name="plate", field="plate")
     block = box((4, 0, 0), (7, 2, 1), SOLID, (2, 2, 1), name="block", field="block", velocity=(-0.3, 0.0, 0.0))
     motion = [{"name": "hold", "body": "plate", "hold": ["x"]} | part]

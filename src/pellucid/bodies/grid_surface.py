@@ -77,7 +77,7 @@ class GridSurface(ContactSurface):
     the surface are added.
     """
 
-    meets_hard = True
+    serves_deformed = True
     follows_steps = False  # stiffer layers shake the nodes about them, and transfers take what they shake
 
     def __init__(
@@ -96,6 +96,7 @@ class GridSurface(ContactSurface):
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self.reach = np.full(len(place), WIDTHS * spacing)
         self.resolution = 1.0 / mapped.lattice.inverse_cell
+        self._weights = self.sizes()
         self.find_hosts()
         self._host = arrays["position"][self._stored].copy()
         normal = area / np.linalg.norm(area, axis=1, keepdims=True)
@@ -118,6 +119,10 @@ class GridSurface(ContactSurface):
         stored[numbers] = np.arange(len(numbers))
         self._stored = stored[self._hosts]
         self.area[self._points["mass"][self._stored] == 0.0] = 0.0
+
+    def weights(self) -> np.ndarray:
+        """The areas at the start [m²]."""
+        return self._weights
 
     def begin(self) -> None:
         """Put the points on the surface."""
@@ -145,4 +150,5 @@ class GridSurface(ContactSurface):
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
         own = {"offset": self._offset, "depth": self._depth, "area": self.area, "velocity": self.velocity, "slip": self.slip}
+        own["weight"] = self._weights
         return {f"surface/{name}": array for name, array in own.items()}

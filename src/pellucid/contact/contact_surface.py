@@ -34,8 +34,8 @@ class ContactSurface(ABC):
     """The lengths by which the body resolves what presses on it [m], shape (m,) or one for all."""
     resolved_by, finer = "cells", "a smaller grid.cell"
     """What these are the lengths of, and what makes them smaller."""
-    meets_hard = False
-    """Whether it meets what does not deform by the surfaces of both though it deforms itself; else they meet on the nodes."""
+    serves_deformed = False
+    """Whether it serves contact though the body deforms; else this and others meet on the nodes."""
     contact_rate = 0.0
     """How fast a rigid body swings on what it touches, which its step has to follow [1/s]."""
     drag: np.ndarray | None = None
@@ -53,6 +53,11 @@ class ContactSurface(ABC):
     def sizes(self) -> np.ndarray:
         """The areas of the points [m²], shape (m,)."""
         return np.asarray(np.linalg.norm(self.area, axis=1))
+
+    def weights(self) -> np.ndarray:
+        """The areas by which the points count in forces [m²], shape (m,): where a body deforms those of the start, so that the
+        energy of an overlap does not change as areas do."""
+        return self.sizes()
 
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""

@@ -50,7 +50,7 @@ class Pass:
             return False
         carried = np.empty((len(at), 3))
         proximity.mean_velocities(at, *self._about(), other.velocity, carried)
-        normal, area = self._found[at, NORMAL : NORMAL + 3], self._found[at, SHARE] * one.size[at]
+        normal, area = self._found[at, NORMAL : NORMAL + 3], self._found[at, SHARE] * self.one.weights()[at]
         if self.one.is_hard and not self.other.is_hard:
             # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
             own = one.normal[at]

@@ -60,7 +60,7 @@ class WallContact:
         self._work, self.impulse = 0.0, np.zeros(3)
         surface, plane = self.surfaces[0], self.plane
         m = len(surface.place)  # behind these are images, which planes of symmetry make
-        sizes, facing = described[id(surface)].size[:m], np.ones(m)
+        sizes, facing = surface.weights(), np.ones(m)
         if not surface.two_sided:
             facing = -np.sum(described[id(surface)].normal[:m] * plane.normal, axis=1)
         depth = surface.half_width - plane.height(surface.place)

@@ -107,6 +107,11 @@ class BodyModel(Part):
         return None
 
     @property
+    def deforms_in_contact(self) -> bool:
+        """Whether others touch it by its surface though it deforms, and not on the nodes of the grid."""
+        return False
+
+    @property
     def is_rigid(self) -> bool:
         """Whether it moves as a rigid body."""
         return False

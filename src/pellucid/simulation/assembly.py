@@ -64,9 +64,15 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
     return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
 
 
-def may_be_hard(case: "Case") -> bool:
-    """Whether a body may not deform, as it is rigid or a motion leads it: others may then touch it by surfaces."""
-    return any(model.is_rigid for model in case.body) or len(case.motion) > 0
+def may_touch_by_surfaces(case: "Case") -> bool:
+    """Whether two velocity fields may: both of material points that do not flow, or one of bodies that do not deform, as they
+    are rigid or motions lead them."""
+    led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
+    members: dict[str, list[BodyModel]] = {}
+    for model in case.body:
+        members.setdefault(model.field, []).append(model)
+    soft = sum(all(model.deforms_in_contact for model in models) for models in members.values())
+    return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members.values()))
 
 
 def surfaces_of(built: Built, names: Collection[str], column: int | None) -> Surfaces:
@@ -85,8 +91,7 @@ def pairs_of(
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
     gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one that
-    serves, nothing of one of them deforms, and not all are membranes, whose sides tell nothing of each other; else on the nodes
-    of the grid.
+    serves, and not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
@@ -99,8 +104,7 @@ def pairs_of(
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         if (
             len(known) == len(found[0]) + len(found[1])
-            and all(surface.is_hard or surface.meets_hard for surface in known)
-            and any(all(surface is not None and surface.is_hard for surface in side) for side in found)
+            and all(surface.is_hard or surface.serves_deformed for surface in known)
             and not all(surface.two_sided for surface in known)
         ):
             touching += _surface_pairs(one.grid, found, contact, gravity, courant)

@@ -38,7 +38,7 @@ from pellucid.progress import Progress
 from pellucid.simulation.assembly import (
     build_bodies,
     cell_pressures,
-    may_be_hard,
+    may_touch_by_surfaces,
     pairs_of,
     surfaces_of,
     symmetry_planes,
@@ -86,7 +86,7 @@ class Simulation:
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
-        touching = (several and may_be_hard(case)) or (case.grid_or_none is not None and len(case.wall) > 0)
+        touching = (several and may_touch_by_surfaces(case)) or (case.grid_or_none is not None and len(case.wall) > 0)
         columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
         columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
         others = [*columns, *(channel for body in case.body for channel in body.channels())]

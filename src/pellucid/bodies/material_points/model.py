@@ -43,6 +43,11 @@ class MaterialPointsCase(SeededBody):
         return self.rigid
 
     @property
+    def deforms_in_contact(self) -> bool:
+        """Solids do; a fluid has no surface of its own."""
+        return not self.material.flows
+
+    @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
         return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
