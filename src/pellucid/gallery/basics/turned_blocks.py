@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.gallery.basics.blocks_on_slope import PULL, shear_and_compression, softness
+from pellucid.gallery.basics.blocks_on_slope import FRICTION, PULL, shear_and_compression, softness
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -23,7 +23,6 @@ METRICS = ("east", "west", "east_aside", "west_aside", "east_sticks", "west_stic
 
 PLATES = {"east": (np.radians(17.0), 1.0), "west": (np.radians(-33.0), -1.0)}
 """Angle of a plate, and the direction along it in which its blocks slide."""
-FRICTION = 0.3
 
 
 def along_and_off(run: "Run", block: str, quantity: str = "") -> tuple["Array", "Array"]:
@@ -39,8 +38,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     sheared, _ = shear_and_compression(run)
     result = {}
     for side in PLATES:
-        # With the impulse N of the plate m v_off = N - m g cos 30 t and m v_along = m g sin 30 t - μ N. So v_along + μ v_off is
-        # g (sin 30 - μ cos 30) t, however the block swings on the plate. The springs of friction take a millisecond to load.
+        # as in blocks-on-slope: exact however the block swings on the plate
         along, off = along_and_off(run, f"{side}_slides", "v")
         meaning = "at the end, speed along the plate and μ times that off it"
         result[side] = compared(float((along + FRICTION * off)[-1]), PULL * end, 0.005, "m/s", meaning)
@@ -48,7 +46,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         # what the weight presses the block and the layers in contact together, no more
         meaning = "farthest off the line of the plate, over the cell"
         result[f"{side}_aside"] = Metric(aside, 0.0, aside / cell, 0.02, "m", meaning)
-        # as in blocks-on-slope: friction is a spring about as soft as a layer of cells
+        # and friction is a spring about as soft as a layer of cells
         way = float(np.max(np.abs(along_and_off(run, f"{side}_sticks")[0])))
         meaning, spare = "farthest way, beside the mean of the block's own shear [m]", 1e-4 * softness(run) - sheared
         result[f"{side}_sticks"] = Metric(way, sheared, abs(way - sheared), spare, "m", meaning)
