@@ -162,7 +162,7 @@ def test_three_fields_that_meet_in_one_place():
     advance(sim, 100)
     assert sim.conservation()["momentum"] < 1e-12
     low, one, two = (body.points.position for body in sim.bodies)
-    # contact gives way as a layer of cells of either body: by v/c cells at the pressure ρ c v/2 of bodies that meet at a speed v
+    # contact gives way as a layer of cells of both: by v/c cells at the pressure ρ c v/2 of bodies that meet at a speed v
     speed = np.sqrt(1.346 * SOLID["young_modulus"] / SOLID["density"])
     assert two[:, 0].min() - one[:, 0].max() - 0.5 > -0.8 / speed
     # the floor twice as deep where the blocks tip on their edges as they meet

@@ -1,6 +1,6 @@
 """Errors of contact with exact answers, by all functions, two cells and two transfers, and what the functions cost.
 
-    python table.py            writes table.csv beside this file (a quarter of an hour)
+    python table.py            writes table.csv beside this file (twenty minutes)
     python table.py report     prints the tables of README.md from it
 
 Each case runs as its quick variant, on its cells, with what `CASES` sets. Wall times are those of the steps, over that of
@@ -27,6 +27,7 @@ CASES = {
     "rolling-ball": ((0.05,), {}, ("way",)),
     "colliding-bars": ((0.025, 0.0125), {}, ("struck",)),
     "blocks-on-slope": (BOTH, {"time.end": 0.8}, ("slides", "wall_slides", "sticks", "wall_sticks")),
+    "turned-blocks": (BOTH, {}, ("east", "west", "east_sticks", "west_sticks")),
     "rolling-discs": (BOTH, {}, ("rigid", "elastic", "gliding")),
 }
 """Cells [m], what differs from the quick variants, and the errors that stand in the table."""

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import pellucid
+from pellucid import catalogue
 from pellucid.case import load
 from pellucid.errors import PellucidError
-from pellucid import catalogue
 
 FILE = Path(__file__).parent / "table.csv"
 FUNCTIONS = ("trilinear", "gimp", "quadratic-bspline")

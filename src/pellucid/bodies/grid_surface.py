@@ -2,9 +2,10 @@
 
 Each point of the surface belongs to a material point and moves with the velocity field about it, as far as that is linear:
 v + L o at the place x + o, for the velocity v and its gradient L at x. A force f on it acts on the nodes by the same weights,
-N_I + o·∇N_I, so that what it takes and gives is the same; the pressure p on the side of a body is then in balance with a stress
-of -p in its points, and all nodes that it reaches have mass. v and L are of the velocity that strains the points, as the energy
-of the overlap is stored like that of a strain. The vector area a changes by tr(L) a - Lᵀ a, as areas of the material do.
+N_I + o·∇N_I, so that what it takes and gives is the same, and all nodes that it reaches have mass. v and L are of the velocity
+that strains the points: this is what forces on nodes give energy to. Material points themselves move by another one, from which
+the former differs by what transfers smooth; moved with these, surfaces that press win energy at each step. The vector area a
+changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
 from collections.abc import Callable, Mapping
@@ -37,7 +38,7 @@ class MovedSurface(NamedTuple):
 
 
 @kernel(inner=True)
-def _follow_chunk(chunk, surface, dt):
+def _follow_chunk(chunk, surface, step, dt):
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))
@@ -47,7 +48,7 @@ def _follow_chunk(chunk, surface, dt):
         more = (xx * o0 + xy * o1 + xz * o2, yx * o0 + yy * o1 + yz * o2, zx * o0 + zy * o1 + zz * o2)
         for d in range(3):
             surface.motion[p, d] = v[d] + more[d]
-            o[p, d] += dt * more[d]
+            o[p, d] += step * surface.motion[p, d]
         a0, a1, a2, growth = a[p, 0], a[p, 1], a[p, 2], xx + yy + zz
         a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
         a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
@@ -55,8 +56,9 @@ def _follow_chunk(chunk, surface, dt):
 
 
 @kernel()
-def _follow(chunks, surface, dt):
-    parallel_for(_follow_chunk, chunks, surface, dt)
+def _follow(chunks, surface, step, dt):
+    """Velocities and areas after a step dt [s], and offsets as their ends move for `step` [s] from where the hosts stay."""
+    parallel_for(_follow_chunk, chunks, surface, step, dt)
 
 
 @kernel()
@@ -126,13 +128,16 @@ class GridSurface(ContactSurface):
 
     def begin(self) -> None:
         """Put the points on the surface."""
-        self._host[...] = self._points["position"][self._stored]
+        host = self._points["position"][self._stored]
+        if not self.is_hard:
+            self._offset -= host - self._host
+        self._host[...] = host
         np.add(self._host, self._offset, out=self.place)
         self.place += self._above()
 
     def follow(self, dt: float) -> None:
-        """Move with the nodes over a step dt [s]."""
-        _follow(len(self._host) // CHUNK + 1, self._moved, dt)
+        """Move with the nodes over a step dt [s]; what a motion leads as a whole, with its material points."""
+        _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
         """Move as a rigid body whose centre goes to a new place [m], (3,), and which turns by a rotation, (3, 3), in dt [s]."""
@@ -149,6 +154,13 @@ class GridSurface(ContactSurface):
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
-        own = {"offset": self._offset, "depth": self._depth, "area": self.area, "velocity": self.velocity, "slip": self.slip}
+        own = {
+            "offset": self._offset,
+            "host": self._host,
+            "depth": self._depth,
+            "area": self.area,
+            "velocity": self.velocity,
+            "slip": self.slip,
+        }
         own["weight"] = self._weights
         return {f"surface/{name}": array for name, array in own.items()}

@@ -1,0 +1,74 @@
+"""Blocks that slide down planes turned about two axes: along the steepest descent, as Coulomb's law says."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, ways seen from above, and how far they are off the exact line."}
+
+METRICS = ("on_plate", "on_wall", "on_plate_aside", "on_wall_aside", "energy")
+
+FIRST, SECOND = np.radians(20.0), np.radians(25.0)  # turned back about x, then forth about y
+NORMAL = np.array([np.cos(FIRST) * np.sin(SECOND), np.sin(FIRST), np.cos(FIRST) * np.cos(SECOND)])
+SLOPE, FRICTION = np.arccos(NORMAL[2]), 0.3
+DOWN = (np.cos(SLOPE) * NORMAL - [0.0, 0.0, 1.0]) / np.sin(SLOPE)
+"""Direction of the steepest descent."""
+ASIDE = np.cross(NORMAL, DOWN)
+PULL = 9.81 * (np.sin(SLOPE) - FRICTION * np.cos(SLOPE))  # [m/s²]
+BLOCKS = {"on_plate": "on the plate", "on_wall": "on the wall"}
+
+
+def vectors(run: "Run", block: str, quantity: str = "") -> "Array":
+    """Displacements [m] or, with "v", velocities [m/s] of a block, shape (n, 3)."""
+    return np.stack([column(run, f"{block}_{quantity}{axis}") for axis in "xyz"], axis=1)
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Speeds down the slope, how far the blocks leave the line of the steepest descent, energy."""
+    end = float(column(run, "time")[-1])
+    result = {}
+    for block in BLOCKS:
+        # v_down + μ v_off = g (sin - μ cos) t however the block swings, as friction is μ times the force of the plane; its
+        # springs take a millisecond to load
+        found = float(vectors(run, block, "v")[-1] @ (DOWN + FRICTION * NORMAL))
+        meaning = "at the end, speed down the slope and μ times that off it"
+        result[block] = compared(found, PULL * end, 0.005, "m/s", meaning)
+    for block in BLOCKS:
+        way = vectors(run, block)
+        # friction leans against the motion of each point of the foot, and these swing
+        aside = float(np.max(np.abs(way @ ASIDE)))
+        meaning = "farthest from the line of the steepest descent, over the way"
+        result[f"{block}_aside"] = Metric(aside, 0.0, aside / float(way[-1] @ DOWN), 0.002, "m", meaning)
+    return result | {"energy": energy_metric(run, 0.005)}
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Speeds, ways from above, and what is aside."""
+    time = column(run, "time")
+    figure = new_figure(height=3.4)
+    speed, above, aside = figure.subplots(1, 3)
+    for colour, (block, name) in zip(COLOURS, BLOCKS.items(), strict=False):
+        way = vectors(run, block)
+        beside(speed, time, vectors(run, block, "v") @ DOWN, PULL * time, name, colour)
+        line = 0.5 * PULL * time**2
+        beside(above, way[:, 0], way[:, 1], np.interp(way[:, 0], line * DOWN[0], line * DOWN[1]), name, colour)
+        aside.plot(time, 1e3 * (way @ ASIDE), color=colour, label=name)
+    aside.axhline(0.0, color="#bbb", linewidth=1.0)
+    speed.legend()
+    aside.legend()
+    label(speed, "time", "speed down the slope", "s", "m/s")
+    label(above, "way along x", "way along y", "m", "m")
+    label(aside, "time", "off the steepest descent", "s", "mm")
+    return {"blocks_on_oblique_planes": figure}

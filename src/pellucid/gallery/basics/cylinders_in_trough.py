@@ -1,0 +1,91 @@
+"""Cylinders that swing in a trough, gliding and rolling: as pendulums do."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from pellucid.gallery.exact_curves import beside, column, energy_metric
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+CAPTIONS = {"cylinders_in_trough": "How far the cylinders have swung, how far off the exact place they are, and their energy."}
+
+METRICS = ("glides", "rolls", "glides_energy", "rolls_energy", "slip", "spin", "aside", "energy")
+
+LENGTH, RADIUS, GRAVITY = 0.5, 0.2, 9.81  # difference of the radii [m], of the cylinders [m], [m/s²]
+START = np.arctan2(4.0, 3.0)
+INERTIA = {"glides": 1.0, "rolls": 1.5}
+"""What moves, over the mass: what rolls turns as well, with a moment of inertia of m R²/2."""
+
+
+def exact(run: "Run", name: str) -> "Array":
+    """Angle of a pendulum from the lowest point [rad]."""
+    time, pull = column(run, "time"), GRAVITY / LENGTH / INERTIA[name]
+    found = solve_ivp(
+        lambda _, s: [s[1], -pull * np.sin(s[0])], (0.0, time[-1]), [START, 0.0], t_eval=time, rtol=1e-9, atol=1e-9
+    )
+    return np.asarray(found.y[0])
+
+
+def angle(run: "Run", name: str) -> "Array":
+    """Of the axis of a cylinder about that of the trough, from the lowest point [rad]."""
+    return np.arctan2(column(run, f"{name}_x"), -column(run, f"{name}_y"))
+
+
+def energy_change(run: "Run", name: str) -> "Array":
+    """Change of kinetic energy, with the spin of what rolls, and potential energy, over what is freed on the way down."""
+    squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
+    energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
+    return np.asarray((energy - energy[0]) / (GRAVITY * LENGTH * (1.0 - np.cos(START))))
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Angles and energies beside those of pendulums, spin and slip, ways along the trough, energy."""
+    # A cylinder sinks in by 0.01 to 0.025 cells, most where it presses most, and the start leaves it free by the sagittas of
+    # facets: the pendulum is longer by some cell/50, and what that frees is damped. What rolls winds up springs of friction
+    # across the width of the contact, and leaves them behind: twice as much.
+    cells = run.case.grid.cell / RADIUS
+    result = {}
+    for name in INERTIA:
+        off = float(np.max(np.abs(angle(run, name) - exact(run, name))))
+        meaning = "farthest from the angle of the pendulum, over that of the start"
+        result[name] = Metric(off, 0.0, off / START, 0.04 * cells, "rad", meaning)
+        change = float(np.max(np.abs(energy_change(run, name))))
+        meaning = "largest change of energy, over what is freed on the way down"
+        result[f"{name}_energy"] = Metric(change, 0.0, change, (0.06 if name == "glides" else 0.12) * cells, "", meaning)
+    turned, way = column(run, "rolls_angle"), LENGTH / RADIUS * (START - angle(run, "rolls"))
+    slip, spin = float(np.max(np.abs(turned - way))), float(np.max(np.abs(column(run, "glides_angle"))))
+    meaning = "what rolls: turned, less what its way says, over this at the end"
+    result["slip"] = Metric(slip, 0.0, slip / float(way[-1]), 0.04 * cells, "rad", meaning)
+    result["spin"] = Metric(spin, 0.0, spin / float(way[-1]), 0.02 * cells, "rad", "what glides, over what the other turns")
+    aside = max(float(np.ptp(column(run, f"{name}_z"))) for name in INERTIA)
+    result["aside"] = Metric(aside, 0.0, aside / RADIUS, 1e-6, "m", "along the trough, over the radius: points lie mirrored")
+    return result | {"energy": energy_metric(run, 0.005)}
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Angles, what is missing of them, energies."""
+    time = column(run, "time")
+    figure = new_figure(height=3.4)
+    swing, off, energy = figure.subplots(1, 3)
+    for colour, name in zip(COLOURS, INERTIA, strict=False):
+        found, wanted = np.degrees(angle(run, name)), np.degrees(exact(run, name))
+        beside(swing, time, found, wanted, name, colour)
+        off.plot(time, found - wanted, color=colour, label=name)
+        energy.plot(time, 100.0 * energy_change(run, name), color=colour, label=name)
+    for axes in (off, energy):
+        axes.axhline(0.0, color="#bbb", linewidth=1.0)
+    swing.legend()
+    label(swing, "time", "angle", "s", "°")
+    label(off, "time", "less the exact angle", "s", "°")
+    label(energy, "time", "change of energy", "s", "%")
+    return {"cylinders_in_trough": figure}

@@ -1,0 +1,73 @@
+"""Blocks on plates that are turned against the grid: they slide and stick as Coulomb's law says, however the plates lie."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.gallery.basics.blocks_on_slope import FRICTION, PULL, shear_and_compression, softness
+from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.style import COLOURS, label, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from pellucid.results.storage.run import Run
+
+    Array = NDArray[np.float64]
+
+CAPTIONS = {"turned_blocks": "Speeds of what slides, ways of what sticks, and the bodies at the end."}
+
+METRICS = ("east", "west", "east_aside", "west_aside", "east_sticks", "west_sticks", "energy")
+
+PLATES = {"east": (np.radians(17.0), 1.0), "west": (np.radians(-33.0), -1.0)}
+"""Angle of a plate, and the direction along it in which its blocks slide."""
+
+
+def along_and_off(run: "Run", block: str, quantity: str = "") -> tuple["Array", "Array"]:
+    """Ways [m] or, with "v", velocities [m/s] of a block along its plate and off it."""
+    angle, sign = PLATES[block[:4]]
+    x, y = column(run, f"{block}_{quantity}x"), column(run, f"{block}_{quantity}y")
+    return sign * (np.cos(angle) * x + np.sin(angle) * y), np.cos(angle) * y - np.sin(angle) * x
+
+
+def metrics(run: "Run") -> dict[str, Metric]:
+    """Speeds along the plates, how far off their lines, ways of what sticks, energy."""
+    end, cell = float(column(run, "time")[-1]), run.case.grid.cell
+    sheared, _ = shear_and_compression(run)
+    result = {}
+    for side in PLATES:
+        # as in blocks-on-slope: exact however the block swings on the plate
+        along, off = along_and_off(run, f"{side}_slides", "v")
+        meaning = "at the end, speed along the plate and μ times that off it"
+        result[side] = compared(float((along + FRICTION * off)[-1]), PULL * end, 0.005, "m/s", meaning)
+        aside = float(np.max(np.abs(along_and_off(run, f"{side}_slides")[1])))
+        # what the weight presses the block and the layers in contact together, no more
+        meaning = "farthest off the line of the plate, over the cell"
+        result[f"{side}_aside"] = Metric(aside, 0.0, aside / cell, 0.02, "m", meaning)
+        # and friction is a spring about as soft as a layer of cells
+        way = float(np.max(np.abs(along_and_off(run, f"{side}_sticks")[0])))
+        meaning, spare = "farthest way, beside the mean of the block's own shear [m]", 1e-4 * softness(run) - sheared
+        result[f"{side}_sticks"] = Metric(way, sheared, abs(way - sheared), spare, "m", meaning)
+    return result | {"energy": energy_metric(run, 0.005)}
+
+
+def figures(run: "Run") -> dict[str, "Figure"]:
+    """Speeds of what slides, ways of what sticks, and the bodies at the end."""
+    time = column(run, "time")
+    figure = new_figure(height=3.4)
+    speed, slip, place = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.6))
+    for colour, side in zip(COLOURS, PLATES, strict=False):
+        beside(speed, time, along_and_off(run, f"{side}_slides", "v")[0], PULL * time, side, colour)
+        slip.plot(time, 1e3 * along_and_off(run, f"{side}_sticks")[0], color=colour, label=side)
+        for what, shade in (("plate", "#999"), ("slides", colour), ("sticks", colour)):
+            x, y = np.asarray(run.fields(f"{side}_{what}")["position"])[:, :2].T
+            place.plot(x, y, ".", markersize=1, color=shade)
+    place.set_aspect("equal")
+    speed.legend()
+    slip.legend()
+    label(speed, "time", "speed of what slides", "s", "m/s")
+    label(slip, "time", "way of what sticks", "s", "mm")
+    label(place, "x", "y", "m", "m")
+    return {"turned_blocks": figure}
