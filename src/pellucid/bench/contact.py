@@ -50,7 +50,12 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
         {
             "schema": 1,
             "title": "Benchmark: contact",
-            "grid": {"lower": [0.0, 0.0, -CLEAR * CELL], "upper": [wall, wall, (DEEP + CLEAR) * CELL], "cell": CELL},
+            "grid": {
+                "lower": [0.0, 0.0, -CLEAR * CELL],
+                "upper": [wall, wall, (DEEP + CLEAR) * CELL],
+                "cell": CELL,
+                "functions": "trilinear",
+            },
             "time": {"end": 1.0},
             "energy": {"warn": 1e9, "stop": 1e9},
             "body": [{"name": name, "field": name, **bodies[name]} for name in which],

@@ -81,7 +81,12 @@ def sheet_case(kind: str, points: int) -> Case:
         {
             "schema": 1,
             "title": f"Benchmark: {kind}",
-            "grid": {"lower": [0.0, 0.0, -4.0 * CELL], "upper": [high, high, 4.0 * CELL], "cell": CELL},
+            "grid": {
+                "lower": [0.0, 0.0, -4.0 * CELL],
+                "upper": [high, high, 4.0 * CELL],
+                "cell": CELL,
+                "functions": "trilinear",
+            },
             "time": {"end": 1.0},
             "energy": {"warn": 1e9, "stop": 1e9},
             "body": [

@@ -22,9 +22,7 @@ class GridCase(Model):
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner; an axis of extent 0 is one cell thick")
     cell: float = parameter("m", "edge of the cubic cells", gt=0)
-    functions: Annotated[str, OneNameOf(GRID_FUNCTIONS)] = parameter(
-        "", "shape functions between points and nodes", "trilinear"
-    )
+    functions: Annotated[str, OneNameOf(GRID_FUNCTIONS)] = parameter("", "shape functions between points and nodes", "gimp")
     thickness: float | None = parameter(
         "m", f"extent of the bodies along axes that are one cell thick; {DEFAULT_THICKNESS:g} m where not given", None, gt=0
     )

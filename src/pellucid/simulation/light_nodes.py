@@ -21,7 +21,7 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
     What such a node gains comes back to it from the affine fields of the points that reach it, so that it swings like a free
     mass. Beyond the face of a body with n points of mass m along the edge of a cell, of which the outermost reach ξ of a cell
     beyond the last node, it has the mass n² ξ m and the stiffness (2n/3)² m c²/h². Steps C h/c with the Courant number C follow
-    that from ξ = C²/9 on; in the plane it is n ξ m, (2n/3) m c²/h² and C²/6.
+    that from ξ = C²/9 on; in the plane it is n ξ m, (2n/3) m c²/h² and C²/6. From twice as much on they do so with some room.
     """
     dimension = 3 - sum(grid.thin)
     found = [0.0]
@@ -30,7 +30,7 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
         there = mass > 0.0
         if volume is not None and (volume[there] > 0.0).all() and there.any():
             along = (grid.cell_volume / float(np.median(volume[there]))) ** (1.0 / dimension)
-            found.append(0.25 * courant**2 * (2.0 / 3.0 * along) ** (dimension - 1) * _lightest(mass))
+            found.append(0.5 * courant**2 * (2.0 / 3.0 * along) ** (dimension - 1) * _lightest(mass))
     return max(found)
 
 
