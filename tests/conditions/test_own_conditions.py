@@ -144,6 +144,7 @@ title = "Conditions of one file"
 lower = [-2, -2, 0]
 upper = [2, 2, 0]
 cell = 0.25
+functions = "trilinear"
 [time]
 end = 0.2
 step = 1e-3

@@ -8,7 +8,7 @@ SOIL = {"kind": "linear-elastic", "density": 2000.0, "young_modulus": 1e6, "pois
 HELD = {"name": "held", "body": "plate", "hold": ["x", "y", "z"]}
 
 
-@pytest.mark.parametrize(("functions", "left"), [("trilinear", 0.75), ("gimp", 0.75), ("quadratic-bspline", 0.5)])
+@pytest.mark.parametrize(("functions", "left"), [("trilinear", 0.4), ("gimp", 0.6), ("quadratic-bspline", 0.9)])
 def test_what_is_let_go_on_a_plate_comes_to_rest(functions, left):
     """Gravity comes at once: the block swings, and contact takes of that. Surfaces that moved with the material points, and not
     along the velocities that strain these, gave it more at each step."""
@@ -31,7 +31,7 @@ def test_what_is_let_go_on_a_plate_comes_to_rest(functions, left):
 
 
 def test_soft_blocks_that_lie_on_each_other_win_no_energy():
-    """Two let go under gravity: by impulses on nodes they won 2 % of what is at stake in this time, and 5 % in four times it."""
+    """Two let go under gravity: impulses on nodes gave them 1 % of what is at stake in this time, and 5 % in four times it."""
     tissue = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
     low = box((0, 0, 0), (0.4, 0.3, 0), tissue, (2, 2, 1), name="low", field="low")
     top = box((0, 0.3, 0), (0.4, 0.7, 0), tissue, (2, 2, 1), name="top", field="top")

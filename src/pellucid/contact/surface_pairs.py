@@ -26,6 +26,8 @@ from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
 
+NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
+
 
 class Pass:
     """The points of one surface against the other, with this share of the stiffness."""
@@ -45,17 +47,30 @@ class Pass:
             return False
         proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
         gap = self._found[:, GAP] - self.one.half_width - self.other.half_width
-        at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (gap < 0.0))
+        soft = not self.other.is_hard
+        near = NEAR * float(np.median(other.reach)) if soft else 0.0
+        at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (gap < near))
         if not len(at):
             return False
-        carried = np.empty((len(at), 3))
-        proximity.mean_velocities(at, *self._about(), other.velocity, carried)
-        normal, area = self._found[at, NORMAL : NORMAL + 3], self._found[at, SHARE] * self.one.weights()[at]
-        if self.one.is_hard and not self.other.is_hard:
+        normal, depth = self._found[at, NORMAL : NORMAL + 3], -gap[at]
+        if soft and self.one.is_hard:
             # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
             own = one.normal[at]
             normal = np.where(np.einsum("ij,ij->i", own, normal)[:, None] > 0.0, own, -own)
-        self.overlap = Overlap(self.one, at, -gap[at], normal, area, one.velocity[at] - carried, self.share)
+        if soft:
+            # from the foot, which the forces move: with another distance a surface that bends and swings wins energy
+            foot = np.empty((len(at), 3))
+            proximity.mean_velocities(at, *self._about(), other.place, foot)
+            width = np.broadcast_to(self.one.half_width, len(one.place))[at] + np.broadcast_to(self.other.half_width, len(at))
+            depth = width - np.einsum("ij,ij->i", normal, one.place[at] - foot)
+            deep = depth > 0.0
+            at, normal, depth = at[deep], normal[deep], depth[deep]
+            if not len(at):
+                return False
+        carried = np.empty((len(at), 3))
+        proximity.mean_velocities(at, *self._about(), other.velocity, carried)
+        area = self._found[at, SHARE] * self.one.weights()[at]
+        self.overlap = Overlap(self.one, at, depth, normal, area, one.velocity[at] - carried, self.share)
         return True
 
     def _about(self) -> tuple[object, ...]:
