@@ -221,7 +221,7 @@ def test_a_cube_bounces_alike_on_nodes_of_its_own_and_as_points():
     """On a rigid plate, by contact; finite elements give 0.779 (`validation/basics-elastic-block-drop`).
 
     Cells of an eighth and a sixteenth of its edge. Contact of the points gives way as one layer of cells, and so gives back
-    what else would vibrate within: an error of the order of the cell, 4.4 and 2.6 %.
+    what else would vibrate within: an error of the order of the cell, 3.8 and 2.4 %.
     """
     meshless, points, finer = (
         bounced("meshless-solid", 8, 0.5),
