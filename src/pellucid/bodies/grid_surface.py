@@ -63,12 +63,12 @@ def _follow(chunks, surface, step, dt):
 
 @kernel()
 def _add_forces(surface, listed, force, target):
+    """Add forces on listed points [N], shape (n, 3), to those on the nodes, shape (nodes, 3)."""
     for e in range(len(listed)):
         p = uintp(listed[e])
         about = stencil(surface.functions, surface.lattice, surface.host, p)
         offset = (surface.offset[p, 0], surface.offset[p, 1], surface.offset[p, 2])
-        f = (force[e, 0], force[e, 1], force[e, 2])
-        add_affine(about, surface.lattice, target, f, offset)
+        add_affine(about, surface.lattice, target, (force[e, 0], force[e, 1], force[e, 2]), offset)
 
 
 class GridSurface(ContactSurface):
@@ -111,6 +111,7 @@ class GridSurface(ContactSurface):
         self._moved = Bundle(moved)
 
     def _above(self) -> np.ndarray:
+        """From the ends of the offsets to the surface, along its normals [m], shape (m, 3)."""
         size = np.linalg.norm(self.area, axis=1, keepdims=True)
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 
@@ -161,6 +162,6 @@ class GridSurface(ContactSurface):
             "area": self.area,
             "velocity": self.velocity,
             "slip": self.slip,
+            "weight": self._weights,
         }
-        own["weight"] = self._weights
         return {f"surface/{name}": array for name, array in own.items()}

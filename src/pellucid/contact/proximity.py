@@ -218,8 +218,8 @@ def _corrected(w, found, p, d):
 
 
 @kernel()
-def mean_velocities(listed, one, other, bins, meeting, found, velocity, mean):
-    """Velocities of the other surface, shape (q, 3), at the foot of each listed point [m/s], shape (n, 3)."""
+def means_at_feet(listed, one, other, bins, meeting, found, values, mean):
+    """Velocities or places of the other surface, shape (q, 3), at the foot of each listed point, shape (n, 3)."""
     place, normal = one
     for e in range(len(listed)):
         p = uintp(listed[e])
@@ -235,7 +235,7 @@ def mean_velocities(listed, one, other, bins, meeting, found, velocity, mean):
                         if w > 0.0:
                             w = _corrected(w, found, p, d)
                             for a in range(3):
-                                mean[e, a] += w * velocity[q, a]
+                                mean[e, a] += w * values[q, a]
 
 
 @kernel()

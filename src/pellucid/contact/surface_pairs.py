@@ -46,32 +46,36 @@ class Pass:
         if self._bins is None:
             return False
         proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
-        gap = self._found[:, GAP] - self.one.half_width - self.other.half_width
-        soft = not self.other.is_hard
-        near = NEAR * float(np.median(other.reach)) if soft else 0.0
-        at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (gap < near))
+        depth = self.one.half_width + self.other.half_width - self._found[:, GAP]
+        most = 0.0 if self.other.is_hard else NEAR * float(np.median(other.reach))
+        at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (depth > -most))
+        depth, normal = depth[at], self._found[at, NORMAL : NORMAL + 3]
+        if not self.other.is_hard and len(at):
+            normal, depth = self._over_soft(at, one, other)
+            at, normal, depth = at[depth > 0.0], normal[depth > 0.0], depth[depth > 0.0]
         if not len(at):
             return False
-        normal, depth = self._found[at, NORMAL : NORMAL + 3], -gap[at]
-        if soft and self.one.is_hard:
+        area = self._found[at, SHARE] * self.one.weights()[at]
+        relative = one.velocity[at] - self._at_feet(at, other.velocity)
+        self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share)
+        return True
+
+    def _over_soft(self, at: np.ndarray, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray]:
+        """Normals, shape (n, 3), and depths [m] of points over a surface that deforms: from their feet, which the forces move.
+        With another distance a surface that bends and swings wins energy."""
+        normal = self._found[at, NORMAL : NORMAL + 3]
+        if self.one.is_hard:
             # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
             own = one.normal[at]
             normal = np.where(np.einsum("ij,ij->i", own, normal)[:, None] > 0.0, own, -own)
-        if soft:
-            # from the foot, which the forces move: with another distance a surface that bends and swings wins energy
-            foot = np.empty((len(at), 3))
-            proximity.mean_velocities(at, *self._about(), other.place, foot)
-            width = np.broadcast_to(self.one.half_width, len(one.place))[at] + np.broadcast_to(self.other.half_width, len(at))
-            depth = width - np.einsum("ij,ij->i", normal, one.place[at] - foot)
-            deep = depth > 0.0
-            at, normal, depth = at[deep], normal[deep], depth[deep]
-            if not len(at):
-                return False
-        carried = np.empty((len(at), 3))
-        proximity.mean_velocities(at, *self._about(), other.velocity, carried)
-        area = self._found[at, SHARE] * self.one.weights()[at]
-        self.overlap = Overlap(self.one, at, depth, normal, area, one.velocity[at] - carried, self.share)
-        return True
+        away = np.einsum("ij,ij->i", normal, one.place[at] - self._at_feet(at, other.place))
+        return normal, self.one.half_width + self.other.half_width - away
+
+    def _at_feet(self, at: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Places or velocities of the other surface, shape (q, 3), at the feet of listed points, shape (n, 3)."""
+        found = np.empty((len(at), 3))
+        proximity.means_at_feet(at, *self._about(), values, found)
+        return found
 
     def _about(self) -> tuple[object, ...]:
         return self._points, self._beside, self._bins, self._meeting, self._found

@@ -33,11 +33,16 @@ Surfaces = Mapping[str, ContactSurface | None]
 """Those of bodies by name, None of one that has none."""
 
 
-def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
-    """The velocity fields of a case and its bodies, on which so many channels of external forces act."""
+def _models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
         members.setdefault(model.field, []).append(model)
+    return members
+
+
+def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
+    """The velocity fields of a case and its bodies, on which so many channels of external forces act."""
+    members = _models_by_field(case)
     fields, built = list[VelocityField](), Built()
     if case.grid_or_none is None:
         placement = Placement(None, None, transfer, case.gravity, n_loads)
@@ -68,11 +73,9 @@ def may_touch_by_surfaces(case: "Case") -> bool:
     """Whether two velocity fields may: both of material points that do not flow, or one of bodies that do not deform, as they
     are rigid or motions lead them."""
     led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
-    members: dict[str, list[BodyModel]] = {}
-    for model in case.body:
-        members.setdefault(model.field, []).append(model)
-    soft = sum(all(model.deforms_in_contact for model in models) for models in members.values())
-    return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members.values()))
+    members = list(_models_by_field(case).values())
+    soft = sum(all(model.deforms_in_contact for model in models) for models in members)
+    return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members))
 
 
 def surfaces_of(built: Built, names: Collection[str], column: int | None) -> Surfaces:

@@ -53,7 +53,7 @@ class MaterialPoints(PointsOnGrid):
         self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
-        arrays = _initial_arrays(case, *_seeded(case, grid_case, per_cell), gravity)
+        arrays = _initial_arrays(case, *_seeded(case, grid_case), gravity)
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _bind(self) -> None:
@@ -83,12 +83,10 @@ class MaterialPoints(PointsOnGrid):
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
-        first = None
-        if self._goes_on:
-            per_cell = points_along_axes(self._model.points_per_cell, self._grid_case.thin())
-            first, _ = _seeded(self._model, self._grid_case, per_cell)
-        kind = takes is not None, not self._strains
-        self.contact_surface = surface_of(self._model, self._grid_case, *where, *kind, first)
+        first = _seeded(self._model, self._grid_case)[0] if self._goes_on else None
+        self.contact_surface = surface_of(
+            self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains, first=first
+        )
         if self._goes_on and self.contact_surface is not None:
             self.contact_surface.go_on(self._begun_surface)
         if isinstance(self.contact_surface, RigidSurface) and takes is not None:
@@ -245,7 +243,8 @@ class MaterialPoints(PointsOnGrid):
         return super().field(name)
 
 
-def _seeded(case: SeededBody, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+def _seeded(case: SeededBody, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
+    per_cell = points_along_axes(case.points_per_cell, grid.thin())
     try:
         return seed(case.shape.geometry(), grid, per_cell, case.left_out)
     except ValueError as error:

@@ -83,10 +83,11 @@ def surface_of(
     place[:, flat] = (0.5 * (low + high))[flat]
     numbers = arrays["id"]
     begun = arrays["position"] if first is None else first[numbers]
-    nearest = np.asarray(cKDTree(begun).query(place)[1])
+    tree = cKDTree(begun)
+    nearest = np.asarray(tree.query(place)[1])
     velocity = model.initial_velocity(place)
     if first is not None:
-        place, area = carried(place, area, nearest, begun, arrays["position"])
+        place, area = carried(place, area, nearest, tree, arrays["position"])
         velocity = arrays["velocity"][nearest]
     kind = RigidSurface if rigid else GridSurface
     surface = kind(arrays, mapped, numbers[nearest], place, area, spacing, load, velocity)
@@ -97,13 +98,14 @@ def surface_of(
 
 
 def carried(
-    place: np.ndarray, area: np.ndarray, nearest: np.ndarray, begun: np.ndarray, position: np.ndarray
+    place: np.ndarray, area: np.ndarray, nearest: np.ndarray, tree: cKDTree, position: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where points of a surface [m] with vector areas [m²], shape (m, 3), come to, as material points are carried from where
-    they began [m], shape (n, 3), to their positions: with those nearest to them, indices of shape (m,), by the deformation
-    gradients that fit their neighbours best.
+    they began, the places of a tree, to their positions [m], shape (n, 3): with those nearest to them, indices of shape (m,),
+    by the deformation gradients that fit their neighbours best.
     """
-    _, about = cKDTree(begun).query(begun[nearest], k=min(ABOUT, len(begun)))
+    begun = tree.data
+    _, about = tree.query(begun[nearest], k=min(ABOUT, len(begun)))
     about = about.reshape(len(nearest), -1)
     before, after = begun[about] - begun[nearest][:, None], position[about] - position[nearest][:, None]
     spread = np.einsum("mki,mkj->mij", before, before)
