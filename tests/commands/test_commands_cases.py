@@ -60,6 +60,41 @@ def test_validate_warns_of_what_run_would_warn_of_for_the_same_reason(tmp_path: 
     assert f"(counted from 0, of {2 * n - 2})" in result.stderr
 
 
+OVER_TISSUE = """
+schema = 1
+title = "a punch"
+grid = { lower = [0, 0, 0], upper = [20, 20, 0], cell = 1 }
+time = { end = 1 }
+[[body]]
+name = "tissue"
+field = "tissue"
+shape = { box = { lower = [1, 0, 0], upper = [19, 8, 1] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e4, poisson_ratio = 0.3 }
+[[body]]
+name = "punch"
+field = "punch"
+shape = { box = { lower = [9, HEIGHT, 0], upper = [11, 14, 1] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e9, poisson_ratio = 0.3 }
+[[motion]]
+name = "push"
+body = "punch"
+hold = ["x", "y", "z"]
+"""
+
+
+def test_validate_warns_of_a_coarse_indenter_and_refuses_one_within_the_tissue(tmp_path: Path) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(OVER_TISSUE.replace("HEIGHT", "9"), encoding="utf-8")
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "warning: body punch, which does not deform, has a radius of 1 m where it meets body tissue" in result.stderr
+    file.write_text(OVER_TISSUE.replace("HEIGHT", "7"), encoding="utf-8")
+    result = CliRunner().invoke(app, ["validate", str(file)])
+    assert result.exit_code == 2
+    assert "case.toml:" in result.stderr
+    assert "start inside body" in result.stderr
+
+
 def test_schema_prints_json() -> None:
     schema = json.loads(CliRunner().invoke(app, ["schema"]).stdout)
     assert schema["title"] == "Case"

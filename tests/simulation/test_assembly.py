@@ -6,11 +6,6 @@ from membranes import sheet
 from small_cases import SOLID, advance, box, case, simulation
 
 import pellucid
-from pellucid.errors import CaseError
-from pellucid.grid.velocity_transfer import Flip
-from pellucid.simulation import overlap
-from pellucid.simulation.assembly import build_bodies
-from pellucid.simulation.overlap import refuse_overlaps
 
 STIFF = SOLID | {"young_modulus": 1e6}
 G, CELL = 10.0, 0.1
@@ -217,61 +212,3 @@ def gap_at_first_push(first, half, tilt, shift, side, functions):
 def test_contact_begins_within_a_quarter_of_a_cell(first, half, tilt, functions, shift, side):
     gap = gap_at_first_push(first, half, tilt, shift, side, functions)
     assert -0.25 < gap < 0.0  # a step of 0.02 cells after the surfaces met at the latest: a volume is not met early
-
-
-def bodies_of(whole):
-    return [body for body, _ in build_bodies(whole, Flip(), n_loads=0)[1].values()]
-
-
-@pytest.mark.parametrize(("gap", "looked_at"), [(0.0, 2), (0.5, 2), (1.5, 0)])
-@pytest.mark.parametrize("goes_on", [False, True])
-def test_only_bodies_less_than_a_cell_apart_are_looked_at(gap, looked_at, goes_on, monkeypatch):
-    """Of many bodies most are far from each other."""
-    places, contents = [], overlap._contents
-    monkeypatch.setattr(overlap, "_contents", lambda model, *rest: places.append(model.name) or contents(model, *rest))
-    first, second = (box((at, 0, 0), (at + 2, 2, 2), name=name, field=name) for name, at in (("first", 0), ("second", 2 + gap)))
-    whole = case(first, second, counts=(6, 3, 3))
-    overlap.refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none, {"first"} if goes_on else set())
-    assert len(places) == looked_at
-
-
-def test_bodies_that_overlap_at_the_start_are_refused():
-    whole = case(box((0, 0, 0), (2, 2, 2), name="one", field="a"), box((1, 1, 1), (3, 3, 3), name="two"))
-    with pytest.raises(CaseError) as error:
-        refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none)
-    text = str(error.value)
-    for words in ("body.one.shape", "inside body two", "which way out"):
-        assert words in text
-
-
-def test_membranes_that_cross_and_balls_that_a_membrane_cuts_are_refused():
-    flat = sheet(kind="membrane-elements", field="a")
-    upright = sheet(kind="membrane-points", name="upright", edges=((0, 1, 0), (0, 0, 1)))
-    grid = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
-    # between the sheet's vertices, whose distance is 0.1 m
-    ball = box((0, 0, 0), (1, 1, 1), name="ball") | {"shape": {"sphere": {"centre": (0.06, 0.07, 0.03), "radius": 0.11}}}
-    for other, per_cell, words in ((upright, None, ("body.sheet.surface", "upright")), (ball, 1000, ("inside body ball",))):
-        if per_cell:
-            other = other | {"points_per_cell": per_cell}
-        whole = case(flat, other, **grid)
-        with pytest.raises(CaseError) as error:
-            refuse_overlaps(whole.body, bodies_of(whole), whole.grid_or_none)
-        for text in (*words, "contact cannot tell"):
-            assert text in str(error.value)
-
-
-def test_a_ball_that_goes_on_is_cut_by_a_membrane_where_its_points_are():
-    """Not where the case describes it."""
-    flat = sheet(kind="membrane-elements", field="a")
-    grid = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
-    away = 1.0
-    for height, is_cut in ((0.03, False), (0.03 + away, True)):
-        shape = {"shape": {"sphere": {"centre": (0.06, 0.07, height), "radius": 0.11}}, "points_per_cell": 1000}
-        whole = case(flat, box((0, 0, 0), (1, 1, 1), name="ball") | shape, **grid)
-        bodies = bodies_of(whole)
-        bodies[1].arrays["position"][:, 2] -= away
-        if is_cut:
-            with pytest.raises(CaseError, match="inside body ball"):
-                refuse_overlaps(whole.body, bodies, whole.grid_or_none, {"ball"})
-        else:
-            refuse_overlaps(whole.body, bodies, whole.grid_or_none, {"ball"})

@@ -4,7 +4,7 @@ import pytest
 from small_cases import SOLID, advance, box, simulation
 
 from pellucid.errors import RunStopped
-from pellucid.simulation import simulation as module
+from pellucid.simulation import light_nodes as module
 
 STEPS = 600
 

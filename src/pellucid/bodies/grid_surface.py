@@ -97,7 +97,6 @@ class GridSurface(ContactSurface):
         self.place, self.area = place.copy(), area.copy()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self.reach = np.full(len(place), WIDTHS * spacing)
-        self.resolution = 1.0 / mapped.lattice.inverse_cell
         self._weights = self.sizes()
         self.find_hosts()
         self._host = arrays["position"][self._stored].copy()

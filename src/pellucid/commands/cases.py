@@ -51,14 +51,13 @@ def validate(
     """Check a case file without running it: keys, types, units, limits, names, places, memory. Status 2 if any is wrong."""
     from pellucid.case import check_memory, load, located
     from pellucid.errors import CaseError
+    from pellucid.set_up.first_look import look
 
     case = load(file)
     try:
         check_memory(case)
-        for body in case.body:
-            body.check_set_up()
-            for text in body.start_warnings():
-                warnings.warn(text, stacklevel=2)
+        for text in look(case):
+            warnings.warn(text, stacklevel=2)
     except CaseError as error:
         raise located(error, file) from None
     cells = f"grid of {' x '.join(map(str, case.grid.counts()))} cells" if case.grid_or_none else "no grid"

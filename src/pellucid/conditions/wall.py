@@ -42,6 +42,10 @@ class Wall(Sliding):
         """The plane at time 0."""
         return WallPlane(self.point, self.normal, self.velocity)
 
+    def touching(self, bodies: Sequence[BodyModel]) -> list[BodyModel]:
+        """The bodies that touch it: those that it names, or all that can."""
+        return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
+
     def channels(self) -> Sequence[Channel]:
         """What bodies lose on it."""
         return (CONTACT_WORK,)

@@ -30,10 +30,6 @@ class ContactSurface(ABC):
     """Of a body that moves as a rigid one [kg], infinite where its motion is prescribed."""
     is_hard = False
     """Whether it does not deform: it is rigid, or its motion is prescribed."""
-    resolution: float | np.ndarray = 0.0
-    """The lengths by which the body resolves what presses on it [m], shape (m,) or one for all."""
-    resolved_by, finer = "cells", "a smaller grid.cell"
-    """What these are the lengths of, and what makes them smaller."""
     serves_deformed = False
     """Whether it serves contact though the body deforms; else this and others meet on the nodes."""
     contact_rate = 0.0

@@ -21,6 +21,7 @@ from pellucid.grid.points import FAULTS
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.relaxable import SLOWER_LOADS
+from pellucid.parts.standing import Standing
 from pellucid.parts.surface_load import Traction
 
 
@@ -349,6 +350,12 @@ class Body(ABC):
     def places(self) -> np.ndarray:
         """Positions in the order of `frame` [m], shape (n, 3)."""
         return np.asarray(self.arrays["position"][np.argsort(self.arrays["id"])])
+
+    def standing(self, goes_on: bool) -> Standing:
+        """Where it stands, with the volumes of its points where it begins in the state of an earlier run."""
+        if self.is_surface:
+            return Standing(self.places(), self.cells().surface())
+        return Standing(self.arrays["position"], volume=self.volumes() if goes_on else None)
 
     def frame(self) -> dict[str, np.ndarray]:
         """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""

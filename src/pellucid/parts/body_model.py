@@ -14,6 +14,7 @@ from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.part import Part, Parts
+from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -66,6 +67,11 @@ class BodyModel(Part):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner at the start [m], each of shape (3,)."""
 
+    def standing(self, grid: GridCase) -> Standing:
+        """Where it stands at the start, without points where only the body that is built knows these. Raises CaseError where it
+        can have none there."""
+        return Standing(np.zeros((0, 3)))
+
     @abstractmethod
     def occupied(self) -> Geometry:
         """The region that it occupies at the start, which other bodies can leave out of theirs."""
@@ -97,6 +103,15 @@ class BodyModel(Part):
     def start_warnings(self) -> Iterator[str]:
         """What is likely wrong though it can be run, found without setting it up."""
         yield from ()
+
+    def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
+        """Where others touch it first at the start [m], shape (m, 3); hard: whether it does not deform."""
+        return self.standing(grid).position
+
+    def faces_pressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """Where its own faces resolve what presses on it at the start: their middles [m] and outward vector areas [m²], shape
+        (m, 3), and edges [m], shape (m,); None where the cells of the grid do."""
+        return None
 
     def owns_nodes(self, alone: bool) -> bool:
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""

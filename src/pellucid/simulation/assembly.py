@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING
 
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
-from pellucid.conditions.support import Support
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.images import Plane
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pairs import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.grid.full_cells import CellPressure, Filling
-from pellucid.grid.lattice import Grid, Lattice
+from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
@@ -115,18 +113,6 @@ def pairs_of(
             met = {field: [body.met for body in bodies if body.met] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
     return pairs, touching
-
-
-def symmetry_planes(supports: Sequence[Support], lattice: Lattice) -> list[Plane]:
-    """The faces of the grid that supports hold at rest along their normals: there bodies go on as their mirror images."""
-    planes = []
-    for axis, name in enumerate("xyz"):
-        low = lattice.lower[axis]
-        for end, place in (("lower", low), ("upper", low + lattice.counts[axis] * lattice.cell)):
-            held = [support.face_velocity(f"{name}-{end}") for support in supports]
-            if any(velocity is not None and velocity[axis] == 0.0 for velocity in held):
-                planes.append(Plane(axis, place))
-    return planes
 
 
 def _surface_pairs(

@@ -1,13 +1,32 @@
 """Nodes with little mass, whose internal forces must not strain points: an explicit step would throw them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.body import Body
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
 
 SMALL_MASS = 1e-4
 """Of the lightest point, where points keep their velocity and add to it the mean of what their nodes gain."""
+
+
+def small_masses(
+    case: "Case", bodies: Sequence[Body], fields: Mapping[VelocityField, Sequence[Body]]
+) -> dict[VelocityField, float]:
+    """The mass below which the nodes of each velocity field strain no points [kg]; fields: each with its bodies on the grid."""
+    small = small_mass(body.arrays for body in bodies)
+    if case.time.transfer != "apic" or case.grid.functions != "trilinear":
+        return dict.fromkeys(fields, small)
+    return {
+        field: max(small, small_mass_of_affine((body.arrays for body in members), field.grid, case.time.courant))
+        for field, members in fields.items()
+    }
 
 
 def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
+from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import NO_CONTACT, ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
@@ -28,27 +29,25 @@ from pellucid.energy import (
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import TRANSFERS, Apic, Flip
+from pellucid.grid.velocity_transfer import TRANSFERS, Flip
 from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
+from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import (
     build_bodies,
     cell_pressures,
     may_touch_by_surfaces,
     pairs_of,
     surfaces_of,
-    symmetry_planes,
     worthwhile_threads,
 )
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.indenters import coarse_indenters
-from pellucid.simulation.light_nodes import small_mass, small_mass_of_affine
+from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
-from pellucid.simulation.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.start import take_up
@@ -56,7 +55,7 @@ from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_verbs
 from pellucid.simulation.transfer_loss import contact_lag_work, part_forces, return_heat, transfer_work
-from pellucid.simulation.walls import touching_names, wall_contacts
+from pellucid.simulation.walls import wall_contacts
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 
@@ -106,7 +105,8 @@ class Simulation:
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         numbers = numbers_up_to(min(1 + free_cores(), set_threads(None))) if threads is None else [set_threads(threads)]
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
-        refuse_overlaps(case.body, self.bodies, case.grid_or_none, start.keys())
+        standing = {body.name: body.standing(body.name in start) for body in self.bodies}
+        refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         part_forces(self._on_grid.values())
         self._cell_pressures = cell_pressures(self._on_grid)
@@ -114,23 +114,20 @@ class Simulation:
         self._mapped_again = [
             field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
         ]
-        small, by_gradients = small_mass(body.arrays for body in self.bodies), isinstance(transfer, Apic)
         if touching:
             for actions in self.conditions.actions:
                 actions.take_loads()
+        small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.conditions.actions:
-            field, least = actions.field, small
-            if by_gradients and case.grid.functions == "trilinear":
-                members = (body.arrays for body in self._on_grid.get(field, ()))
-                least = max(small, small_mass_of_affine(members, field.grid, case.time.courant))
-            field.set_actions(actions.supports, actions.external(), case.gravity, least, transfer.flip)
+            field = actions.field
+            field.set_actions(actions.supports, actions.external(), case.gravity, small[field], transfer.flip)
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         column, courant = layout.surface_contact, case.time.courant
-        touch = built.keys() if several else {name for wall in case.wall for name in touching_names(wall, case.body)}
+        touch = built.keys() if several else {body.name for wall in case.wall for body in wall.touching(case.body)}
         surfaces = surfaces_of(built, touch, column)
         pairs, surface_pairs = pairs_of(self.velocity_fields, built, case.contact, surfaces, pull, courant)
-        planes = symmetry_planes(case.support, self.velocity_fields[0].grid.lattice) if surface_pairs else []
-        walls = wall_contacts(case, built, surfaces, column, pull, start.keys())
+        planes = symmetry_planes(case.support, case.grid) if surface_pairs else []
+        walls = wall_contacts(case, built, surfaces, column, pull)
         self.surface_pairs = SurfacePairs([*surface_pairs, *walls], planes)
         for body in self.bodies:
             body.bound_by_contact(self.surface_pairs.surfaces)
@@ -151,15 +148,8 @@ class Simulation:
         self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None, case.time.transfer)
         self.timers: dict[str, float] = {}
         self._shown = 0.0
-        for text in overlaps_within_fields(case.body, self.bodies, case.grid_or_none, start.keys()):
+        for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
-        for model in case.body:
-            for text in model.start_warnings():
-                warnings.warn(text, stacklevel=2)
-        if several:
-            fields, mirrors = {model.name: model.field for model in case.body}, symmetry_planes(case.support, self.grid.lattice)
-            for text in coarse_indenters(surfaces, fields, case.grid.thin(), mirrors):
-                warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
             self._begin(dt)

@@ -20,6 +20,7 @@ from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -84,6 +85,10 @@ class DiffusingFieldCase(BodyModel):
         """Lower and upper corner [m]."""
         position = self.domain.positions()
         return position.min(axis=0), position.max(axis=0)
+
+    def standing(self, grid: GridCase) -> Standing:
+        """Its nodes."""
+        return Standing(self.domain.positions())
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""

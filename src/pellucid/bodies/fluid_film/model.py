@@ -25,6 +25,7 @@ from pellucid.materials import AnyFilmMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
+from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance
@@ -216,6 +217,12 @@ class FluidFilmCase(BodyModel):
         """Lower and upper corner [m]."""
         positions = self.positions()
         return positions.min(axis=0), positions.max(axis=0)
+
+    def standing(self, grid: GridCase) -> Standing:
+        """Its nodes, and between those of a surface triangles."""
+        if self.shape.surface is not None:
+            return Standing(*side_by_side(self.shape.surface.triangulate()))
+        return Standing(self.positions(), np.zeros((0, 3), int))
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""

@@ -11,7 +11,7 @@ from pellucid.bodies.material_points.derived_fields import point_energies, point
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
@@ -53,7 +53,7 @@ class MaterialPoints(PointsOnGrid):
         self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
-        arrays = _initial_arrays(case, *_seeded(case, grid_case), gravity)
+        arrays = _initial_arrays(case, *case.seeded(grid_case), gravity)
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _bind(self) -> None:
@@ -83,7 +83,7 @@ class MaterialPoints(PointsOnGrid):
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
-        first = _seeded(self._model, self._grid_case)[0] if self._goes_on else None
+        first = self._model.seeded(self._grid_case)[0] if self._goes_on else None
         self.contact_surface = surface_of(
             self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains, first=first
         )
@@ -243,25 +243,8 @@ class MaterialPoints(PointsOnGrid):
         return super().field(name)
 
 
-def _seeded(case: SeededBody, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
-    per_cell = points_along_axes(case.points_per_cell, grid.thin())
-    try:
-        return seed(case.shape.geometry(), grid, per_cell, case.left_out)
-    except ValueError as error:
-        remedy = "use a smaller grid.cell or more points_per_cell"
-        raise CaseError(Problem(str(error), f"body.{case.name}.outside", remedy=remedy)) from None
-
-
 def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
     n = len(position)
-    if n == 0:
-        raise CaseError(
-            Problem(
-                "no material point lies inside the shape: it is thinner than the distance between points",
-                f"body.{case.name}.shape",
-                remedy="use a smaller grid.cell or more points_per_cell",
-            )
-        )
     density, state = _initial_state(case, position, gravity)
     arrays = {
         "id": np.arange(n),

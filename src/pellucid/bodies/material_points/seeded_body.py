@@ -12,15 +12,21 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.state import Stress, add_initial_state, added_velocities, initial_velocity
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
-from pellucid.bodies.material_points.seeding import points_along_axes
+from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.errors import CaseError, Problem
+from pellucid.geometry.boundary_points import boundary_points
 from pellucid.geometry.box_surface import Face
 from pellucid.geometry.shapes import Geometry, Shape
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.standing import Standing
 
 ZERO = (0.0, 0.0, 0.0)
+SOFT, HARD = 2, 4
+"""Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
+of its surface it rolls as a polygon over its edges."""
 
 
 class SeededBody(DampedModel):
@@ -103,6 +109,58 @@ class SeededBody(DampedModel):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
         return self.shape.geometry().bounds()
+
+    def seeded(self, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
+        """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of its points at the start, n > 0.
+
+        Raises CaseError where none lies in the shape, or where what is left of it is too thin.
+        """
+        remedy = "use a smaller grid.cell or more points_per_cell"
+        try:
+            position, volume = seed(
+                self.shape.geometry(), grid, points_along_axes(self.points_per_cell, grid.thin()), self.left_out
+            )
+        except ValueError as error:
+            raise CaseError(Problem(str(error), f"body.{self.name}.outside", remedy=remedy)) from None
+        if not len(position):
+            text = "no material point lies inside the shape: it is thinner than the distance between points"
+            raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))
+        return position, volume
+
+    def standing(self, grid: GridCase) -> Standing:
+        """Its points."""
+        position, volume = self.seeded(grid)
+        return Standing(position, volume=volume)
+
+    def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
+        """Its surface."""
+        return self.boundary(grid, hard)[0]
+
+    def boundary_spacing(self, grid: GridCase, hard: bool) -> float:
+        """Between the points of its boundary [m]."""
+        return grid.cell / max(HARD if hard else SOFT, self._points_per_edge(grid))
+
+    def _points_per_edge(self, grid: GridCase) -> int:
+        """The fewest points of its own along the edge of a cell."""
+        per_cell = points_along_axes(self.points_per_cell, grid.thin())
+        return min(n for n, thin in zip(per_cell, grid.thin(), strict=True) if not thin)
+
+    def boundary(self, grid: GridCase, hard: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Points on its surface at the start that lie in the grid [m], with outward vector areas [m²], shape (m, 3) each; a
+        cut at a face of the grid is no surface. hard: whether it does not deform."""
+        x, y, z = (not thin for thin in grid.thin())
+
+        def contains(places: np.ndarray) -> np.ndarray:
+            return self.contains(places, (x, y, z))
+
+        spacing = self.boundary_spacing(grid, hard)
+        place, area = boundary_points(contains, *self.bounds(), spacing, (x, y, z), grid.slice_thickness())
+        flat, low, high = np.array(grid.thin()), np.array(grid.lower, float), np.array(grid.extent_upper(), float)
+        depth, slack = 0.5 * grid.cell / self._points_per_edge(grid), 1e-9 * grid.cell
+        anchor = place - depth * area / np.linalg.norm(area, axis=1, keepdims=True)
+        within = (((place > low - slack) & (place < high + slack) & (anchor > low) & (anchor < high)) | flat).all(axis=1)
+        place[:, flat] = (0.5 * (low + high))[flat]
+        return place[within], area[within]
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, from the measure of the shape: good to a layer of points.

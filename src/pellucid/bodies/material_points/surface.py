@@ -8,15 +8,10 @@ from scipy.spatial import cKDTree
 
 from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.material_points.seeding import points_along_axes
-from pellucid.geometry.boundary_points import boundary_points
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 
-SOFT, HARD = 2, 4
-"""Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
-of its surface it rolls as a polygon over its edges."""
 ABOUT = 12  # points by which a deformation gradient is fitted
 
 
@@ -60,27 +55,10 @@ def surface_of(
     arrays: of its points; load: forces on the nodes, shape (nodes, 3), to which those on it are added. hard: whether it does
     not deform. first: where an earlier run began with the points, by their number [m], shape (n, 3).
     """
-    x, y, z = active = tuple(not thin for thin in grid.thin)
-    per_cell = points_along_axes(model.points_per_cell, grid_case.thin())
-    each = min(n for n, counts in zip(per_cell, active, strict=True) if counts)
-    spacing = grid_case.cell / max(HARD if hard else SOFT, each)
-    lower, upper = model.bounds()
-    thickness = grid.slice_thickness
-
-    def contains(places: np.ndarray) -> np.ndarray:
-        return model.contains(places, (x, y, z))
-
-    place, area = boundary_points(contains, lower, upper, spacing, (x, y, z), thickness)
-    low, high = np.array(grid_case.lower, float), np.array(grid_case.extent_upper(), float)
-    depth = 0.5 * grid_case.cell / each
-    anchor = place - depth * area / np.linalg.norm(area, axis=1, keepdims=True)
-    flat = ~np.array(active)
-    slack = 1e-9 * grid_case.cell
-    within = (((place > low - slack) & (place < high + slack) & (anchor > low) & (anchor < high)) | flat).all(axis=1)
-    if not within.any():
+    place, area = model.boundary(grid_case, hard)
+    if not len(place):
         return None
-    place, area = place[within], area[within]
-    place[:, flat] = (0.5 * (low + high))[flat]
+    spacing = model.boundary_spacing(grid_case, hard)
     numbers = arrays["id"]
     begun = arrays["position"] if first is None else first[numbers]
     tree = cKDTree(begun)

@@ -20,6 +20,7 @@ from pellucid.materials import AnyElasticMembraneMaterial
 from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -84,6 +85,10 @@ class MembraneElementsCase(MembraneCase):
         """Lower and upper corner [m]."""
         vertices = self.mesh().vertices
         return vertices.min(axis=0), vertices.max(axis=0)
+
+    def standing(self, grid: GridCase) -> Standing:
+        """Its nodes, and its elements cut into triangles."""
+        return Standing(*self.mesh().triangulated())
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""

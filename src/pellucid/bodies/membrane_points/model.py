@@ -17,6 +17,7 @@ from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.model import parameter
 from pellucid.parts.body_model import StepLimit
 from pellucid.parts.part import Parts
+from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -53,6 +54,10 @@ class MembranePointsCase(MembraneCase):
         """Lower and upper corner [m]."""
         vertices = self.surface.triangulate().vertices
         return vertices.min(axis=0), vertices.max(axis=0)
+
+    def standing(self, grid: GridCase) -> Standing:
+        """Its vertices and triangles."""
+        return Standing(*self.surface.triangulate())
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points."""

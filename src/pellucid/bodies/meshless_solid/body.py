@@ -10,7 +10,6 @@ from pellucid.bodies.meshless_solid.inversion import inversion
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField
 from pellucid.bodies.meshless_solid.skin import Skin
-from pellucid.bodies.meshless_solid.skin_points import face_edges
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.tables import quadrature_places
@@ -201,7 +200,7 @@ class MeshlessSolid(ExplicitNodes):
         if self.skin is None or self.grid is None:
             return None
         surface = self.skin.surface_of(self.grid, self.motion.loads[column - FIRST_LOAD], self.follows)
-        surface.rate, surface.resolution = self.totals.rate, face_edges(self.mesh, self.arrays["position"], surface.place)
+        surface.rate = self.totals.rate
         self.contact_surface = surface
         return surface
 

@@ -13,6 +13,7 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
 from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.cells import outer_faces, vector_areas
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.mesh_region import MeshRegion
 from pellucid.geometry.region import Selectable
@@ -29,6 +30,7 @@ from pellucid.materials.viscoelastic import ViscoelasticMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
+from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.viscous_forces import Viscous
@@ -164,6 +166,19 @@ class MeshlessSolidCase(DampedModel):
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
         return self.occupied().bounds()
+
+    def standing(self, grid: GridCase) -> Standing:
+        """Its nodes."""
+        return Standing(self.mesh.mesh().nodes)
+
+    def faces_pressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Its outer faces."""
+        mesh = self.mesh.mesh()
+        faces = outer_faces(mesh.cells)
+        corners = mesh.nodes[faces]
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        # of halves of a square the side, not the diagonal
+        return corners.mean(axis=1), vector_areas(mesh.nodes, faces), np.median(edges, axis=1)
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of nodes."""

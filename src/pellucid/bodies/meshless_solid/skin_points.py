@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import cKDTree
 
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.bodies.meshless_solid.prescribed import values_at
@@ -99,14 +98,3 @@ def _least_depth(values: sparse.csr_array, share: np.ndarray, mass: np.ndarray) 
     of_node = values.T @ share
     depth = np.where(of_node > 0.0, mass / np.where(of_node > 0.0, of_node, 1.0), np.inf)
     return np.minimum.reduceat(depth[values.indices], values.indptr[:-1])
-
-
-def face_edges(mesh: SimplexMesh, position: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """The edge of the outer face that is nearest to each place [m], shape (m,): of halves of a square the side.
-
-    position: of the nodes now [m], shape (n, 3); places: on the surface now [m], shape (m, 3).
-    """
-    faces = outer_faces(mesh.cells)
-    corners = mesh.nodes[faces]
-    edges = np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1)
-    return np.asarray(edges[cKDTree(position[faces].mean(axis=1)).query(places)[1]])

@@ -24,8 +24,6 @@ class PointsOfFaces(ContactSurface):
     body forces on the corners [N], shape (n, 3). hard: whether all nodes follow prescribed motions.
     """
 
-    resolved_by, finer = "edges of its faces", "a finer mesh there"
-
     def __init__(
         self,
         grid: Grid,
@@ -40,8 +38,7 @@ class PointsOfFaces(ContactSurface):
         self._middle = np.array(lattice.lower) + 0.5 * grid.slice_thickness
         self.is_hard = hard
         corners = np.where(self._thin, 0.0, places())[triangles]
-        lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-        edges = lengths.max(axis=1)
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         parts = np.maximum(1, np.ceil(edges / (LONGEST * lattice.cell) - 1e-9)).astype(np.int64)
         owner, shares = _middles(parts)
         self._owner, self._part = owner, 1.0 / parts[owner][:, None] ** 2
@@ -50,7 +47,6 @@ class PointsOfFaces(ContactSurface):
         self._shares = sparse.csr_array((shares.ravel(), (rows, columns)), shape=(m, len(places())))
         self._to_corners = sparse.csr_array(self._shares.T)
         self.reach = SPACINGS * (edges / parts)[owner]
-        self.resolution = np.median(lengths, axis=1)[owner]  # of halves of a square the side, not the diagonal
         self.place, self.velocity, self.area, self.slip = (np.zeros((m, 3)) for _ in range(4))
         self.begin()
 

@@ -1,11 +1,9 @@
 """Hard bodies that are small beside the faces of a soft one are warned of, others are not."""
 
-import warnings
-
 import pytest
 
 from pellucid.case import Case
-from pellucid.simulation.simulation import Simulation
+from pellucid.set_up.indenters import coarse_indenters
 
 
 def punch(radius: float, cells: int) -> Case:
@@ -43,12 +41,21 @@ def punch(radius: float, cells: int) -> Case:
 
 
 def test_a_punch_of_few_edges_warns():
-    with pytest.warns(UserWarning, match=r"body needle, .* 1\.4 of the edges of its faces there .*; use a finer mesh there"):
-        Simulation(punch(0.002, 14))
+    (text,) = coarse_indenters(punch(0.002, 14))
+    assert "body needle, which does not deform, has a radius of 0.002 m where it meets body tissue" in text
+    assert "1.4 of the edges of its faces there (0.00143 m), fewer than 3" in text
+    assert text.endswith("use a finer mesh there")
 
 
 @pytest.mark.parametrize(("radius", "cells"), [(0.006, 14), (0.003, 26)])
 def test_one_of_enough_edges_does_not(radius, cells):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        Simulation(punch(radius, cells))
+    assert list(coarse_indenters(punch(radius, cells))) == []
+
+
+def test_a_quarter_of_a_punch_counts_with_its_images():
+    quarter = punch(0.002, 14).to_data()
+    quarter["grid"]["lower"][:2] = [0, 0]
+    quarter["body"][0]["mesh"]["box"] |= {"lower": [0, 0, 0], "cells": [7, 7, 3]}
+    quarter["body"][1]["cut_at"] = ["x-lower", "y-lower"]
+    quarter["support"] = [{"where": face, "fix": "normal"} for face in ("x-lower", "y-lower")]
+    assert list(coarse_indenters(Case.model_validate(quarter))) == list(coarse_indenters(punch(0.002, 14)))

@@ -11,11 +11,10 @@ from collections.abc import Set as AbstractSet
 import numpy as np
 
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.crossing import crossing
 from pellucid.geometry.triangulation import Triangulation
 from pellucid.grid.model import GridCase
-from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.standing import Standing
 
 DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
@@ -25,27 +24,29 @@ Contains = Callable[[np.ndarray], np.ndarray]
 
 
 def refuse_overlaps(
-    models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None, going_on: AbstractSet[str] = frozenset()
+    models: Sequence[BodyModel],
+    standing: Mapping[str, Standing],
+    grid: GridCase | None,
+    going_on: AbstractSet[str] = frozenset(),
 ) -> None:
     """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross.
 
-    going_on: names of the bodies that begin in the state of an earlier run.
+    standing: where bodies stand, by name; others are not looked at. going_on: names of those of them that begin in the state
+    of an earlier run.
     """
     if grid is None:  # without a grid they do not touch
         return
-    known = {model.name: model.with_others(models) for model in models}
-    near = _near(known, bodies, grid, going_on)
+    near = _near(models, standing, grid, going_on)
     for one, two in near:
-        if one.is_surface and two.is_surface and known[one.name].field != known[two.name].field:
-            _refuse_crossing(one, two)
+        if one.is_surface and two.is_surface and one.field != two.field:
+            _refuse_crossing(one, two, standing)
     for body, other in [*near, *((two, one) for one, two in near)]:
-        if other.is_surface or known[body.name].field == known[other.name].field:
+        if other.is_surface or body.field == other.field:
             continue
-        position = body.arrays["position"]
-        if body.is_surface:  # its vertices may stand on both sides of a body that it cuts
-            position = body.places()
-            position = np.concatenate([position, position[body.cells().surface()].mean(axis=1)])
-        inside = _well_inside(position, _contents(known[other.name], other, grid, going_on), grid)
+        position, triangles, _ = standing[body.name]
+        if triangles is not None:  # its vertices may stand on both sides of a body that it cuts
+            position = np.concatenate([position, position[triangles].mean(axis=1)])
+        inside = _well_inside(position, _contents(other, standing[other.name], grid, going_on), grid)
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             text = (
@@ -54,22 +55,24 @@ def refuse_overlaps(
             )
             leave_out = "" if body.is_surface else f"name {other.name} in `outside`, "
             remedy = f"move one of the two, {leave_out}or give both the same `field`"
-            raise CaseError(Problem(text, f"body.{body.name}.{known[body.name].place}", remedy=remedy))
+            raise CaseError(Problem(text, f"body.{body.name}.{body.place}", remedy=remedy))
 
 
 def overlaps_within_fields(
-    models: Sequence[BodyModel], bodies: Sequence[Body], grid: GridCase | None, going_on: AbstractSet[str] = frozenset()
+    models: Sequence[BodyModel],
+    standing: Mapping[str, Standing],
+    grid: GridCase | None,
+    going_on: AbstractSet[str] = frozenset(),
 ) -> Iterator[str]:
     """Warnings about volumes of one velocity field that overlap, one for each two of them."""
     if grid is None:
         return
-    known = {model.name: model.with_others(models) for model in models}
-    for body, other in _near(known, bodies, grid, going_on):
-        if body.is_surface or other.is_surface or known[body.name].field != known[other.name].field:
+    for body, other in _near(models, standing, grid, going_on):
+        if body.is_surface or other.is_surface or body.field != other.field:
             continue
-        position = body.arrays["position"]
+        position = standing[body.name].position
         position = position[:: max(1, len(position) // SAMPLES)]
-        inside = _well_inside(position, _contents(known[other.name], other, grid, going_on), grid)
+        inside = _well_inside(position, _contents(other, standing[other.name], grid, going_on), grid)
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             yield (
@@ -79,30 +82,33 @@ def overlaps_within_fields(
 
 
 def _near(
-    known: Mapping[str, BodyModel], bodies: Sequence[Body], grid: GridCase, going_on: AbstractSet[str]
-) -> list[tuple[Body, Body]]:
+    models: Sequence[BodyModel], standing: Mapping[str, Standing], grid: GridCase, going_on: AbstractSet[str]
+) -> list[tuple[BodyModel, BodyModel]]:
     """Each two bodies, in their order, whose boxes are less than a cell apart, but for two that go on."""
-    boxes = [_box(body.arrays["position"]) if body.name in going_on else known[body.name].bounds() for body in bodies]
+    known = [model.with_others(models) for model in models if model.name in standing]
+    if len(known) < 2:
+        return []
+    boxes = [_box(standing[model.name].position) if model.name in going_on else model.bounds() for model in known]
     lower, upper = (np.array(ends)[:, ~np.array(grid.thin())] for ends in zip(*boxes, strict=True))
     meet = (lower[:, None] <= upper[None] + grid.cell).all(axis=2)
     pairs = np.argwhere(np.triu(meet & meet.T, 1)).tolist()
-    return [(bodies[i], bodies[j]) for i, j in pairs if not {bodies[i].name, bodies[j].name} <= going_on]
+    return [(known[i], known[j]) for i, j in pairs if not {known[i].name, known[j].name} <= going_on]
 
 
 def _box(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return places.min(axis=0), places.max(axis=0)
 
 
-def _contents(model: BodyModel, body: Body, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
+def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
     """What lies inside a body: inside its shape, or where it goes on, in a cube of the volume of one of its points."""
     x, y, z = active = np.array([not thin for thin in grid.thin()])
-    if body.name not in going_on:
+    if model.name not in going_on or standing.volume is None:
         return lambda places: model.contains(places, (x, y, z))
     from scipy.spatial import cKDTree
 
-    size = body.volumes() / grid.slice_thickness() ** np.count_nonzero(~active)
+    size = standing.volume / grid.slice_thickness() ** np.count_nonzero(~active)
     half = 0.5 * size ** (1.0 / np.count_nonzero(active))
-    tree = cKDTree(body.arrays["position"][:, active])
+    tree = cKDTree(standing.position[:, active])
 
     def contains(places: np.ndarray) -> np.ndarray:
         distance, nearest = tree.query(places[:, active], p=np.inf)
@@ -120,8 +126,13 @@ def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np
     return inside
 
 
-def _refuse_crossing(one: Body, other: Body) -> None:
-    found = crossing(*(Triangulation(body.places(), body.cells().surface()) for body in (one, other)))
+def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing]) -> None:
+    from pellucid.geometry.crossing import crossing  # heavy
+
+    (first, one_triangles, _), (second, other_triangles, _) = standing[one.name], standing[other.name]
+    if one_triangles is None or other_triangles is None:
+        return
+    found = crossing(Triangulation(first, one_triangles), Triangulation(second, other_triangles))
     if found is not None:
         place = ", ".join(f"{value:.4g}" for value in found)
         text = (

@@ -1,0 +1,18 @@
+"""Planes of symmetry at faces of the grid."""
+
+from collections.abc import Sequence
+
+from pellucid.conditions.support import Support
+from pellucid.contact.images import Plane
+from pellucid.grid.model import GridCase
+
+
+def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
+    """The faces of the grid that supports hold at rest along their normals: there bodies go on as their mirror images."""
+    planes = []
+    for axis, name in enumerate("xyz"):
+        for end, place in (("lower", grid.lower[axis]), ("upper", grid.extent_upper()[axis])):
+            held = [support.face_velocity(f"{name}-{end}") for support in supports]
+            if any(velocity is not None and velocity[axis] == 0.0 for velocity in held):
+                planes.append(Plane(axis, float(place)))
+    return planes

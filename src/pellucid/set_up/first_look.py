@@ -1,0 +1,48 @@
+"""What is refused and what is warned of before a run begins."""
+
+from collections.abc import Iterator, Mapping
+from collections.abc import Set as AbstractSet
+
+from pellucid.case import Case
+from pellucid.parts.standing import Standing
+from pellucid.set_up.behind_walls import refuse_behind_walls
+from pellucid.set_up.gaps import narrow_gaps
+from pellucid.set_up.indenters import coarse_indenters
+from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
+
+
+def stand(case: Case) -> dict[str, Standing]:
+    """Where the bodies of a case stand that begin where it places them. Raises CaseError."""
+    names = {body.name for body in case.body}
+    if case.start is not None:
+        names -= set(case.start.body or names)
+    if case.grid_or_none is None:
+        return {}
+    return {body.name: body.with_others(case.body).standing(case.grid) for body in case.body if body.name in names}
+
+
+def look(case: Case) -> Iterator[str]:
+    """Warnings about a case that is not set up, as far as they are quickly told. Raises CaseError for what a run refuses."""
+    for body in case.body:
+        body.check_set_up()
+    standing = stand(case)
+    going_on = {body.name for body in case.body} - standing.keys()
+    refuse(case, standing, going_on)
+    yield from warnings_of(case, standing, going_on)
+
+
+def refuse(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> None:
+    """Raise CaseError where bodies start within each other or behind walls; as `warnings_of`."""
+    refuse_overlaps(case.body, standing, case.grid_or_none, going_on)
+    refuse_behind_walls(case, going_on)
+
+
+def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
+    """Warnings about a case whose bodies stand so; going_on: names of those that begin in the state of an earlier run."""
+    yield from overlaps_within_fields(case.body, standing, case.grid_or_none, going_on)
+    for model in case.body:
+        yield from model.start_warnings()
+    if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
+        yield from coarse_indenters(case)
+    if case.grid_or_none is not None:
+        yield from narrow_gaps(case, going_on)

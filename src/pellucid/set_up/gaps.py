@@ -1,0 +1,167 @@
+"""Gaps between what does not deform, too narrow for what is to flow or deform in them.
+
+From points on the boundaries of hard bodies the way along the normal is followed until it meets another boundary. Velocities
+that are linear in each of n cells between two walls at rest, and exact at the nodes, carry 1 - 1/n² of a viscous flow.
+"""
+
+from collections.abc import Callable, Iterator
+from collections.abc import Set as AbstractSet
+from itertools import combinations_with_replacement
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.case import Case
+from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.contact.wall import WallPlane
+from pellucid.geometry.boundary_points import boundary_points
+from pellucid.grid.model import GridCase
+from pellucid.parts.body_model import BodyModel
+from pellucid.set_up.hard_bodies import hard_bodies
+
+FEWEST = 3.0  # cells, in which a viscous flow lacks a ninth
+STEP = 0.25  # of a cell: where a boundary is nearer than that along the normal, two touch
+BISECTIONS = 6
+PARALLEL = 0.9  # cosine between the normals of the two sides of a gap, at least: it does not taper
+
+Covers = Callable[[np.ndarray], np.ndarray]
+"""Which places [m], shape (n, 3), lie behind a boundary, shape (n,)."""
+
+
+class Border(NamedTuple):
+    """What nothing passes."""
+
+    name: str
+    covers: Covers
+    moves: str
+    """How it moves: two of the same motion stay at their distance."""
+    normal: np.ndarray | None = None
+    """Of a plane, to the side where bodies are."""
+    is_mirror: bool = False
+    """Whether it is a plane of symmetry, behind which the gap goes on as its image."""
+
+
+def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
+    """Warnings about gaps of fewer than FEWEST cells between hard bodies, walls and faces of the grid that hold what touches
+    them, one for each two of these: where another body begins in the gap, or could pass as the two keep their distance.
+
+    going_on: names of the bodies that begin in the state of an earlier run; they are left out, not being where the case says.
+    """
+    grid = case.grid
+    hard = [body for body in hard_bodies(case) if not body.is_surface]
+    names = {body.name for body in hard} | going_on
+    hard = [body for body in hard if body.name not in going_on]
+    soft = [body.with_others(case.body) for body in case.body if body.name not in names and not body.is_surface]
+    if not hard or not soft:
+        return
+    x, y, z = (not thin for thin in grid.thin())
+    active = (x, y, z)
+    borders = [_border(body, case, active) for body in hard]
+    points = [_boundary(body, grid) for body in hard]
+    others = [*borders, *_planes(case)]
+    for i, j in combinations_with_replacement(range(len(others)), 2):
+        if i >= len(borders):
+            return
+        one, other = others[i], others[j]
+        theirs = points[j] if j < len(borders) else None
+        place, normal, width = _across(*points[i], one, other, theirs, grid.cell)
+        if not len(place):
+            continue
+        middle = place + 0.5 * width[:, None] * normal
+        held = one.moves == other.moves
+        for body in soft:
+            inside = body.contains(middle, active)
+            if not (inside.any() or held):
+                continue
+            here = inside if inside.any() else np.ones(len(middle), bool)
+            cells = float(np.median(width[here])) / grid.cell
+            at = ", ".join(f"{value:.4g}" for value in middle[here][0])
+            parts = f"parts of {one.name}" if i == j else f"{one.name} and {other.name}"
+            content = f"of body {body.name}" if inside.any() else f"through which body {body.name} may pass"
+            yield (
+                f"between {parts} lie {cells:.2g} cells ({grid.cell:g} m), fewer than {FEWEST:g}, {content}, for example at "
+                f"({at}) m: how it shears and flows there is not resolved, a viscous flow through n cells lacks 1/n² of its "
+                f"rate; use a smaller grid.cell"
+            )
+            break
+
+
+def _border(body: BodyModel, case: Case, active: tuple[bool, bool, bool]) -> Border:
+    motions = [motion for motion in case.motion if motion.body == body.name]
+    given = [motion.model_dump(exclude={"name", "body", "hold"}, exclude_defaults=True) for motion in motions]
+    moves = repr([way for way in given if way]) if motions else body.name
+    return Border(f"body {body.name}", lambda places: body.contains(places, active), moves)
+
+
+def _planes(case: Case) -> Iterator[Border]:
+    """Walls, and faces of the grid whose nodes are held along their normal."""
+    rest = repr([])
+    for number, wall in enumerate(case.wall):
+        plane = wall.plane()
+        moves = repr(tuple(wall.velocity)) if any(wall.velocity) else rest
+        yield Border(wall.name or f"wall {number + 1}", _behind(plane), moves, plane.normal)
+    for axis, place in symmetry_planes(case.support, case.grid):
+        is_lower = place < 0.5 * (case.grid.lower[axis] + case.grid.extent_upper()[axis])
+        face = f"{'xyz'[axis]}-{'lower' if is_lower else 'upper'}"
+        along = np.eye(3)[axis]
+        (a, b, c), (x, y, z) = (1.0 if is_lower else -1.0) * along, place * along
+        rubs = any(s.constrains_face(face) and (all(s.axes()) or s.stick or s.wall_friction() > 0.0) for s in case.support)
+        plane = WallPlane((x, y, z), (a, b, c), (0.0, 0.0, 0.0))
+        yield Border(f"face {face}", _behind(plane), rest, plane.normal, not rubs)
+
+
+def _behind(plane: WallPlane) -> Covers:
+    return lambda places: plane.height(places) < 0.0
+
+
+def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
+    """Points on the boundary of a body within the grid [m], about a cell apart, and outward unit normals, shape (n, 3) each."""
+    x, y, z = (not thin for thin in grid.thin())
+    lower, upper = body.bounds()
+    place, area = boundary_points(
+        lambda places: body.contains(places, (x, y, z)), lower, upper, grid.cell, (x, y, z), grid.slice_thickness()
+    )
+    flat = np.array(grid.thin())
+    within = (((place >= grid.lower) & (place <= grid.extent_upper())) | flat).all(axis=1)
+    return place[within], area[within] / np.linalg.norm(area[within], axis=1, keepdims=True)
+
+
+def _across(
+    place: np.ndarray,
+    normal: np.ndarray,
+    one: Border,
+    other: Border,
+    theirs: tuple[np.ndarray, np.ndarray] | None,
+    cell: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of one boundary that have another before them across a gap of fewer than FEWEST cells: places, normals, widths.
+
+    theirs: points and normals of the other, of a plane None.
+    """
+    none = place[:0], normal[:0], np.zeros(0)
+    reach = FEWEST * (0.5 if other.is_mirror else 1.0) * cell
+    met = np.full(len(place), np.inf)
+    for width in np.arange(STEP * cell, reach, STEP * cell):
+        free = np.isinf(met)
+        at = place[free] + width * normal[free]
+        met[np.flatnonzero(free)[other.covers(at)]] = width
+    if one is not other and (met <= STEP * cell).any():
+        return none  # they touch: beside that a gap tapers
+    here = np.isfinite(met) & (met > STEP * cell)
+    place, normal, far = place[here], normal[here], met[here]
+    near = far - STEP * cell
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (near + far)
+        covered = other.covers(place + middle[:, None] * normal)
+        near, far = np.where(covered, near, middle), np.where(covered, middle, far)
+    if other.normal is not None:
+        facing = np.broadcast_to(other.normal, normal.shape)
+    elif theirs is not None and len(place) and len(theirs[0]):
+        from scipy.spatial import cKDTree
+
+        facing = theirs[1][cKDTree(theirs[0]).query(place + far[:, None] * normal)[1]]
+    else:
+        return none
+    opposite = np.einsum("ij,ij->i", facing, normal) < -PARALLEL
+    width = far * (2.0 if other.is_mirror else 1.0)
+    return place[opposite], normal[opposite], width[opposite]

@@ -1,0 +1,12 @@
+"""Bodies of a case that do not deform."""
+
+from pellucid.case import Case
+from pellucid.case.sections import parts_of
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import is_driven
+
+
+def hard_bodies(case: Case) -> list[BodyModel]:
+    """Those that are rigid, or whose motion is prescribed as a whole; each knows the others."""
+    parts = parts_of(case)
+    return [body.with_others(case.body) for body in case.body if body.is_rigid or is_driven(body.name, parts)]

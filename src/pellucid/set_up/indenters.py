@@ -1,0 +1,72 @@
+"""Hard bodies that are small beside the cells or faces of a soft one, in which they press too hard."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from pellucid.case import Case
+from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.contact.images import Plane
+from pellucid.grid.model import GridCase
+from pellucid.parts.body_model import BodyModel
+from pellucid.set_up.hard_bodies import hard_bodies
+
+FEWEST = 3.0  # cells or edges of the soft body in the radius of a hard one, below which its force is far too large
+Box = tuple[np.ndarray, np.ndarray]
+"""Lower and upper corner [m]."""
+
+
+def coarse_indenters(case: Case) -> Iterator[str]:
+    """Warnings about hard bodies that solids of other velocity fields resolve too coarsely, one for each two of them."""
+    planes = symmetry_planes(case.support, case.grid)
+    hard = hard_bodies(case)
+    names = {body.name for body in hard}
+    soft = [body for body in case.body if body.name not in names]
+    for one in hard:
+        for other in soft:
+            if one.field == other.field or not (other.deforms_in_contact or other.faces_pressed()):
+                continue
+            lower, upper = _with_images(_within(one.bounds(), case.grid), planes, case.grid.cell)
+            radius, spacing = _radius_and_spacing((lower, upper), other, case.grid)
+            if radius < FEWEST * spacing:
+                of_faces = other.faces_pressed() is not None
+                resolved_by = "edges of its faces" if of_faces else "cells"
+                yield (
+                    f"body {one.name}, which does not deform, has a radius of {radius:.3g} m where it meets body {other.name}: "
+                    f"{radius / spacing:.2g} of the {resolved_by} there ({spacing:.3g} m), fewer than {FEWEST:g}; pressed into "
+                    f"{other.name} it meets a wrong force, mostly too large, by 10 to 70 % at 2 and less; use "
+                    f"{'a finer mesh there' if of_faces else 'a smaller grid.cell'}"
+                )
+
+
+def _radius_and_spacing(hard: Box, soft: BodyModel, grid: GridCase) -> tuple[float, float]:
+    """The smallest half extent of a hard body across the way to a soft one [m], and the length that resolves this there [m]."""
+    (lower, upper), (low, high), active = hard, _within(soft.bounds(), grid), ~np.array(grid.thin())
+    apart = np.where(active, np.maximum(low - upper, lower - high), -np.inf)
+    axis = int(apart.argmax())
+    across = active & (np.arange(3) != axis)
+    covers = upper - lower >= high - low  # a plate on all of the other body has no edge that presses into it
+    radius = 0.5 * float((upper - lower)[across & ~covers].min(initial=np.inf))
+    faces = soft.faces_pressed()
+    if radius == np.inf or faces is None:
+        return radius, grid.cell
+    place, area, edge = faces
+    beside = ((place >= lower - radius) & (place <= upper + radius))[:, across].all(axis=1)
+    side = 1.0 if lower[axis] + upper[axis] > low[axis] + high[axis] else -1.0
+    beside &= side * area[:, axis] > 0.5 * np.linalg.norm(area, axis=1)
+    return radius, float(np.median(edge[beside] if beside.any() else edge))
+
+
+def _within(box: Box, grid: GridCase) -> Box:
+    """What lies in the grid."""
+    return np.maximum(box[0], grid.lower), np.minimum(box[1], grid.extent_upper())
+
+
+def _with_images(box: Box, planes: Sequence[Plane], near: float) -> Box:
+    """A box, with the images of it that planes of symmetry no further than `near` [m] join to it."""
+    lower, upper = box[0].copy(), box[1].copy()
+    for axis, place in planes:
+        if lower[axis] - near <= place <= upper[axis] + near:
+            ends = lower[axis], upper[axis], 2.0 * place - lower[axis], 2.0 * place - upper[axis]
+            lower[axis], upper[axis] = min(ends), max(ends)
+    return lower, upper

@@ -1,0 +1,74 @@
+"""Gaps of too few cells between what does not deform are warned of, others are not."""
+
+import pytest
+from small_cases import GAS, RATE_SOLID, SOLID, box, case
+
+from pellucid.set_up.gaps import narrow_gaps
+
+HELD = {"hold": ["x", "y", "z"]}
+
+
+def plate(name, lower, upper):
+    return box((lower, 0.0, 0), (upper, 1.2, 0.1), RATE_SOLID, name=name, field=name)
+
+
+def warned(*bodies, motions=HELD, cell=0.1, **more):
+    """Warnings about a case in a slice, in which the bodies other than `soft` are held or follow `motions`."""
+    counts = (round(2 / cell), round(2 / cell), 1)
+    led = [
+        {"name": f"of-{body['name']}", "body": body["name"]} | motions
+        for body in bodies
+        if body["name"] != "soft" and not body.get("rigid")
+    ]
+    return list(narrow_gaps(case(*bodies, counts=counts, cell=cell, motion=led, **more)))
+
+
+def layer(lower, upper, material=SOLID):
+    return box((lower, 0, 0), (upper, 1, 0.1), material, name="soft", field="soft")
+
+
+@pytest.mark.parametrize(("cell", "cells"), [(0.1, 2), (0.05, None)])
+def test_a_layer_between_plates(cell, cells):
+    found = warned(plate("low", 0.4, 0.8), layer(0.8, 1.0), plate("high", 1.0, 1.4), cell=cell)
+    assert len(found) == (cells is not None)
+    for text in found:
+        assert f"between body low and body high lie {cells} cells (0.1 m), fewer than 3, of body soft" in text
+        assert "a smaller grid.cell" in text
+
+
+def test_a_slit_that_a_gas_may_pass():
+    (text,) = warned(plate("low", 0.4, 0.8), plate("high", 1.05, 1.4), layer(0.0, 0.4, GAS))
+    assert "between body low and body high lie 2.5 cells (0.1 m), fewer than 3, through which body soft may pass" in text
+
+
+def test_bodies_that_come_nearer_are_no_slit():
+    falling = plate("high", 1.05, 1.4) | {"rigid": True, "velocity": (-1, 0, 0)}
+    assert warned(plate("low", 0.4, 0.8), falling, layer(0.0, 0.4, GAS)) == []
+
+
+def test_the_gap_beside_where_bodies_touch_is_none():
+    """That between a disc and the plate on which it lies tapers."""
+    disc = plate("disc", 0, 0) | {"shape": {"cylinder": {"centre": (1.2, 0.6, 0.05), "radius": 0.4, "height": 0.1}}}
+    assert warned(plate("low", 0.4, 0.8), disc, layer(0.0, 0.4, GAS)) == []
+
+
+@pytest.mark.parametrize(
+    ("fix", "cells"), [(("x", "y", "z"), "2"), ("normal", None)], ids=["a floor that holds", "a plane of symmetry"]
+)
+def test_a_layer_on_a_face_of_the_grid(fix, cells):
+    """Behind a plane of symmetry it goes on."""
+    found = warned(plate("high", 0.2, 0.6), layer(0.0, 0.2), support=[{"where": "x-lower", "fix": fix}])
+    assert [f"between body high and face x-lower lie {cells} cells" in text for text in found] == [True] * (cells is not None)
+
+
+def test_a_gap_on_a_wall():
+    wall = {"point": (0.1, 0, 0), "normal": (1, 0, 0), "bodies": ["soft"], "name": "ground"}
+    (text,) = warned(plate("high", 0.3, 0.6), layer(0.1, 0.3), wall=[wall])
+    assert "between body high and ground lie 2 cells" in text
+
+
+def test_the_bore_of_one_body():
+    tube = plate("tube", 0, 0) | {"outside": ["soft"]}
+    tube["shape"] = {"box": {"lower": (0.2, 0.2, 0), "upper": (1.8, 1.8, 0.1)}}
+    (text,) = warned(tube, box((0.9, 0.2, 0), (1.1, 1.8, 0.1), name="soft", field="soft"))
+    assert "between parts of body tube lie 2 cells (0.1 m), fewer than 3, of body soft" in text
