@@ -8,7 +8,7 @@ the former differs by what transfers smooth; moved with these, surfaces that pre
 changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 256  # points that a thread takes at a time
+ON_A_FACE = 1e-6  # of a cell, by which a point may lie off a face of the grid
 WIDTHS = 2.5  # distances between its points over which the weights of one reach
 
 
@@ -121,6 +122,13 @@ class GridSurface(ContactSurface):
         stored[numbers] = np.arange(len(numbers))
         self._stored = stored[self._hosts]
         self.area[self._points["mass"][self._stored] == 0.0] = 0.0
+
+    def end_at(self, faces: Sequence[tuple[int, float]]) -> None:
+        """Points on these faces that look across them have no area."""
+        near = ON_A_FACE / self._moved.content.lattice.inverse_cell
+        for axis, place in faces:
+            on = np.abs(self.place[:, axis] - place) < near
+            self.area[on & (np.abs(self.area[:, axis]) > 0.5 * self.sizes())] = 0.0
 
     def weights(self) -> np.ndarray:
         """The areas at the start [m²]."""

@@ -1,7 +1,7 @@
 """The surface of a body by which others touch it: points with places, areas and velocities, on which contact gives forces."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -46,6 +46,10 @@ class ContactSurface(ABC):
     def begin(self) -> None:  # noqa: B027
         """Before contact of a step is found: renew what follows from the state of the body."""
 
+    def end_at(self, faces: Sequence[tuple[int, float]]) -> None:  # noqa: B027
+        """Have no surface on faces of the grid through which points leave, each across an axis at a place [m]: there what it
+        touches goes on, and it does so itself."""
+
     def sizes(self) -> np.ndarray:
         """The areas of the points [m²], shape (m,)."""
         return np.asarray(np.linalg.norm(self.area, axis=1))
@@ -57,7 +61,7 @@ class ContactSurface(ABC):
 
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""
-        return 0.5 * float(np.abs(self.area).sum(axis=0).max())
+        return float(max(np.maximum(sign * self.area, 0.0).sum(axis=0).max() for sign in (1.0, -1.0)))
 
     def speed(self) -> float:
         """The largest of its points [m/s]."""

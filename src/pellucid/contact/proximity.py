@@ -8,8 +8,9 @@ ACM Trans. Algorithms 4, 18.)
 
 Weights reach over the rim of a surface that ends. There less of them is found than on a plane that goes on: from three quarters
 of it down to one quarter, the point counts less and less, and half where it lies just beside the rim. A place that lies outside
-of the point nearest to it is in no body: beside a corner it may be behind the plane of another side, which does not count where
-that is deeper than the place is outside.
+of the point nearest to it is in no body, though it may be behind the plane of another side: that does not count where the two
+sides meet at a corner, so that what glides over an edge or a joint is not held there, or where it is deeper than the place is
+outside.
 """
 
 from math import inf, pi, sqrt
@@ -24,6 +25,8 @@ from pellucid.jit.local import zeros
 from pellucid.jit.parallel import parallel_for
 
 CHUNK = 256  # points that a thread takes at a time
+CORNER = 0.5  # cosine between the normals of two sides, below which they meet at a corner
+ALONE = 1e-4  # of the square of the reach: spread of the points in it along a surface, below which they tell no slope
 GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
 """Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; and
 by how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
@@ -130,7 +133,7 @@ def _find_chunk(chunk, one, other, bins, meeting, found):
         x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
         for a in range(17):
             s[a] = 0.0
-        nearest, outside = inf, 0.0
+        nearest, outside, about = inf, 0.0, uintp(0)
         for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
             for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
                 for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
@@ -138,8 +141,8 @@ def _find_chunk(chunk, one, other, bins, meeting, found):
                     for r in range(bins.first[b], bins.first[b + 1]):
                         q = uintp(bins.order[r])
                         distance, beyond = _beyond(other, q, x)
-                        if distance < nearest:
-                            nearest, outside = distance, beyond
+                        if distance < nearest and other.area[q] > 0.0:
+                            nearest, outside, about = distance, beyond, q
                         w, m, d = _weight(other, meeting, q, x, n)
                         if w > 0.0:
                             s[0] += w
@@ -161,14 +164,18 @@ def _find_chunk(chunk, one, other, bins, meeting, found):
         e = (s[5] / s[0], s[6] / s[0], s[7] / s[0])
         away = n0 * e[0] + n1 * e[1] + n2 * e[2]
         found[p, GAP] = 0.5 * (s[1] / s[0] + away)
-        if not meeting[0][1] and 0.0 < outside < -found[p, GAP]:
+        turned = n0 * other.normal[about, 0] + n1 * other.normal[about, 1] + n2 * other.normal[about, 2] < CORNER
+        if not meeting[0][1] and outside > 0.0 and (turned or outside < -found[p, GAP]):
             found[p, SHARE] = 0.0
-        _find_slope(p, s, (n0, n1, n2), e, away, meeting[2], found)
+        _find_slope(p, s, (n0, n1, n2), e, ALONE * other.reach[about] ** 2, meeting[2], found)
 
 
 @kernel(inline=True)
-def _find_slope(p, s, n, e, away, dimension, found):
-    """The change c of the weights with Σ w (1 + c·(d - e)) d = 0 along the surface, from the moments of w; e: the mean of d."""
+def _find_slope(p, s, n, e, alone, dimension, found):
+    """The change c of the weights with Σ w (1 + c·(d - e)) d = 0 along the surface, from the moments of w; e: the mean of d.
+
+    alone: a square of distances [m²], below which points are too near each other to tell a slope.
+    """
     found[p, LEVEL] = 1.0
     for a in range(3):
         found[p, SLOPE + a] = 0.0
@@ -193,7 +200,7 @@ def _find_slope(p, s, n, e, away, dimension, found):
             tu += t[a] * u[c] * s[8 + 3 * a + c]
             uu += u[a] * u[c] * s[8 + 3 * a + c]
     tt, tu, uu = tt / s[0] - et * et, tu / s[0] - et * eu, uu / s[0] - eu * eu
-    least = 1e-3 * (tt + uu)  # in the plane nothing varies across
+    least = 1e-3 * (tt + uu) + alone  # in the plane nothing varies across
     tt, uu = tt + least, uu + least
     whole = tt * uu - tu * tu
     if not whole > 0.0:

@@ -76,9 +76,17 @@ def may_touch_by_surfaces(case: "Case") -> bool:
     return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members))
 
 
-def surfaces_of(built: Built, names: Collection[str], column: int | None) -> Surfaces:
+def surfaces_of(case: "Case", built: Built, names: Collection[str], column: int | None) -> Surfaces:
     """Make the surfaces of bodies by which others touch them; column: of the work of forces between surfaces."""
-    return {} if column is None else {name: built[name][0].make_contact_surface(column) for name in built if name in names}
+    if column is None:
+        return {}
+    surfaces = {name: built[name][0].make_contact_surface(column) for name in built if name in names}
+    ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.faces]
+    open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
+    for surface in surfaces.values():
+        if surface is not None:
+            surface.end_at(open_faces)
+    return surfaces
 
 
 def pairs_of(

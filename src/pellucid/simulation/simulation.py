@@ -124,7 +124,7 @@ class Simulation:
         pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
         column, courant = layout.surface_contact, case.time.courant
         touch = built.keys() if several else {body.name for wall in case.wall for body in wall.touching(case.body)}
-        surfaces = surfaces_of(built, touch, column)
+        surfaces = surfaces_of(case, built, touch, column)
         pairs, surface_pairs = pairs_of(self.velocity_fields, built, case.contact, surfaces, pull, courant)
         planes = symmetry_planes(case.support, case.grid) if surface_pairs else []
         walls = wall_contacts(case, built, surfaces, column, pull)
