@@ -21,6 +21,7 @@ TABLES = (
     "probe",
     "output",
     "absorbing",
+    "outflow",
 )
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 

@@ -51,11 +51,13 @@ def test_the_work_of_contact_is_held_by_springs_or_taken_by_dampers_and_friction
     assert abs(energy.unexplained) < 0.01 * abs(energy.work)
 
 
-def test_an_impact_within_a_fixed_step_rebounds_and_warns():
-    """In the longest step that is allowed the damper that is to stop a rigid block turns it back at once."""
+def test_in_the_longest_step_that_is_allowed_a_rigid_block_hardly_rebounds():
     stable, _ = sliding(0.1).clock.stable_step(sliding(0.1).bodies)
-    with pytest.warns(UserWarning, match="contact between surfaces gave .*: bodies rebound too fast; use a smaller time.step"):
-        run(sliding(0.1, step=stable))
+    sim, rising = sliding(0.1, step=stable), 0.0
+    while not sim.clock.finished(None):
+        sim.step()
+        rising = max(rising, float(sim.bodies[1].arrays["velocity"][:, 1].mean()))
+    assert rising < 0.1 * (2.0 * 10.0 * 0.1) ** 0.5
 
 
 @pytest.mark.parametrize("courant", [0.1, 0.9])
@@ -96,9 +98,9 @@ def clock(n_steps):
 
 
 @pytest.mark.parametrize(
-    ("amount", "words"), [(3.0, "gave 3 J, 3 % .*: bodies rebound"), (-4.0, "took 4 J, 4 % .*: bodies are")]
+    ("amount", "words"), [(6.0, "gave 6 J, 6 % .*: bodies rebound"), (-7.0, "took 7 J, 7 % .*: bodies are")]
 )
-def test_more_than_two_per_cent_is_warned_of_once(amount, words):
+def test_more_than_five_per_cent_is_warned_of_once(amount, words):
     watch, energy = Watch(EnergyCase(), False, True, "flip"), ContactEnergy()
     energy.unexplained = amount
     with pytest.warns(UserWarning, match=f"contact between surfaces {words}"):
@@ -108,7 +110,7 @@ def test_more_than_two_per_cent_is_warned_of_once(amount, words):
         watch.contact_energy(energy, budget(100.0), clock(FIRST_JUDGED + 1))
 
 
-@pytest.mark.parametrize(("amount", "n_steps"), [(1.9, FIRST_JUDGED), (3.0, FIRST_JUDGED - 1)])
+@pytest.mark.parametrize(("amount", "n_steps"), [(4.9, FIRST_JUDGED), (6.0, FIRST_JUDGED - 1)])
 def test_less_and_the_first_steps_are_not(amount, n_steps):
     watch, energy = Watch(EnergyCase(), False, True, "flip"), ContactEnergy()
     energy.unexplained = amount

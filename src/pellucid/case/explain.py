@@ -89,8 +89,11 @@ def value_at(path: Path, data: Any) -> Any:
 
 def problem(found: Finding, data: Any) -> Problem:
     """A finding with its key and value as the user wrote them."""
-    value = value_at(found.path, data)
-    return Problem(found.text, dotted(found.path, data), None if value is MISSING else value, found.remedy)
+    path = found.path
+    if path[-1:] == (0,) and isinstance(value_at(path[:-1], data), str):
+        path = path[:-1]  # one name where there may be a list
+    value = value_at(path, data)
+    return Problem(found.text, dotted(path, data), None if value is MISSING else value, found.remedy)
 
 
 def dotted(path: Path, data: Any) -> str:
@@ -122,7 +125,8 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if first.kind == "extra_forbidden":
         keys = schema.keys_at(path[:-1], data)
         place = f"`{dotted(path[:-1], data)}`" if len(path) > 1 else "a case"
-        return [Finding(path, f"unknown key; {place} has the keys {listed(keys)}", hint(str(path[-1]), keys))]
+        remedy = _belongs(path, data, schema) or hint(str(path[-1]), keys)
+        return [Finding(path, f"unknown key; {place} has the keys {listed(keys)}", remedy)]
     if first.kind in ("union_tag_invalid", "union_tag_not_found"):
         return [_unknown_kind(path, first, value, schema.kinds(field))]
     if first.kind in LIMITS:
@@ -148,6 +152,19 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if wanted == ["a list"] and isinstance(value, dict):
         return [Finding(path, text, _list_remedy(path, field, schema))]
     return [Finding(path, text, hint(value, choices) if isinstance(value, str) else "")]
+
+
+def _belongs(path: Path, data: Any, schema: Schema) -> str:
+    """In which table beside or around an unknown key it is known, if in one."""
+    key, around = path[-1], path[:-1]
+    if len(path) > 1 and key in schema.keys_at(path[:-2], data):
+        table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
+        return f"it belongs in {table}, beside `{path[-2]}`"
+    table = value_at(around, data)
+    for other in table if isinstance(table, dict) else ():
+        if isinstance(table[other], dict) and key in schema.keys_at((*around, other), data):
+            return f"it belongs in `{dotted((*around, other), data)}`"
+    return ""
 
 
 def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> Finding:

@@ -43,7 +43,7 @@ class MovedAndTurned(Protocol):
     @property
     def rotation(self) -> Rotations: ...
     @property
-    def hold_rotation(self) -> Sequence[str]: ...
+    def held_turns(self) -> Sequence[str]: ...
     def axes(self) -> set[int]: ...
     def turns_about(self) -> set[int]: ...
 
@@ -60,7 +60,7 @@ def turn_problems(
     if motion.part is not None:
         yield Finding((*path, "part"), f"body {body.name} is rigid: it follows a motion as a whole", "leave it out")
     yield from plane_turn_problems(motion.rotation.axes(), (*path, "rotation"), parts)
-    yield from plane_turn_problems(set(motion.hold_rotation), (*path, "hold_rotation"), parts)
+    yield from plane_turn_problems(set(motion.held_turns), (*path, "hold_rotation"), parts)
     yield from _thin_problems(motion, path, parts)
     for other in others:
         yield from _shared_problems(motion, other, path)

@@ -50,7 +50,9 @@ class Motion(Condition):
     part: Where | None = parameter("", "only the points in this region at the start; without it the whole body", None)
     hold: tuple[Axis, ...] = parameter("", "directions along which the points stay where they are", ())
     displacement: Displacements = parameter("", "displacement as a function of time", Displacements())
-    hold_rotation: tuple[Axis, ...] = parameter("", "axes about which a rigid body does not turn", ())
+    hold_rotation: tuple[Axis, ...] | None = parameter(
+        "", "axes about which a rigid body does not turn; without it, and about others, it turns freely", None
+    )
     rotation: Rotations = parameter("", "rotation of a rigid body about its centre of mass", Rotations())
 
     @model_validator(mode="after")
@@ -61,7 +63,7 @@ class Motion(Condition):
         if "normal" in moved and len(moved) + len(self.hold) > 1:
             other = sorted({*moved, *self.hold} - {"normal"})[0]
             raise ValueError(f"{other} cannot stand beside `normal`, which leaves the nodes free along the film: leave it out")
-        if both := sorted(self.rotation.axes() & set(self.hold_rotation)):
+        if both := sorted(self.rotation.axes() & set(self.held_turns)):
             raise ValueError(f"{both[0]} stands in both `hold_rotation` and `rotation`: leave it out of one")
         if not moved and not self.hold and not self.turns_about():
             raise ValueError(
@@ -134,7 +136,7 @@ class Motion(Condition):
 
     def turn_functions(self) -> dict[int, Callable[[float], float]]:
         """Angle [rad] as a function of time [s] for each axis about which it prescribes the rotation, by its number."""
-        result: dict[int, Callable[[float], float]] = {"xyz".index(axis): lambda t: 0.0 for axis in self.hold_rotation}
+        result: dict[int, Callable[[float], float]] = {"xyz".index(axis): lambda t: 0.0 for axis in self.held_turns}
         for axis, turn in self.rotation.turns().items():
             result["xyz".index(axis)] = checked_displacement(turn, f"motion {self.name} about {axis}")
         return result
@@ -150,9 +152,14 @@ class Motion(Condition):
             number for number, axis in enumerate("xyz") if axis in self.hold or getattr(self.displacement, axis) is not None
         }
 
+    @property
+    def held_turns(self) -> tuple[Axis, ...]:
+        """The axes about which it holds a rigid body."""
+        return self.hold_rotation or ()
+
     def turns_about(self) -> set[int]:
         """The numbers of the axes about which it prescribes the rotation."""
-        return {"xyz".index(axis) for axis in {*self.hold_rotation, *self.rotation.axes()}}
+        return {"xyz".index(axis) for axis in {*self.held_turns, *self.rotation.axes()}}
 
     def turning_reaction(self, parts: Parts) -> str | None:
         """Its own name where it leads a rigid body."""

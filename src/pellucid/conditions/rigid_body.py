@@ -6,7 +6,17 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.conditions import driven_points
-from pellucid.conditions.rigid_kinematics import centre_of, inertia_of, rates_of, resultant, rotation_by, spin_of, spun
+from pellucid.conditions.rigid_kinematics import (
+    RigidState,
+    centre_of,
+    inertia_of,
+    inverse_inertia,
+    rates_of,
+    resultant,
+    rotation_by,
+    spin_of,
+    spun,
+)
 from pellucid.conditions.rigid_leads import LeadingMotion, Leads
 from pellucid.conditions.rigid_motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid_nodes import RigidNodes
@@ -67,6 +77,14 @@ class RigidBody:
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
         self._pushed.append((place.copy(), force))
+
+    def state(self) -> RigidState:
+        """Where it is and how it turns, and what forces do to it."""
+        m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
+        centre = centre_of(m, x)
+        rates = rates_of(m, x - centre, self.body.arrays["velocity"], self._turns)
+        free = ~self.leads.led[:3] & ~np.array(self._thin)
+        return RigidState(centre, rates[3:], free / float(np.sum(m)), inverse_inertia(m, x - centre, self._free_turns))
 
     def add_load(self, push: Push) -> None:
         """A force and a torque over the coming step."""

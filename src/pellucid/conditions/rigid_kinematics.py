@@ -1,6 +1,7 @@
 """Centre, angular momentum and inertia of points with masses, shape (n, 1) [kg], and rotations."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,3 +49,33 @@ def rotation_by(angle: np.ndarray) -> np.ndarray:
     x, y, z = angle / size
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + np.sin(size) * cross + (1.0 - np.cos(size)) * cross @ cross
+
+
+def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+    """Angular velocities that angular impulses give about some of the axes, (3, 3) [1/(kg m²)]; none about the others."""
+    inverse = np.zeros((3, 3))
+    about = np.ix_(turns, turns)
+    inverse[about] = np.linalg.pinv(inertia_of(mass, arm)[about], rcond=1e-10, hermitian=True)
+    return inverse
+
+
+class RigidState(NamedTuple):
+    """A rigid body as a step begins."""
+
+    centre: np.ndarray
+    """Of mass [m], (3,)."""
+    spin: np.ndarray
+    """Angular velocity [rad/s], (3,)."""
+    per_mass: np.ndarray
+    """What impulses change of its velocity along the axes [1/kg], (3,): nothing where a motion prescribes it."""
+    per_inertia: np.ndarray
+    """What angular impulses change of its angular velocity [1/(kg m²)], (3, 3): the same."""
+
+    def turning(self, place: np.ndarray) -> np.ndarray:
+        """Velocities at places [m] by its rotation alone [m/s], shape (m, 3) each."""
+        return np.cross(self.spin, place - self.centre)
+
+    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+        """Σ f·a for the accelerations a at places [m] that forces f there give it, shape (m, 3) each [N²/kg]."""
+        strength = resultant(place - self.centre, force)
+        return float(np.sum(self.per_mass * strength[:3] ** 2) + strength[3:] @ self.per_inertia @ strength[3:])

@@ -3,12 +3,14 @@
 from collections.abc import Iterator
 from typing import Literal, Self
 
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Refusal
 from pellucid.model import name_parameter, parameter
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+
+OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
 
 
 class Sliding(Condition):
@@ -19,6 +21,13 @@ class Sliding(Condition):
         "", "how they slide: freely, not at all while they press, or with friction", "frictionless"
     )
     friction: float | None = parameter("", 'coefficient of friction for kind "coulomb"', None, ge=0)
+
+    @field_validator("kind", mode="before")
+    @classmethod
+    def _with_friction(cls, kind: object) -> object:
+        if isinstance(kind, str) and kind.lower() in OTHER_NAMES:
+            raise Refusal(f'"{kind}" is no kind of contact', 'use kind = "coulomb", with `friction` for its coefficient')
+        return kind
 
     @model_validator(mode="after")
     def _friction_belongs_to_coulomb(self) -> Self:

@@ -109,6 +109,11 @@ class Support(Condition):
         if self.friction is not None and self.stick:
             text = "nothing slides on a wall that sticks, so it has no `friction`"
             yield Finding((*path, "stick"), text, "leave one of them out")
+        for place, other in parts.placed(Support):
+            same = other.where == self.where and (self.body is None or other.body in (None, self.body))
+            if keys and same and place < path and other._wall_keys():
+                text = f"support number {int(place[1]) + 1} says already how {self.where} rubs or opens"
+                yield Finding((*path, keys[0]), text, "say it once, or name different bodies")
         yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
         for body in parts.of(BodyModel) if yields else []:
             if self.body not in (None, body.name):

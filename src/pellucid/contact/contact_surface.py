@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from math import sqrt
 
 import numpy as np
 
@@ -32,8 +33,10 @@ class ContactSurface(ABC):
     """Whether it does not deform: it is rigid, or its motion is prescribed."""
     serves_deformed = False
     """Whether it serves contact though the body deforms; else this and others meet on the nodes."""
-    contact_rate = 0.0
-    """How fast a rigid body swings on what it touches, which its step has to follow [1/s]."""
+    least_rate, swings = 0.0, 0.0
+    """How fast a rigid body swings that lies or falls on others by itself [1/s]; the square of that where it is now [1/s²]."""
+    touches = 0
+    """In how many overlaps it is in this step."""
     drag: np.ndarray | None = None
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""
@@ -66,6 +69,20 @@ class ContactSurface(ABC):
     def speed(self) -> float:
         """The largest of its points [m/s]."""
         return float(np.linalg.norm(self.velocity, axis=1).max())
+
+    def contact_rate(self) -> float:
+        """How fast a rigid body swings on what it touches, which its step has to follow [1/s]. By more than by itself where
+        others press it, or where it turns as it strikes: steps have room for half of such a stiffness."""
+        return max(self.least_rate, sqrt(0.5 * self.swings))
+
+    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+        """Σ f·a for the accelerations a at places [m] that forces f there give a rigid body, shape (m, 3) each [N²/kg]; of one
+        whose motion is prescribed, none."""
+        return 0.0
+
+    def turning(self, place: np.ndarray) -> np.ndarray:
+        """Velocities at places [m] by the rotation of a rigid body [m/s], shape (m, 3) each; of others none."""
+        return np.zeros_like(place)
 
     @abstractmethod
     def add_forces(self, force: np.ndarray) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pellucid.contact.contact_energy import Held, taken_by_friction
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.dead_stop import DeadStop
 
 STIFF, DAMPING = 1.0, 0.1
 """How fast the layer of a body that touches swings, over its step: from two on it would go out of bounds. What the damper takes
@@ -18,10 +19,15 @@ of what is critical for the masses of the layers."""
 SINK, IMPACT = 3e-4, 0.2
 """Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
 so with the speeds of the start."""
-RESOLVED = (
-    0.3  # over how fast a rigid body swings then: its step, whatever `time.courant` is. In a longer one it comes too deep
-)
-# before anything pushes, and the damper throws it back
+RESOLVED = 0.3
+"""Over how fast a rigid body swings on what it touches: its step, whatever `time.courant` is. In a longer one it comes too deep
+before anything pushes, and is thrown back."""
+HARDENS = 0.05
+"""Cells: a depth to which two bodies that do not deform are pressed by more than their own weights, from where on they give way
+less and less: by what lies on them, by loads."""
+STIFFER = 4.0
+"""Times at most that friction between such bodies is stiffer than their overlap: it then swings twice as fast as they do."""
+TINY = 1e-300
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 
@@ -42,10 +48,13 @@ class OverlapLaw:
 
     sides: the surfaces that touch; one alone where the other body neither deforms nor gives way, as a wall. friction:
     coefficient μ, `STICKS` where they stick while they press. courant: of the case's `time`. swing: how fast bodies that do not
-    deform are to swing on each other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell.
+    deform are to swing on each other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell. cell: edge
+    of the cells [m].
     """
 
-    def __init__(self, sides: Sequence[ContactSurface], friction: float, courant: float, swing: float = 0.0) -> None:
+    def __init__(
+        self, sides: Sequence[ContactSurface], friction: float, courant: float, swing: float = 0.0, cell: float = np.inf
+    ) -> None:
         self._friction = friction
         self._hard = all(side.is_hard for side in sides)
         self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), 1e-300)
@@ -57,67 +66,81 @@ class OverlapLaw:
         if self._hard and rigid and swing > 0.0:
             self.stiffness = swing**2 * self._mass / max(side.side() for side in rigid)
         self._damping = 2.0 * DAMPING * sqrt(self.stiffness / sum(1.0 / side.mass_per_area for side in soft))
+        self.stop = DeadStop(rigid) if self._hard and rigid else None
+        self._softness = 1.0 / (HARDENS * cell) ** 2 if self.stop else 0.0
+        self._followed = courant / RESOLVED
         for side in rigid:
             swings = sqrt(self.stiffness * side.side() / self._mass)
-            side.contact_rate = max(side.contact_rate, courant / RESOLVED * swings)
-        self._rigid = len(rigid) > 0
+            side.least_rate = max(side.least_rate, self._followed * swings)
         self.held = Held()
         """Energy of the overlaps that were asked for last."""
 
-    def forces(self, overlaps: Sequence[Overlap], last: float, touched: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """Forces on the points of each overlap [N], shape (n, 3); last: length of the step before [s].
+    def forces(
+        self, overlaps: Sequence[Overlap], dt: float, last: float, touched: Mapping[int, np.ndarray]
+    ) -> list[np.ndarray]:
+        """Forces on the points of each overlap over a step dt [s], shape (n, 3) [N]; last: length of the step before [s].
 
         touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked.
         """
-        pressures = [part.share * self.stiffness * part.area * part.depth for part in overlaps]
-        extra = self._mean_damping(overlaps, pressures) if self._hard and self._rigid else 0.0
+        springs = [part.share * self.stiffness * part.area for part in overlaps]
+        hardened = [self._softness * part.depth**2 for part in overlaps]
+        pressures = [k * part.depth * (1.0 + h) for k, part, h in zip(springs, overlaps, hardened, strict=True)]
+        extra = 0.0 if self.stop is None else self.stop.force(overlaps, pressures, self._tangents(overlaps, springs, dt), dt)
         total = sum(float(pressure.sum()) for pressure in pressures)
-        stored = taken = pending = 0.0
+        stored = taken = pending = damped = power = 0.0
         found = []
-        for part, pressure in zip(overlaps, pressures, strict=True):
+        for part, pressure, spring, h in zip(overlaps, pressures, springs, hardened, strict=True):
             n = part.normal
             approach = -np.einsum("ij,ij->i", part.relative, n)
             damping = part.share * self._damping * part.area
             press = np.maximum(pressure + damping * approach + extra * pressure / total, 0.0)
             force = press[:, None] * n
-            stored += 0.5 * float(np.sum(pressure * part.depth))
-            taken += last * float(np.sum((press - pressure) * approach))
+            stored += 0.5 * float(np.sum(spring * part.depth**2 * (1.0 + 0.5 * h)))
+            power += float(np.sum((press - pressure) * approach))
+            damped += float(np.sum(press - pressure))
             if self._friction > 0.0:
                 along = part.relative + approach[:, None] * n
-                drag, lost = self._drag(part, along, self._friction * press, damping, last)
+                # what presses harder than the overlap alone is held by as much stiffer springs along it
+                holds = spring * np.clip(press / np.maximum(pressure, TINY), 1.0, STIFFER) if self.stop else spring
+                drag, lost = self._drag(part, along, self._friction * press, holds, damping, last)
                 force += drag
                 taken += lost
                 touched[id(part.one)][part.listed] = True
             pending += 0.5 * last * float(np.sum(force * part.relative))
             found.append(force)
+        taken += last * power if self.stop is None else self.stop.taken(damped, power, last)
         self.held = Held(stored, taken, pending)
         return found
 
+    def part(self, last: float) -> None:
+        """Nothing overlaps any more; last: length of the step before [s]."""
+        self.held = Held(taken=0.0 if self.stop is None else self.stop.end(last))
+
+    def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> tuple[float, float]:
+        """Stiffness of all points together against more depth, and that to which it comes over a step dt [s], as it counts in
+        the bound on the step [N/m]."""
+        now = later = 0.0
+        for part, spring in zip(overlaps, springs, strict=True):
+            approach = np.maximum(-np.einsum("ij,ij->i", part.relative, part.normal), 0.0)
+            now += float(np.sum(spring * (1.0 + 3.0 * self._softness * part.depth**2)))
+            later += float(np.sum(spring * (1.0 + 3.0 * self._softness * (part.depth + dt * approach) ** 2)))
+        return now, self._followed**2 * later
+
     def _drag(
-        self, part: Overlap, along: np.ndarray, most: np.ndarray, damping: np.ndarray, last: float
+        self, part: Overlap, along: np.ndarray, most: np.ndarray, spring: np.ndarray, damping: np.ndarray, last: float
     ) -> tuple[np.ndarray, float]:
-        """Friction of points with velocities along the other body [m/s], shape (n, 3), at most so much [N], shape (n,); the
-        energy that it took since the last step [J]."""
+        """Friction of points with velocities along the other body [m/s], shape (n, 3), at most so much [N] and on springs of
+        such stiffness [N/m], shape (n,); the energy that it took since the last step [J]."""
         one, n, at = part.one, part.normal, part.listed
         if one.drag is not None:
             drag, _ = _limited(-one.drag[at][:, None] * along, most)
             return drag, -last * float(np.sum(drag * along))
         before = one.slip[at]
         carried = before - np.einsum("ij,ij->i", before, n)[:, None] * n + last * along
-        spring = part.share * self.stiffness * part.area
         drag, slides = _limited(-spring[:, None] * carried - damping[:, None] * along, most)
         one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
         damped = last * damping * np.sum(along * along, axis=1)
         return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
-
-    def _mean_damping(self, overlaps: Sequence[Overlap], pressures: Sequence[np.ndarray]) -> float:
-        """The force of the second damper, by the mean approach under these pressures [N]."""
-        approach = stiffness = total = 0.0
-        for part, pressure in zip(overlaps, pressures, strict=True):
-            total += float(pressure.sum())
-            approach -= float(np.sum(pressure * np.einsum("ij,ij->i", part.relative, part.normal)))
-            stiffness += part.share * self.stiffness * float(part.area.sum())
-        return 2.0 * sqrt(stiffness * self._mass) * approach / total if total > 0.0 else 0.0
 
 
 def _limited(drag: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,8 +14,8 @@ of their periods, and hardly acts on bodies as a whole. Bodies of which none def
 for their masses, acts on the mean approach of all points in contact. What rolls has none.
 """
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -89,8 +89,8 @@ class Pass:
 class SurfacePair:
     """Two surfaces that touch.
 
-    friction, courant, swing: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness: of a
-    slice [m].
+    friction, courant, swing, cell: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness:
+    of a slice [m].
     """
 
     def __init__(
@@ -102,10 +102,11 @@ class SurfacePair:
         courant: float,
         swing: float = 0.0,
         name: str | None = None,
+        cell: float = np.inf,
     ) -> None:
         self.surfaces: Sequence[ContactSurface] = surfaces
         one, other = surfaces
-        self.name, self.law = name, OverlapLaw(surfaces, friction, courant, swing)
+        self.name, self.law = name, OverlapLaw(surfaces, friction, courant, swing, cell)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
         self._passes = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
@@ -128,7 +129,7 @@ class SurfacePair:
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
         parts = [(part, part.overlap) for part in self._passes if part.overlap is not None]
-        found = self.law.forces([overlap for _, overlap in parts], last, touched)
+        found = self.law.forces([overlap for _, overlap in parts], dt, last, touched)
         for (part, overlap), force in zip(parts, found, strict=True):
             part.give(overlap.listed, force, (forces[id(part.one)], forces[id(part.other)]))
             self.impulse += (1.0 if part.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
@@ -209,14 +210,18 @@ class SurfacePairs:
             surface.begin()
             described[id(surface)] = describe(surface, self._planes)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
-        held = []
+        found = [pair for pair in self._pairs if pair.find(described)]
+        for surface in self.surfaces:
+            surface.swings = 0.0
+            surface.touches = sum(surface is one for pair in found for one in pair.surfaces)
         for pair in self._pairs:
-            if pair.find(described):
-                for surface in pair.surfaces:
-                    forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
-                pair.push(dt, last, forces, touched)
-                held.append(pair.law.held)
-        self.energy.begin_step(held)
+            if pair not in found:
+                pair.law.part(last)
+                continue
+            for surface in pair.surfaces:
+                forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
+            pair.push(dt, last, forces, touched)
+        self.energy.begin_step(pair.law.held for pair in self._pairs)
         for surface in self.surfaces:
             surface.slip[~touched[id(surface)]] = 0.0
             if id(surface) in forces:
@@ -229,6 +234,18 @@ class SurfacePairs:
             if pair.name is not None:
                 total[pair.name] = total.get(pair.name, np.zeros(3)) + pair.impulse
         return total
+
+    def state_numbers(self) -> dict[str, object]:
+        """What a checkpoint keeps."""
+        stops = [(pair.law.stop.damped, pair.law.stop.approach) for pair in self._pairs if pair.law.stop]
+        return {"energy": self.energy.state_numbers(), "stops": stops}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint."""
+        self.energy.restore(numbers["energy"])
+        stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
+        for stop, (damped, approach) in zip(stops, numbers["stops"], strict=True):
+            stop.damped, stop.approach = damped, approach
 
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""

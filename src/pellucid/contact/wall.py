@@ -42,10 +42,11 @@ class WallContact:
         courant: float,
         swing: float = 0.0,
         name: str | None = None,
+        cell: float = np.inf,
     ) -> None:
         self.surfaces: Sequence[ContactSurface] = (surface,)
         self.plane, self.name = plane, name
-        self.law = OverlapLaw(self.surfaces, friction, courant, swing)
+        self.law = OverlapLaw(self.surfaces, friction, courant, swing, cell)
         self._overlap: Overlap | None = None
         self._work = 0.0
         self.impulse = np.zeros(3)
@@ -57,7 +58,7 @@ class WallContact:
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find which points of the surface lie behind the plane and face it; whether any do."""
-        self._work, self.impulse = 0.0, np.zeros(3)
+        self._work, self.impulse, self._overlap = 0.0, np.zeros(3), None
         surface, plane = self.surfaces[0], self.plane
         m = len(surface.place)  # behind these are images, which planes of symmetry make
         sizes, facing = surface.weights(), np.ones(m)
@@ -78,7 +79,7 @@ class WallContact:
         """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""
         if self._overlap is None:
             return
-        (force,) = self.law.forces([self._overlap], last, touched)
+        (force,) = self.law.forces([self._overlap], dt, last, touched)
         forces[id(self.surfaces[0])][self._overlap.listed] += force
         self.impulse = dt * force.sum(axis=0)
         self._work = float(np.sum(self.impulse * self.plane.velocity))

@@ -35,10 +35,7 @@ FAULTS = {
         "the element that begins here turned over in this step, or has no area or thickness left",
         "use a smaller time.step or time.courant, finer elements, or wrinkling where the membrane is pushed together",
     ),
-    LOST: Fault(
-        "it left the grid",
-        "make the grid larger, put a support on the face it crossed, or let it leave through an [[outflow]]",
-    ),
+    LOST: Fault("it left the grid", "make the grid larger, or put a support on the face it crossed"),
 }
 
 

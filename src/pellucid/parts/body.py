@@ -17,7 +17,7 @@ from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import FAULTS
+from pellucid.grid.points import FAULTS, LOST
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.relaxable import SLOWER_LOADS
@@ -371,6 +371,11 @@ class Body(ABC):
         velocity = self.arrays["velocity"]
         return np.asarray(0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity))
 
+    @property
+    def may_leave(self) -> bool:
+        """Whether its points could leave through faces of the grid."""
+        return False
+
     def whereabouts(self, p: int) -> str:
         """Where point p is, for an error."""
         return f"at {in_metres(self.arrays['position'][p])}"
@@ -379,9 +384,10 @@ class Body(ABC):
         """Raise `RunStopped` for a fault (of `pellucid.grid.points`) at point p."""
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
         fault = FAULTS[int(code)]
+        leave = ", or let it leave through an [[outflow]]" if code == LOST and self.may_leave else ""
         raise RunStopped(
             f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` {self.whereabouts(p)}: "
-            f"{fault.meaning}; {SLOWER_LOADS if self.relaxes else fault.remedy}",
+            f"{fault.meaning}; {SLOWER_LOADS if self.relaxes else fault.remedy + leave}",
             step=n_steps,
             time=time,
             body=self.name,

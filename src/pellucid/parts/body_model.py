@@ -184,6 +184,10 @@ class BodyModel(Part):
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         """Why walls neither rub on it nor let it go, if so; `alone`: whether it has a velocity field to itself."""
         remedy = "leave it out; a floor that does is a body held by a motion, in a `field` of its own and with a [[contact]]"
+        if self.is_rigid and not self.why_no_wall():
+            remedy = (
+                'use a [[wall]] in place of this support, which takes `kind = "coulomb"` with `friction`, or `kind = "stick"`'
+            )
         if self.is_rigid:
             return Reason(f"body {self.name} is rigid: walls do not rub on it, and push alone", remedy)
         if self.moves and self.owns_nodes(alone):

@@ -8,6 +8,7 @@ from pellucid.parts.standing import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
 from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.indenters import coarse_indenters
+from pellucid.set_up.left_free import free_turns, passed_walls
 from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
 
 
@@ -42,6 +43,8 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from overlaps_within_fields(case.body, standing, case.grid_or_none, going_on)
     for model in case.body:
         yield from model.start_warnings()
+    yield from free_turns(case)
+    yield from passed_walls(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
     if case.grid_or_none is not None:

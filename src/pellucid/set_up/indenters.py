@@ -40,10 +40,18 @@ def coarse_indenters(case: Case) -> Iterator[str]:
 
 
 def _radius_and_spacing(hard: Box, soft: BodyModel, grid: GridCase) -> tuple[float, float]:
-    """The smallest half extent of a hard body across the way to a soft one [m], and the length that resolves this there [m]."""
+    """The smallest half extent of a hard body across the way to a soft one [m], and the length that resolves this there [m].
+
+    Of several axes along which the two lie side by side that which makes it largest: they may come nearer along any of them.
+    """
     (lower, upper), (low, high), active = hard, _within(soft.bounds(), grid), ~np.array(grid.thin())
     apart = np.where(active, np.maximum(low - upper, lower - high), -np.inf)
-    axis = int(apart.argmax())
+    beside = np.flatnonzero(apart > min(-1e-6 * grid.cell, apart.max() - 1e-12))
+    return max(_along(int(axis), hard, soft, grid) for axis in beside)
+
+
+def _along(axis: int, hard: Box, soft: BodyModel, grid: GridCase) -> tuple[float, float]:
+    (lower, upper), (low, high), active = hard, _within(soft.bounds(), grid), ~np.array(grid.thin())
     across = active & (np.arange(3) != axis)
     covers = upper - lower >= high - low  # a plate on all of the other body has no edge that presses into it
     radius = 0.5 * float((upper - lower)[across & ~covers].min(initial=np.inf))

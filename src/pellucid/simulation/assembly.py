@@ -134,7 +134,8 @@ def _surface_pairs(
     for one, other in product(*found):
         if one is not None and other is not None:
             swing = swing_of(grid.lattice.cell, gravity, one.speed() + other.speed())
-            pairs.append(SurfacePair((one, other), friction, dimension, grid.slice_thickness, courant, swing, name))
+            how = friction, dimension, grid.slice_thickness, courant, swing, name, grid.lattice.cell
+            pairs.append(SurfacePair((one, other), *how))
     return pairs
 
 

@@ -451,7 +451,7 @@ class Simulation:
         return {
             "clock": self.clock.state_numbers(),
             "balance": self.budget.state_numbers(),
-            "surface_contact": self.surface_pairs.energy.state_numbers(),
+            "surface_contact": self.surface_pairs.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
@@ -474,7 +474,7 @@ class Simulation:
             self.clock = self.settling_clock(self.case.settle)
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
-        self.surface_pairs.energy.restore(numbers["surface_contact"])
+        self.surface_pairs.restore(numbers["surface_contact"])
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps

@@ -40,7 +40,7 @@ def wall_contacts(
             if surface.rigid_mass < np.inf:
                 swing = swing_of(cell, gravity, surface.speed() + float(np.linalg.norm(plane.velocity)))
             friction = coefficient(wall.kind, wall.friction)
-            contact = WallContact(surface, plane, friction, case.time.courant, swing, wall.name)
+            contact = WallContact(surface, plane, friction, case.time.courant, swing, wall.name, cell)
             _refuse_pressed(contact, body, cell, f"wall.{number}.bodies")
             contacts.append(contact)
     return contacts

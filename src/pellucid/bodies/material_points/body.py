@@ -110,7 +110,7 @@ class MaterialPoints(PointsOnGrid):
         if not any(surface is self.contact_surface for surface in touching):
             self.contact_surface = None
         if self.contact_surface is not None:
-            self.totals.rate = max(self.totals.rate, self.contact_surface.contact_rate)
+            self.totals.rate = max(self.totals.rate, self.contact_surface.least_rate)
 
     @property
     def filling(self) -> Filling | None:
@@ -153,7 +153,7 @@ class MaterialPoints(PointsOnGrid):
             self._collect_strain_sums(last=move)
         else:
             squares = np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
-            swing = self.contact_surface.contact_rate if self.contact_surface is not None else 0.0
+            swing = self.contact_surface.contact_rate() if self.contact_surface is not None else 0.0
             self._bound_rate(max(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell, swing))
 
     @property
@@ -180,6 +180,11 @@ class MaterialPoints(PointsOnGrid):
             self.totals.stored += lost
 
     # points that leave
+
+    @property
+    def may_leave(self) -> bool:
+        """Where nothing leads it and its pressure does not act on whole cells."""
+        return self.constraint is None and not self._model.why_no_outflow()
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Let points leave through faces of the grid."""

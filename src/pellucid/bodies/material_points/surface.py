@@ -15,12 +15,25 @@ from pellucid.jit.bundle import Bundle
 ABOUT = 12  # points by which a deformation gradient is fitted
 
 
+class RigidState(Protocol):
+    """A rigid body as a step begins."""
+
+    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+        """See `ContactSurface.answer`."""
+
+    def turning(self, place: np.ndarray) -> np.ndarray:
+        """See `ContactSurface.turning`."""
+
+
 @runtime_checkable
 class TakesForces(Protocol):
     """What leads a rigid body."""
 
     moves_freely: bool
     """Whether anything of its motion is free."""
+
+    def state(self) -> RigidState:
+        """As a step begins."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
@@ -33,6 +46,19 @@ class RigidSurface(GridSurface):
 
     def follow(self, dt: float) -> None:
         """It is turned by what leads the body."""
+
+    def begin(self) -> None:
+        """Put the points on the surface; see how the body moves."""
+        super().begin()
+        self._state = self.takes.state()
+
+    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+        """That of the body as a whole."""
+        return self._state.answer(place, force)
+
+    def turning(self, place: np.ndarray) -> np.ndarray:
+        """By the rotation of the body."""
+        return self._state.turning(place)
 
     def add_forces(self, force: np.ndarray) -> None:
         """On the body as a whole."""

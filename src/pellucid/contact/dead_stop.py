@@ -1,0 +1,98 @@
+"""What stops two bodies of which none deforms: a damper on the mean approach of all points in contact.
+
+It is so strong beside what both weigh there that they hardly rebound: one that is critical and may only push lets go at exp(-2)
+of the speed of an impact, one of DEAD times that at 1/(2 DEAD)². A step takes the approach as an implicit one would, to
+1/(1 + c A Δt) of it for the damper c and what an impulse changes of the approach, A, so that no step is too long for it. What
+touches in several places at once answers to each with its share of the mass.
+
+What rolls or glides does not approach, though each of its points may: those ahead go down, those behind up, and with few points
+in contact their mean goes to and fro. So the rotation of a body counts by the velocities along its own normals, with which it
+brings its surface nearer, a round one not at all, and the rest by those along the normals of the other body, over which it may
+glide.
+"""
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.contact.contact_surface import ContactSurface
+
+DEAD = 8.0  # over what is critical
+
+
+class Touching(Protocol):
+    """Points of a surface that lie in another body: see `pellucid.contact.overlap.Overlap`."""
+
+    @property
+    def one(self) -> ContactSurface: ...
+    @property
+    def listed(self) -> np.ndarray: ...
+    @property
+    def normal(self) -> np.ndarray: ...
+    @property
+    def relative(self) -> np.ndarray: ...
+
+
+class DeadStop:
+    """The damper between surfaces of which these belong to rigid bodies whose motion is not all prescribed."""
+
+    def __init__(self, rigid: Sequence[ContactSurface]) -> None:
+        self._rigid = rigid
+        self._now = 0.0  # mean approach [m/s]
+        self.damped = self.approach = 0.0
+        """Of all dampers [N], and the mean approach [m/s], as the last step began."""
+
+    def force(
+        self, overlaps: Sequence[Touching], pressures: Sequence[np.ndarray], stiffness: tuple[float, float], dt: float
+    ) -> float:
+        """Of the damper over a step dt [s], shared out as the pressures are [N]; stiffness: now, and after
+        it as it counts in the bound on the step [N/m].
+
+        Adds to how fast the bodies swing on what they touch.
+        """
+        total = sum(float(pressure.sum()) for pressure in pressures)
+        if total <= 0.0:
+            return 0.0
+        shares = [pressure / total for pressure in pressures]
+        self._now = sum(float(share @ _approach(part)) for share, part in zip(shares, overlaps, strict=True))
+        answer = 0.0
+        for side in self._rigid:
+            place = np.concatenate([part.one.place[part.listed] for part in overlaps])
+            ways = [
+                (1.0 if part.one is side else -1.0) * share[:, None] * part.normal
+                for share, part in zip(shares, overlaps, strict=True)
+            ]
+            own = side.answer(place, np.concatenate(ways))
+            answer += side.touches * own
+            side.swings += stiffness[1] * own
+        if answer <= 0.0:
+            return 0.0
+        damper = 2.0 * DEAD * sqrt(stiffness[0] / answer)
+        return damper * self._now / (1.0 + damper * answer * dt)
+
+    def taken(self, damped: float, power: float, last: float) -> float:
+        """Energy that dampers took over the last step [J], which lasted so long [s]; damped, power: their force [N] and what
+        they take [W] as it ends.
+
+        The work of contact counts the mean of the velocities before and after a step: of a damper F it is that of the mean of
+        the forces before and after on the velocity after, where F and v change by much in a step.
+        """
+        energy = 0.5 * last * (self.damped * self._now + power)
+        self.damped, self.approach = damped, self._now
+        return energy
+
+    def end(self, last: float) -> float:
+        """The same where nothing touches any more."""
+        energy = 0.5 * last * self.damped * self.approach
+        self.damped = self.approach = 0.0
+        return energy
+
+
+def _approach(part: Touching) -> np.ndarray:
+    """How fast the surfaces come nearer at each point [m/s], shape (n,)."""
+    area = part.one.area[part.listed]
+    own = area / np.linalg.norm(area, axis=1, keepdims=True)
+    turning = part.one.turning(part.one.place[part.listed])
+    return np.asarray(np.einsum("ij,ij->i", turning, own + part.normal) - np.einsum("ij,ij->i", part.relative, part.normal))
