@@ -379,7 +379,7 @@ RIGID = "rigid = true\npoints_per_cell"
             "friction",
             ["support.slope.friction", "a face of the grid", "with a face as `where`"],
         ),
-        ("points_per_cell", RIGID, "friction", ["support.slope.friction", "block is rigid", "[[contact]]"]),
+        ("points_per_cell", RIGID, "friction", ["support.slope.friction", "block is rigid", "[[wall]]"]),
         (
             "friction = 0.3",
             "frictoin = 0.3",

@@ -97,6 +97,7 @@ class GridSurface(ContactSurface):
         self._points, self._hosts, self._load = arrays, hosts, load
         self.place, self.area = place.copy(), area.copy()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
+        self._rests = False
         self.reach = np.full(len(place), WIDTHS * spacing)
         self._weights = self.sizes()
         self.find_hosts()
@@ -136,6 +137,9 @@ class GridSurface(ContactSurface):
 
     def begin(self) -> None:
         """Put the points on the surface."""
+        self.stands = self._rests
+        if self.stands:
+            return
         host = self._points["position"][self._stored]
         if not self.is_hard:
             self._offset -= host - self._host
@@ -145,10 +149,18 @@ class GridSurface(ContactSurface):
 
     def follow(self, dt: float) -> None:
         """Move with the nodes over a step dt [s]; what a motion leads as a whole, with its material points."""
+        self._rests = False
         _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
+
+    def rest(self) -> None:
+        """Stay where it is over a step."""
+        if not self._rests:
+            self.velocity[...] = 0.0
+            self._rests = True
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
         """Move as a rigid body whose centre goes to a new place [m], (3,), and which turns by a rotation, (3, 3), in dt [s]."""
+        self._rests = False
         arm = self._host + self._offset + self._above() - centre
         self._offset[...] = self._offset @ rotation.T
         self.area[...] = self.area @ rotation.T

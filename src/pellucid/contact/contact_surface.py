@@ -35,6 +35,8 @@ class ContactSurface(ABC):
     """Whether it serves contact though the body deforms; else this and others meet on the nodes."""
     least_rate, swings = 0.0, 0.0
     """How fast a rigid body swings that lies or falls on others by itself [1/s]; the square of that where it is now [1/s²]."""
+    stands = False
+    """Whether it is where it was as the step before began, at rest."""
     touches = 0
     """In how many overlaps it is in this step."""
     drag: np.ndarray | None = None

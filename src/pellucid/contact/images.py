@@ -25,6 +25,8 @@ class Described(NamedTuple):
     velocity: np.ndarray  # (n, 3) [m/s]
     point: np.ndarray  # (n - m,) of which point each image is one
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
+    lower: np.ndarray  # (3,) of a box about the places [m],
+    upper: np.ndarray  # (3,)
 
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
@@ -55,4 +57,5 @@ def describe(surface: ContactSurface, planes: Sequence[Plane]) -> Described:
         size, reach = np.concatenate([size, size[near]]), np.concatenate([reach, reach[near]])
         point, flip = np.concatenate([point, point[near]]), np.concatenate([flip, mirrored])
     m = len(surface.place)
-    return Described(place, normal, size, reach, velocity, point[m:], flip[m:])
+    ends = place.min(axis=0, initial=np.inf), place.max(axis=0, initial=-np.inf)
+    return Described(place, normal, size, reach, velocity, point[m:], flip[m:], *ends)

@@ -41,15 +41,16 @@ class Pass:
         m = len(self.one.place)
         self._points = one.place[:m], one.normal[:m]
         self._beside = Points(other.place, other.normal, other.size, other.reach)
-        self._bins = _bins(self.one.place, other.place, float(other.reach.max()))
+        self._bins = _bins(one, other, float(other.reach.max()))
         self.overlap: Overlap | None = None
         if self._bins is None:
             return False
         proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
-        depth = self.one.half_width + self.other.half_width - self._found[:, GAP]
         most = 0.0 if self.other.is_hard else NEAR * float(np.median(other.reach))
-        at = np.flatnonzero((self._found[:, SHARE] > 0.0) & (depth > -most))
-        depth, normal = depth[at], self._found[at, NORMAL : NORMAL + 3]
+        at = np.flatnonzero(self._found[:, SHARE])
+        depth = self.one.half_width + self.other.half_width - self._found[at, GAP]
+        at, depth = at[depth > -most], depth[depth > -most]
+        normal = self._found[at, NORMAL : NORMAL + 3]
         if not self.other.is_hard and len(at):
             normal, depth = self._over_soft(at, one, other)
             at, normal, depth = at[depth > 0.0], normal[depth > 0.0], depth[depth > 0.0]
@@ -147,20 +148,19 @@ def _deepest(surface: ContactSurface) -> float:
     return reach if surface.two_sided else min(reach, 0.4 * float(thick))
 
 
-def _bins(one: np.ndarray, other: np.ndarray, reach: float) -> Bins | None:
+def _bins(one: Described, other: Described, reach: float) -> Bins | None:
     """The points of the other surface that may lie beside points of the one, by boxes; None where there are none."""
-    lower, upper = one.min(axis=0) - reach, one.max(axis=0) + reach
-    lower, upper = np.maximum(lower, other.min(axis=0)), np.minimum(upper, other.max(axis=0))
+    lower, upper = np.maximum(one.lower - reach, other.lower), np.minimum(one.upper + reach, other.upper)
     if (lower > upper).any():
         return None
     size = reach
     counts = np.floor((upper - lower) / size).astype(np.int64) + 1
-    while np.prod(counts) > 8 * len(other) + 1000:
+    while np.prod(counts) > 8 * len(other.place) + 1000:
         size *= 2.0
         counts = np.floor((upper - lower) / size).astype(np.int64) + 1
-    first, order = np.zeros(int(np.prod(counts)) + 1, np.int64), np.zeros(len(other), np.int64)
+    first, order = np.zeros(int(np.prod(counts)) + 1, np.int64), np.zeros(len(other.place), np.int64)
     shape = int(counts[0]), int(counts[1]), int(counts[2])
-    proximity.count_boxes(other, lower, size, shape, np.empty(len(other), np.int64), first, order)
+    proximity.count_boxes(other.place, lower, size, shape, np.empty(len(other.place), np.int64), first, order)
     return Bins(lower, size, shape, first, order)
 
 
@@ -194,6 +194,7 @@ class SurfacePairs:
         self._pairs, self._planes = pairs, planes
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
+        self._described: dict[int, Described] = {}  # as they were, for those that stand
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -205,10 +206,11 @@ class SurfacePairs:
         """
         for pair in self._pairs:
             pair.begin(time, passing)
-        described, forces, touched = dict[int, Described](), dict[int, np.ndarray](), dict[int, np.ndarray]()
+        described, forces, touched = self._described, dict[int, np.ndarray](), dict[int, np.ndarray]()
         for surface in self.surfaces:
             surface.begin()
-            described[id(surface)] = describe(surface, self._planes)
+            if not surface.stands or id(surface) not in described:
+                described[id(surface)] = describe(surface, self._planes)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
         found = [pair for pair in self._pairs if pair.find(described)]
         for surface in self.surfaces:

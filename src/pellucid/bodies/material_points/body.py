@@ -147,12 +147,15 @@ class MaterialPoints(PointsOnGrid):
         """Totals, the bound on the step; positions of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
+        squares = None if self._strains else np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
         if move and self.contact_surface is not None:
-            self.contact_surface.follow(dt)
-        if self._strains:
+            if squares is None or squares.any():
+                self.contact_surface.follow(dt)
+            else:
+                self.contact_surface.rest()
+        if squares is None:
             self._collect_strain_sums(last=move)
         else:
-            squares = np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
             swing = self.contact_surface.contact_rate() if self.contact_surface is not None else 0.0
             self._bound_rate(max(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell, swing))
 

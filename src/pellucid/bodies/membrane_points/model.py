@@ -1,6 +1,7 @@
 """Membranes of material points as the user describes them."""
 
 from collections.abc import Iterator
+from math import ceil
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -114,4 +115,6 @@ class MembranePointsCase(MembraneCase):
                 f"has {per_cell:.2g} points for each grid cell that it crosses; with fewer than {FEWEST_PER_CELL:g} the grid "
                 f"tears the membrane"
             )
-            yield Finding(place, text, f"give it about {more:.2g} times as many points, or use a larger grid.cell")
+            yield Finding(
+                place, text, f"give it {ceil(100.0 * more) / 100.0:g} times as many points, or use a larger grid.cell"
+            )
