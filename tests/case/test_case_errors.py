@@ -95,6 +95,18 @@ MISTAKES = {
         "rotate",
         ["body.block.shape.rotate", "`axis` has no length", "give a direction"],
     ),
+    "a rotation beside the shape": (
+        "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
+        "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }\nrotate = { angle = 17 }",
+        "rotate",
+        ["body.block.rotate", "unknown key", "it belongs in `body.block.shape`"],
+    ),
+    "a rotation within the box": (
+        "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
+        "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0], rotate = { angle = 17 } } }",
+        "rotate",
+        ["body.block.shape.box.rotate", "unknown key", "it belongs in `body.block.shape`, beside `box`"],
+    ),
     "a misspelt rotation": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] }, rotate = { angel = 17 } }",

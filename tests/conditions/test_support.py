@@ -382,6 +382,12 @@ RIGID = "rigid = true\npoints_per_cell"
         ("points_per_cell", RIGID, "friction", ["support.slope.friction", "block is rigid", "[[wall]]"]),
         (
             "friction = 0.3",
+            'friction = 0.3\n\n[[support]]\nname = "again"\nwhere = "y-lower"\nfix = "normal"\nstick = true',
+            "stick",
+            ["support.again.stick", "says already how y-lower rubs", "say it once"],
+        ),
+        (
+            "friction = 0.3",
             "frictoin = 0.3",
             "frictoin",
             ["support.slope.frictoin", "did you mean `friction`?"],
