@@ -58,7 +58,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     time = column(run, "time")
     figure = new_figure(height=3.4)
     speed, slip, place = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.6))
-    slip.axhline(1e3 * shear_and_compression(run)[0], color="#bbb", linewidth=4.0, label="mean shear of the block")
+    slip.axhline(1e3 * shear_and_compression(run)[0], color="#bbb", linewidth=4.0, label="own shear, mean")
     for colour, side in zip(COLOURS, PLATES, strict=False):
         beside(speed, time, along_and_off(run, f"{side}_slides", "v")[0], PULL * time, side, colour)
         slip.plot(time, 1e3 * along_and_off(run, f"{side}_sticks")[0], color=colour, label=side)
