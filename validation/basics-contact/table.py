@@ -29,6 +29,8 @@ CASES = {
     "blocks-on-slope": (BOTH, {"time.end": 0.8}, ("slides", "wall_slides", "sticks", "wall_sticks")),
     "turned-blocks": (BOTH, {}, ("east", "west", "east_sticks", "west_sticks")),
     "rolling-discs": (BOTH, {}, ("rigid", "elastic", "gliding")),
+    "blocks-on-oblique-planes": ((0.05,), {}, ("on_plate", "on_wall")),
+    "cylinders-in-trough": ((0.05,), {}, ("glides", "rolls")),
 }
 """Cells [m], what differs from the quick variants, and the errors that stand in the table."""
 FIELDS = ("case", "cell", "functions", "transfer", "metric", "error", "cost")

@@ -8,7 +8,8 @@ from pellucid.grid.model import GridCase
 
 
 def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
-    """The faces of the grid that supports hold at rest along their normals: there bodies go on as their mirror images."""
+    """The faces of the grid that supports hold at rest along their normals, whatever they do along them and to what parts:
+    surfaces beside them go on as their mirror images."""
     planes = []
     for axis, name in enumerate("xyz"):
         for end, place in (("lower", grid.lower[axis]), ("upper", grid.extent_upper()[axis])):
