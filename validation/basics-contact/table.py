@@ -1,6 +1,6 @@
 """Errors of contact with exact answers, by all functions, two cells and two transfers, and what the functions cost.
 
-    python table.py            writes table.csv beside this file (twenty minutes)
+    python table.py            writes table.csv beside this file (half an hour)
     python table.py report     prints the tables of README.md from it
 
 Each case runs as its quick variant, on its cells, with what `CASES` sets. Wall times are those of the steps, over that of
