@@ -102,3 +102,33 @@ def test_a_plate_on_many_balls_rests():
     sim, _ = run(floor, *balls, plate, end=0.25, motion=[hold], gravity=(0, -9.81, 0))
     assert abs(velocities(sim)[-1][1]) < 0.02
     assert sim.kinetic_energy() < 1.0
+
+
+@pytest.mark.parametrize("angle", [20.0, 45.0])
+@pytest.mark.parametrize("on", ["wall", "plate"])
+def test_a_corner_stops_and_the_block_turns_about_it(angle, on):
+    """Without friction: the impulse J at the corner, at a lever r from the middle, ends its approach, v = J (1/m + r²/I)."""
+    along, up = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    lever, height = 0.3 * along - 0.1 * up, 0.3 * up + 0.1 * along
+    turned = block("one", (0.7, 0.25 + height - 0.1, 0), (1.3, 0.25 + height + 0.1, 0), (0, -2, 0))
+    turned["shape"]["rotate"] = {"angle": angle, "axis": (0, 0, 1)}
+    floor = block("floor", (0, 0, 0), (2, 0.2, 0)) | {"rigid": False}
+    hold = {"name": "hold", "body": "floor", "hold": ["x", "y", "z"]}
+    wall = {"point": (0, 0.2, 0), "normal": (0, 1, 0)}
+    sim, said = run(turned, end=0.045, wall=[wall]) if on == "wall" else run(turned, floor, end=0.045, motion=[hold])
+    per_mass, per_inertia = 1.0 / 120.0, 1.0 / (120.0 * (0.6**2 + 0.2**2) / 12.0)
+    impulse = 2.0 / (per_mass + per_inertia * lever**2)
+    assert velocities(sim)[0][1] == pytest.approx(-2.0 + per_mass * impulse, rel=0.08)
+    body = sim.bodies[0].arrays
+    arm, velocity = body["position"] - body["position"].mean(axis=0), body["velocity"]
+    spin = np.sum(arm[:, 0] * velocity[:, 1] - arm[:, 1] * velocity[:, 0]) / np.sum(arm[:, 0] ** 2 + arm[:, 1] ** 2)
+    assert abs(spin) == pytest.approx(per_inertia * impulse * lever, rel=0.08)
+    assert not [text for text in said if "contact" in str(text.message)]
+
+
+def test_one_that_lies_on_a_wall_and_moves_towards_it_stops_without_a_warning():
+    """Its overlap is one of rounding, and the first step has none before it."""
+    wall = {"point": (0, 0.2, 0), "normal": (0, 1, 0)}
+    sim, said = run(block("one", (0.3, 0.2, 0), (0.7, 0.4, 0), (0, -1, 0)), end=0.1, wall=[wall])
+    assert abs(velocities(sim)[0][1]) < 0.04
+    assert not said

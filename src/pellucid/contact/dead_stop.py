@@ -6,9 +6,9 @@ of the speed of an impact, one of DEAD times that at 1/(2 DEAD)². A step takes 
 touches in several places at once answers to each with its share of the mass.
 
 What rolls or glides does not approach, though each of its points may: those ahead go down, those behind up, and with few points
-in contact their mean goes to and fro. So the rotation of a body counts by the velocities along its own normals, with which it
-brings its surface nearer, a round one not at all, and the rest by those along the normals of the other body, over which it may
-glide.
+in contact their mean goes to and fro. So where both surfaces face each other the rotation of a body counts by the velocities
+along its own normals, with which it brings its surface nearer, a round one not at all; the rest, and all of a corner, whose
+sides look elsewhere, by those along the normals of the other body, over which it may glide.
 """
 
 from collections.abc import Sequence
@@ -20,6 +20,8 @@ import numpy as np
 from pellucid.contact.contact_surface import ContactSurface
 
 DEAD = 8.0  # over what is critical
+FACING, ASKEW = 0.97, 0.9
+"""Cosines of the angle between normals that face each other, from which on they do so wholly, and down to which at all."""
 
 
 class Touching(Protocol):
@@ -64,8 +66,9 @@ class DeadStop:
                 (1.0 if part.one is side else -1.0) * share[:, None] * part.normal
                 for share, part in zip(shares, overlaps, strict=True)
             ]
-            own = side.answer(place, np.concatenate(ways))
-            answer += side.touches * own
+            way = np.concatenate(ways)
+            own = side.answer(place, way)
+            answer += _sharing(side.pushed_along, way.sum(axis=0)) * own
             side.swings += stiffness[1] * own
         if answer <= 0.0:
             return 0.0
@@ -90,9 +93,15 @@ class DeadStop:
         return energy
 
 
+def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
+    """Among how many contacts a body shares its mass along a way, (3,): unit vectors along which it is pushed, (3,) each."""
+    return max(1.0, float(sum((along @ way) ** 2 for along in pushed_along)) / max(float(way @ way), 1e-300))
+
+
 def _approach(part: Touching) -> np.ndarray:
     """How fast the surfaces come nearer at each point [m/s], shape (n,)."""
     area = part.one.area[part.listed]
     own = area / np.linalg.norm(area, axis=1, keepdims=True)
-    turning = part.one.turning(part.one.place[part.listed])
-    return np.asarray(np.einsum("ij,ij->i", turning, own + part.normal) - np.einsum("ij,ij->i", part.relative, part.normal))
+    facing = np.clip((-np.einsum("ij,ij->i", own, part.normal) - ASKEW) / (FACING - ASKEW), 0.0, 1.0)
+    turning = np.einsum("ij,ij->i", part.one.turning(part.one.place[part.listed]), own + part.normal)
+    return np.asarray(facing * turning - np.einsum("ij,ij->i", part.relative, part.normal))

@@ -106,7 +106,8 @@ class OverlapLaw:
                 force += drag
                 taken += lost
                 touched[id(part.one)][part.listed] = True
-            pending += 0.5 * last * float(np.sum(force * part.relative))
+            # before the first step nothing was done, and the first does half of its own
+            pending += 0.5 * (last or dt) * float(np.sum(force * part.relative))
             found.append(force)
         taken += last * power if self.stop is None else self.stop.taken(damped, power, last)
         self.held = Held(stored, taken, pending)
@@ -141,6 +142,16 @@ class OverlapLaw:
         one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
         damped = last * damping * np.sum(along * along, axis=1)
         return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
+
+
+def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
+    """The unit vector along which overlaps push a surface in the mean, (3,), either way."""
+    way = np.zeros(3)
+    for part in overlaps:
+        sign = 1.0 if part.one is one else -1.0
+        way += sign * np.sum((part.share * part.area * part.depth)[:, None] * part.normal, axis=0)
+    size = float(np.linalg.norm(way))
+    return way / size if size > 0.0 else way
 
 
 def _limited(drag: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

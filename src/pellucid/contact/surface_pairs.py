@@ -23,7 +23,7 @@ from pellucid.contact import proximity
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described, Plane, describe
-from pellucid.contact.overlap import Overlap, OverlapLaw
+from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
 
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
@@ -127,6 +127,10 @@ class SurfacePair:
             found |= part.find(described[id(part.one)], described[id(part.other)])
         return found
 
+    def way(self) -> np.ndarray:
+        """Along which the overlap found pushes: that of its deepest parts."""
+        return mean_way([part.overlap for part in self._passes if part.overlap is not None], self.surfaces[0])
+
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
         parts = [(part, part.overlap) for part in self._passes if part.overlap is not None]
@@ -179,6 +183,9 @@ class Touch(Protocol):
     def find(self, described: dict[int, Described]) -> bool:
         """Find the overlap; whether there is one. described: the points of surfaces, by identity."""
 
+    def way(self) -> np.ndarray:
+        """The unit vector along which the overlap found pushes, (3,), either way."""
+
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
 
@@ -215,7 +222,7 @@ class SurfacePairs:
         found = [pair for pair in self._pairs if pair.find(described)]
         for surface in self.surfaces:
             surface.swings = 0.0
-            surface.touches = sum(surface is one for pair in found for one in pair.surfaces)
+            surface.pushed_along = [pair.way() for pair in found if any(surface is one for one in pair.surfaces)]
         for pair in self._pairs:
             if pair not in found:
                 pair.law.part(last)

@@ -75,6 +75,10 @@ class WallContact:
         self._overlap = Overlap(surface, at, depth[at], normal, counts[at] * sizes[at], relative)
         return True
 
+    def way(self) -> np.ndarray:
+        """Its normal."""
+        return self.plane.normal
+
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""
         if self._overlap is None:

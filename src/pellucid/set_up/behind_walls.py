@@ -34,4 +34,4 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
                     f"body {body.name} starts behind this wall, at ({place}) m by {depth[deepest]:.4g} m; at most a quarter of "
                     f"a cell, {most:.4g} m, is allowed"
                 )
-                raise CaseError(Problem(text, f"wall.{number}.point", remedy=REMEDY))
+                raise CaseError(Problem(text, f"wall.{wall.name or number}.point", remedy=REMEDY))
