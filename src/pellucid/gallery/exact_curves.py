@@ -34,5 +34,5 @@ def energy_metric(run: "Run", tolerance: float) -> Metric:
 def beside(axes: "Axes", time: "Array", found: "Array", exact: "Array", name: str, colour: str) -> None:
     """A curve in colour over the exact one, which is wide and grey; later ones are dashed, so that none hides another."""
     first = not axes.lines
-    axes.plot(time, exact, color="#bbb", linewidth=4.0, label="exact" if first else None)
+    axes.plot(time, exact, color="#bbb", linewidth=4.0, zorder=1.5, label="exact" if first else None)
     axes.plot(time, found, color=colour, linewidth=1.2, linestyle="-" if first else (0, (4, 3)), label=name)

@@ -86,6 +86,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
         axes.axhline(0.0, color="#bbb", linewidth=1.0)
     swing.legend()
     label(swing, "time", "angle", "s", "°")
-    label(off, "time", "minus the exact angle", "s", "°")
+    label(off, "time", "angle found - exact", "s", "°")
     label(energy, "time", "change of energy", "s", "%")
     return {"cylinders_in_trough": figure}

@@ -51,5 +51,5 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     missing.axhline(0.0, color="#bbb", linewidth=1.0)
     way.legend()
     label(way, "time", "way along the slope", "s", "m")
-    label(missing, "time", "minus the exact way", "s", "mm")
+    label(missing, "time", "way found - exact", "s", "mm")
     return {"rolling_discs": figure}
