@@ -41,7 +41,8 @@ class Problem:
     def _subject(self) -> str:
         if not self.key or self.setting.startswith(f"--set {self.key}="):
             return ""
-        return self.key if self.value is None else f"{self.key} = {shown(self.value)}"
+        key = cut(printable(self.key), 200)
+        return key if self.value is None else f"{key} = {shown(self.value)}"
 
 
 class CaseError(PellucidError):

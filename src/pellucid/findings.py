@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 from pellucid.errors import CaseError, Problem
 
+LONGEST = 100  # letters of a name that may be a slip
+
 Path = tuple[str | int, ...]
 """The way to a value through tables and lists: ("body", 0, "shape")."""
 
@@ -62,8 +64,11 @@ def _are_numbered_apart(name: str, choice: str) -> bool:
 def hint(name: str, choices: Sequence[str]) -> str:
     """ "did you mean ..." where one of the choices is close or the name abbreviates it, else empty.
 
-    Names with other digits are other names: c10 and c01 would both be near c1.
+    Names with other digits are other names: c10 and c01 would both be near c1. Nothing is like a name of more than LONGEST
+    letters, and the search takes time with the square of them.
     """
+    if len(name) > LONGEST:
+        return ""
     lower = {choice.lower(): choice for choice in reversed(choices) if not _are_numbered_apart(name, choice)}
     close = difflib.get_close_matches(name.lower(), lower, 1) or [
         choice for choice in lower if len(name) > 1 and _abbreviates(name.lower(), re.split(r"\W|_", choice))

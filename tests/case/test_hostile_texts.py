@@ -55,6 +55,14 @@ def test_settings_beyond_what_can_be_read(value: str, words: str) -> None:
     refused(CASE, words, time__end=value)
 
 
+@pytest.mark.parametrize("table", ["", "end = 1.0\n"], ids=["of a case", "of a table"])
+def test_a_key_of_a_million_letters(table: str) -> None:
+    """Nothing is looked for that it may mean, and it is cut where it is shown."""
+    key = "a" * 1_000_000
+    text = CASE.replace(table, f"{table}{key} = 3\n", 1) if table else f"{key} = 3\n{CASE}"
+    refused(text, "a{150,} \\.\\.\\. = 3\n +unknown key")
+
+
 def test_a_key_of_thousands_of_parts() -> None:
     refused(CASE, "has 3000 parts; a key has 32 at most", **{".".join(["a"] * 3000): "1"})
 
