@@ -12,7 +12,7 @@ def plate(name, lower, upper):
     return box((lower, 0.0, 0), (upper, 1.2, 0.1), RATE_SOLID, name=name, field=name)
 
 
-def warned(*bodies, motions=HELD, cell=0.1, **more):
+def warned(*bodies, motions=HELD, cell=0.1, more_motions=(), **more):
     """Warnings about a case in a slice, in which the bodies other than `soft` are held or follow `motions`."""
     counts = (round(2 / cell), round(2 / cell), 1)
     led = [
@@ -20,7 +20,7 @@ def warned(*bodies, motions=HELD, cell=0.1, **more):
         for body in bodies
         if body["name"] != "soft" and not body.get("rigid")
     ]
-    return list(narrow_gaps(case(*bodies, counts=counts, cell=cell, motion=led, **more)))
+    return list(narrow_gaps(case(*bodies, counts=counts, cell=cell, motion=[*led, *more_motions], **more)))
 
 
 def layer(lower, upper, material=SOLID):
@@ -39,6 +39,14 @@ def test_a_layer_between_plates(cell, cells):
 def test_a_slit_that_a_gas_may_pass():
     (text,) = warned(plate("low", 0.4, 0.8), plate("high", 1.05, 1.4), layer(0.0, 0.4, GAS))
     assert "between body low and body high lie 2.5 cells (0.1 m), fewer than 3, through which body soft may pass" in text
+
+
+def test_a_slit_between_a_held_plate_and_a_rigid_one_that_is_held():
+    """However each is held."""
+    still = {"name": "still", "body": "high", "hold": ["x", "y", "z"], "hold_rotation": ["z"]}
+    rigid = plate("high", 1.05, 1.4) | {"rigid": True}
+    (text,) = warned(plate("low", 0.4, 0.8), rigid, layer(0.0, 0.4, GAS), more_motions=[still])
+    assert "between body low and body high lie 2.5 cells" in text
 
 
 def test_bodies_that_come_nearer_are_no_slit():

@@ -26,9 +26,7 @@ def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Seq
 
 def spun(inertia: np.ndarray, spin: np.ndarray, turns: Sequence[int]) -> np.ndarray:
     """Angular velocity [rad/s] of an angular momentum [N m s] about some of the axes, whose others have none."""
-    # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
-    inverse = np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True)
-    return np.asarray(inverse @ spin[list(turns)])
+    return np.asarray(_inverse_about(inertia, turns) @ spin[list(turns)])
 
 
 def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -54,9 +52,13 @@ def rotation_by(angle: np.ndarray) -> np.ndarray:
 def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int]) -> np.ndarray:
     """Angular velocities that angular impulses give about some of the axes, (3, 3) [1/(kg m²)]; none about the others."""
     inverse = np.zeros((3, 3))
-    about = np.ix_(turns, turns)
-    inverse[about] = np.linalg.pinv(inertia_of(mass, arm)[about], rcond=1e-10, hermitian=True)
+    inverse[np.ix_(turns, turns)] = _inverse_about(inertia_of(mass, arm), turns)
     return inverse
+
+
+def _inverse_about(inertia: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+    # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
+    return np.linalg.pinv(inertia[np.ix_(turns, turns)], rcond=1e-10, hermitian=True)
 
 
 class RigidState(NamedTuple):

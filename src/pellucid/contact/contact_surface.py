@@ -37,8 +37,8 @@ class ContactSurface(ABC):
     """How fast a rigid body swings that lies or falls on others by itself [1/s]; the square of that where it is now [1/s²]."""
     stands = False
     """Whether it is where it was as the step before began, at rest."""
-    pushed_along: Sequence[np.ndarray] = ()
-    """Unit vectors along which the overlaps push it in which it is in this step, (3,) each."""
+    pushed_along: list[np.ndarray]
+    """Unit vectors along which the overlaps push a rigid body in which it is in this step, (3,) each."""
     drag: np.ndarray | None = None
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""

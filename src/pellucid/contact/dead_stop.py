@@ -1,9 +1,10 @@
 """What stops two bodies of which none deforms: a damper on the mean approach of all points in contact.
 
 It is so strong beside what both weigh there that they hardly rebound: one that is critical and may only push lets go at exp(-2)
-of the speed of an impact, one of DEAD times that at 1/(2 DEAD)². A step takes the approach as an implicit one would, to
-1/(1 + c A Δt) of it for the damper c and what an impulse changes of the approach, A, so that no step is too long for it. What
-touches in several places at once answers to each with its share of the mass.
+of the speed of an impact, one of DEAD times that at 1/(2 DEAD)² in short steps. In those of a run a body comes in by up to a
+step's way before anything pushes, and the spring gives some hundredths of the speed back. A step takes the approach as an
+implicit one would, to 1/(1 + c A Δt) of it for the damper c and what an impulse changes of the approach, A, so that no step is
+too long for it. What others push along one way too answers to each with its share of the mass.
 
 What rolls or glides does not approach, though each of its points may: those ahead go down, those behind up, and with few points
 in contact their mean goes to and fro. So where both surfaces face each other the rotation of a body counts by the velocities

@@ -10,8 +10,8 @@ that sticks has no limit. Both surfaces are asked, each with a share of the stif
 of a coarse surface are a bed of nails for a fine one.
 
 A damper in parallel takes a tenth of what is critical for the masses of the two layers: it ends their vibrations within some
-of their periods, and hardly acts on bodies as a whole. Bodies of which none deforms do not rebound: a second damper, critical
-for their masses, acts on the mean approach of all points in contact. What rolls has none.
+of their periods, and hardly acts on bodies as a whole. Bodies of which none deforms hardly rebound, and their overlap hardens
+under what presses them: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -128,7 +128,7 @@ class SurfacePair:
         return found
 
     def way(self) -> np.ndarray:
-        """Along which the overlap found pushes: that of its deepest parts."""
+        """The unit vector along which the overlap found pushes in the mean, (3,), either way."""
         return mean_way([part.overlap for part in self._passes if part.overlap is not None], self.surfaces[0])
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
@@ -219,12 +219,16 @@ class SurfacePairs:
             if not surface.stands or id(surface) not in described:
                 described[id(surface)] = describe(surface, self._planes)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
-        found = [pair for pair in self._pairs if pair.find(described)]
-        for surface in self.surfaces:
-            surface.swings = 0.0
-            surface.pushed_along = [pair.way() for pair in found if any(surface is one for one in pair.surfaces)]
-        for pair in self._pairs:
-            if pair not in found:
+            surface.swings, surface.pushed_along = 0.0, []
+        touching = [pair.find(described) for pair in self._pairs]
+        for pair, touches in zip(self._pairs, touching, strict=True):
+            rigid = [surface for surface in pair.surfaces if touches and surface.rigid_mass < np.inf]
+            if rigid:
+                way = pair.way()
+                for surface in rigid:
+                    surface.pushed_along.append(way)
+        for pair, touches in zip(self._pairs, touching, strict=True):
+            if not touches:
                 pair.law.part(last)
                 continue
             for surface in pair.surfaces:

@@ -6,7 +6,7 @@ that are linear in each of n cells between two walls at rest, and exact at the n
 
 from collections.abc import Callable, Iterator
 from collections.abc import Set as AbstractSet
-from itertools import combinations_with_replacement
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -59,10 +59,10 @@ def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterato
     borders = [_border(body, case, active) for body in hard]
     points = [_boundary(body, grid) for body in hard]
     others = [*borders, *_planes(case)]
-    for i, j in combinations_with_replacement(range(len(others)), 2):
-        if i >= len(borders):
-            return
-        one, other = others[i], others[j]
+    for i, j in product(range(len(borders)), range(len(others))):
+        if j < i:
+            continue
+        one, other = borders[i], others[j]
         theirs = points[j] if j < len(borders) else None
         place, normal, width = _across(*points[i], one, other, theirs, grid.cell)
         if not len(place):
@@ -88,7 +88,7 @@ def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterato
 
 def _border(body: BodyModel, case: Case, active: tuple[bool, bool, bool]) -> Border:
     motions = [motion for motion in case.motion if motion.body == body.name]
-    given = [motion.model_dump(exclude={"name", "body", "hold"}, exclude_defaults=True) for motion in motions]
+    given = [motion.model_dump(exclude={"name", "body", "hold", "hold_rotation"}, exclude_defaults=True) for motion in motions]
     moves = repr([way for way in given if way]) if motions else body.name
     return Border(f"body {body.name}", lambda places: body.contains(places, active), moves)
 

@@ -8,12 +8,13 @@ from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.images import Plane
 from pellucid.grid.model import GridCase
-from pellucid.parts.body_model import BodyModel
 from pellucid.set_up.hard_bodies import hard_bodies
 
 FEWEST = 3.0  # cells or edges of the soft body in the radius of a hard one, below which its force is far too large
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [m]."""
+Faces = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""See `BodyModel.faces_pressed`."""
 
 
 def coarse_indenters(case: Case) -> Iterator[str]:
@@ -24,38 +25,40 @@ def coarse_indenters(case: Case) -> Iterator[str]:
     soft = [body for body in case.body if body.name not in names]
     for one in hard:
         for other in soft:
-            if one.field == other.field or not (other.deforms_in_contact or other.faces_pressed()):
+            if one.field == other.field:
                 continue
-            lower, upper = _with_images(_within(one.bounds(), case.grid), planes, case.grid.cell)
-            radius, spacing = _radius_and_spacing((lower, upper), other, case.grid)
+            faces = other.faces_pressed()
+            if faces is None and not other.deforms_in_contact:
+                continue
+            box = _with_images(_within(one.bounds(), case.grid), planes, case.grid.cell)
+            radius, spacing = _radius_and_spacing(box, _within(other.bounds(), case.grid), faces, case.grid)
             if radius < FEWEST * spacing:
-                of_faces = other.faces_pressed() is not None
-                resolved_by = "edges of its faces" if of_faces else "cells"
+                resolved_by, finer = (
+                    ("cells", "a smaller grid.cell") if faces is None else ("edges of its faces", "a finer mesh there")
+                )
                 yield (
                     f"body {one.name}, which does not deform, has a radius of {radius:.3g} m where it meets body {other.name}: "
                     f"{radius / spacing:.2g} of the {resolved_by} there ({spacing:.3g} m), fewer than {FEWEST:g}; pressed into "
-                    f"{other.name} it meets a wrong force, mostly too large, by 10 to 70 % at 2 and less; use "
-                    f"{'a finer mesh there' if of_faces else 'a smaller grid.cell'}"
+                    f"{other.name} it meets a wrong force, mostly too large, by 10 to 70 % at 2 and less; use {finer}"
                 )
 
 
-def _radius_and_spacing(hard: Box, soft: BodyModel, grid: GridCase) -> tuple[float, float]:
+def _radius_and_spacing(hard: Box, soft: Box, faces: Faces | None, grid: GridCase) -> tuple[float, float]:
     """The smallest half extent of a hard body across the way to a soft one [m], and the length that resolves this there [m].
 
     Of several axes along which the two lie side by side that which makes it largest: they may come nearer along any of them.
     """
-    (lower, upper), (low, high), active = hard, _within(soft.bounds(), grid), ~np.array(grid.thin())
+    (lower, upper), (low, high), active = hard, soft, ~np.array(grid.thin())
     apart = np.where(active, np.maximum(low - upper, lower - high), -np.inf)
     beside = np.flatnonzero(apart > min(-1e-6 * grid.cell, apart.max() - 1e-12))
-    return max(_along(int(axis), hard, soft, grid) for axis in beside)
+    return max(_along(int(axis), hard, soft, faces, grid) for axis in beside)
 
 
-def _along(axis: int, hard: Box, soft: BodyModel, grid: GridCase) -> tuple[float, float]:
-    (lower, upper), (low, high), active = hard, _within(soft.bounds(), grid), ~np.array(grid.thin())
+def _along(axis: int, hard: Box, soft: Box, faces: Faces | None, grid: GridCase) -> tuple[float, float]:
+    (lower, upper), (low, high), active = hard, soft, ~np.array(grid.thin())
     across = active & (np.arange(3) != axis)
     covers = upper - lower >= high - low  # a plate on all of the other body has no edge that presses into it
     radius = 0.5 * float((upper - lower)[across & ~covers].min(initial=np.inf))
-    faces = soft.faces_pressed()
     if radius == np.inf or faces is None:
         return radius, grid.cell
     place, area, edge = faces
