@@ -22,6 +22,9 @@ class Relaxable(Protocol):
 
     arrays: dict[str, np.ndarray]
 
+    def begin_relaxing(self, scaled: bool) -> None:
+        """Get ready for a relaxation; scaled: whether inertia is to be such that all nodes allow the same step."""
+
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
 

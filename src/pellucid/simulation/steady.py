@@ -43,9 +43,8 @@ class SteadyClock(Clock):
         self._crossing = max(_crossing(model) for model in models)
         self.steady = steady
         self._bodies: Sequence[Relaxable] = bodies
-        if steady.mass_scaling:
-            for body in bodies:
-                body.scale_inertia()
+        for body in bodies:
+            body.begin_relaxing(steady.mass_scaling)
         self._start = [body.arrays["position"].copy() for body in bodies]
         self._step = 0  # of this load step
         self.loading = 1

@@ -65,9 +65,9 @@ class NodalApproximant(Model):
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
         """Its functions for a mesh."""
 
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, faces: np.ndarray) -> Evaluator:
-        """Functions that vanish on boundary faces of these numbers but for those of their corners: there the field is linear
-        between the values of the nodes. Those of the evaluator where the approximant has no such."""
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+        """Functions of which those of nodes, shape (k,), vanish on boundary faces of these numbers, shape (k,). Those of the
+        evaluator where the approximant has no such."""
         return evaluator
 
     @property

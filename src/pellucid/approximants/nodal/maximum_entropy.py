@@ -23,11 +23,11 @@ SHORTEST = 1e-10  # of a step of the line search
 class MaximumEntropyModel(NodalApproximant):
     """What maximum-entropy approximants share, whose priors can have distances from faces."""
 
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, faces: np.ndarray) -> Evaluator:
-        """With priors that fall to nothing towards the faces, of all nodes but those on them."""
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+        """With priors of these nodes that fall to nothing towards the faces."""
         from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
 
-        return with_faces(evaluator, mesh, faces)
+        return with_faces(evaluator, mesh, nodes, faces)
 
 
 @pointwise

@@ -62,17 +62,12 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
     return Lists(np.concatenate(first), np.concatenate(items)), np.concatenate(sizes)
 
 
-def with_faces(evaluator: Evaluator, mesh: SimplexMesh, more: np.ndarray) -> Evaluator:
-    """Functions with `distances` whose nodes get these faces too: those in whose cell a node is active, and which do not have
-    it as a corner."""
-    faces, owners = mesh.faces
+def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+    """Functions with `distances`, those of each of these nodes also from the face at the same place, both of shape (k,)."""
     distances = evaluator.functions.distances
-    first, node = evaluator.active.of(owners[more, 0])
-    face = np.repeat(more, np.diff(first))
-    off = (faces[face] != node[:, None]).all(axis=1)
-    n, f = len(mesh.nodes), len(faces)
+    n, f = len(mesh.nodes), len(mesh.faces[0])
     known = np.repeat(np.arange(n), np.diff(distances.first)) * f + distances.faces
-    keys = np.unique(np.concatenate([known, node[off] * f + face[off]]))
+    keys = np.unique(np.concatenate([known, nodes * f + faces]))
     distances = distances._replace(first=np.searchsorted(keys, np.arange(n + 1) * f), faces=keys % f)
     return evaluator._replace(functions=evaluator.functions._replace(distances=distances))
 

@@ -14,12 +14,13 @@ from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.tables import quadrature_places
 from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
+from pellucid.bodies.meshless_solid.volume_inertia import VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.contact.coupling import GridCoupling
 from pellucid.contact.overlong import LONGEST
 from pellucid.contact.surface import ContactBody
-from pellucid.energy import FIRST_LOAD
+from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
@@ -56,6 +57,8 @@ class MeshlessSolid(ExplicitNodes):
         n = len(self.mesh.nodes)
         self._volume = np.zeros(n)
         self.skin: Skin | None = None
+        self._volume_inertia: VolumeInertia | None = None
+        self._shifted = 0.0  # work in this step of what forces change by it
         self._start: Mapping[str, np.ndarray] = {}
         velocity = case.initial_velocity(self.mesh.nodes)
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
@@ -102,8 +105,7 @@ class MeshlessSolid(ExplicitNodes):
 
     def _find_fastest(self) -> None:
         """The largest frequency of the state as it is, from the start."""
-        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
-        self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
+        self._fastest = self._power_iteration()
         self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
         self._find_forces()
         self._bound_step()
@@ -120,15 +122,45 @@ class MeshlessSolid(ExplicitNodes):
         if self.skin:
             self.skin.update()
         self.prescribed.displacement += dt * self.motion.rows
-        self._find_forces(dt, dt > 0.0 and self._fastest.is_due())
+        iterate = dt > 0.0 and self._fastest.is_due()
+        self._find_forces(dt, iterate)
+        if self._volume_inertia and self._volume_inertia.is_worn():
+            self._volume_inertia.renew()
+            self._fastest.renew()
         self._count_power()
         self._bound_step()
 
-    def scale_inertia(self) -> None:
-        """Let the inertia of the nodes follow the bounds on their rows of the stiffness; in all it stays the mass."""
-        row_sums = self._functions.tables.row_sums
-        self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
-        self.renew_totals()
+    def begin_relaxing(self, scaled: bool) -> None:
+        """Where inertia is `scaled`, that of the nodes follows the bounds on their rows of the stiffness; in all it stays the
+        mass. Nearly incompressible solids get an inertia against changes of volume."""
+        if scaled:
+            row_sums = self._functions.tables.row_sums
+            self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
+            self.renew_totals()
+        shear = self._density * self._case.wave_speeds()[1] ** 2
+        if pays(self.solid, shear):
+            motion, frequency = self.motion, self._fastest.frequency
+            self._volume_inertia = VolumeInertia(self.solid, motion.inertia, motion.free, shear, frequency)
+            self.renew_totals()
+
+    def correct(self, remap: bool) -> None:
+        """As of all nodes; forces answer to an inertia of volume where there is one."""
+        if self._volume_inertia is None:
+            super().correct(remap)
+            return
+        motion, velocity = self.motion, self.arrays["velocity"]
+        internal, old = motion.internal.copy(), velocity.copy()
+        shift = self._volume_inertia.shift(motion.forces())
+        motion.internal += shift
+        super().correct(remap)
+        motion.internal[:] = internal
+        self._shifted = 0.5 * self._dt * float(np.sum(shift * (old + velocity)))
+
+    def work(self) -> StepWork:
+        """Work and impulses of this step; what an inertia of volume takes up counts as damping."""
+        found = super().work()
+        found.works[DAMPING] -= self._shifted
+        return found
 
     def springs(self) -> Springs:
         """Its internal forces, where the step ended."""
@@ -151,10 +183,14 @@ class MeshlessSolid(ExplicitNodes):
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is, and its largest frequency from the start."""
-        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
-        self._fastest = PowerIteration(self.motion.inertia, self.motion.free, extent)
+        self._fastest = self._power_iteration()
         super().renew_totals()
         self._find_fastest()
+
+    def _power_iteration(self) -> PowerIteration:
+        extent = float(np.ptp(self.mesh.nodes, axis=0).max())
+        of_volume = self._volume_inertia
+        return PowerIteration(self.motion.inertia, self.motion.free, extent, of_volume.shift if of_volume else None)
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node or the cell, where a fault was found in this step."""
@@ -240,7 +276,8 @@ class MeshlessSolid(ExplicitNodes):
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
         history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
-        return {**super().state_arrays(), **history, **skin, **prescribed, **self._fastest.state_arrays()}
+        of_volume = {"volume_inertia": self._volume_inertia.displacement} if self._volume_inertia else {}
+        return {**super().state_arrays(), **history, **skin, **of_volume, **prescribed, **self._fastest.state_arrays()}
 
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with places, velocities and viscous stresses of an earlier run; the latter are used in `complete`."""
@@ -272,6 +309,9 @@ class MeshlessSolid(ExplicitNodes):
             array[...] = arrays[f"history/{name}"]
         if self.skin:
             self.skin.restore(arrays)
+        if self._volume_inertia:
+            self._forces.find(arrays["volume_inertia"], self.motion.internal, 0.0)
+            self._volume_inertia.renew()
         self._find_forces()
 
     def cells(self) -> Cells:

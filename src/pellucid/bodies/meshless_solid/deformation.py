@@ -80,14 +80,14 @@ def deform_block(block, solid):
     for pack in range(PACKS * block, min(PACKS * (block + 1), len(corners.first) - 1)):
         at = 9 * LANES * pack
         deform(pack, solid, u, solid.deformation, at, LANES)
-        F = _components(solid.deformation, at, LANES)
+        F = components(solid.deformation, at, LANES)
         J = determinant(F)
         for entry in range(corners.first[pack], corners.first[pack + 1]):
             volume[corners.place[entry] // LANES] += total(J * load(corners.numbers, LANES * entry))
 
 
 @kernel(inner=True)
-def _components(s, at, step):
+def components(s, at, step):
     """The nine components of vectors that stand a step apart."""
     first = (load(s, at), load(s, at + step), load(s, at + 2 * step), load(s, at + 3 * step), load(s, at + 4 * step))
     last = (load(s, at + 5 * step), load(s, at + 6 * step), load(s, at + 7 * step), load(s, at + 8 * step))

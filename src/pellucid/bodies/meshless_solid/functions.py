@@ -74,8 +74,8 @@ class SolidFunctions:
         self._case, self._mesh, self._prescribed, approximant = case, mesh, prescribed, case.approximant
         with refused(case):
             self.evaluator: Evaluator = approximant.evaluator(mesh)
-            if self.prescribes_nodes and len(disturbed := prescribed.disturbed_faces(self.evaluator)):
-                self.evaluator = approximant.vanishing(self.evaluator, mesh, disturbed)
+            if self.prescribes_nodes and len((disturbing := prescribed.disturbing(self.evaluator))[0]):
+                self.evaluator = approximant.vanishing(self.evaluator, mesh, *disturbing)
             how = case.points_per_cell, case.consistent, case.averages_volume
             self.tables: Tables = make_tables(mesh, self.evaluator, law, *how)
             self.at_nodes = values_at_nodes(mesh, self.evaluator)

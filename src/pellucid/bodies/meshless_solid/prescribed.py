@@ -34,16 +34,24 @@ class PrescribedField:
         some = held.any(axis=1)
         self.faces, self.held = boundary[some], held[some]
 
-    def disturbed_faces(self, evaluator: Evaluator) -> np.ndarray:
-        """The numbers of those faces on which functions of nodes of another group do not vanish, so that the field differs."""
-        rows, nodes = self._on_faces(evaluator), self.mesh.faces[0][self.faces]
-        if not len(nodes):
-            return self.faces
-        n = len(_ON_FACE)
-        face = np.repeat(np.repeat(np.arange(len(nodes)), n), np.diff(rows.indptr))
-        other = self._group[rows.indices] != self._group[nodes[:, 0]][face]
-        reaches = (abs(rows.data) > REACHES) & (other & self.held[face]).any(axis=1)
-        return self.faces[np.bincount(face[reaches], minlength=len(nodes)) > 0]
+    def disturbing(self, evaluator: Evaluator) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes of another group that are active on those faces on which the functions of any do not vanish, so that the field
+        differs there, and the numbers of these faces, both of shape (k,)."""
+        if not len(self.faces):
+            return self.faces, self.faces
+        rows = self._on_faces(evaluator)
+        face = np.repeat(np.repeat(np.arange(len(self.faces)), len(_ON_FACE)), np.diff(rows.indptr))
+        reaches = (abs(rows.data) > REACHES) & self._apart(face, rows.indices)
+        disturbed = np.flatnonzero(np.bincount(face[reaches], minlength=len(self.faces)))
+        first, node = evaluator.active.of(self.mesh.faces[1][self.faces[disturbed], 0])
+        face = np.repeat(disturbed, np.diff(first))
+        apart = self._apart(face, node)
+        return node[apart], self.faces[face[apart]]
+
+    def _apart(self, face: np.ndarray, node: np.ndarray) -> np.ndarray:
+        """Whether nodes, shape (k,), are of another group than places of `faces`, shape (k,), along an axis that these hold."""
+        corner = self.mesh.faces[0][self.faces[face], 0]
+        return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
     def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
         """What finds the residuals; values: functions at all nodes, shape (n, n)."""

@@ -29,13 +29,28 @@ class PowerIteration:
     For one mode of damping ratio ξ it is dt = 2/ω (√(1 + ξ²) - ξ).
     """
 
-    def __init__(self, inertia: np.ndarray, free: np.ndarray, extent: float) -> None:
-        self._inertia, self.free, self._extent = inertia[:, None], free, extent
-        self._vector = np.random.default_rng(0).standard_normal(free.shape) * free / np.sqrt(self._inertia)
+    def __init__(
+        self,
+        inertia: np.ndarray,
+        free: np.ndarray,
+        extent: float,
+        shift: Callable[[np.ndarray], np.ndarray] | None = None,
+    ) -> None:
+        """shift: by what forces [N], shape (n, 3), change before they meet the inertia, where they do."""
+        self._inertia, self.free, self._extent, self._shift = inertia[:, None], free, extent, shift
+        self._vector = self._without_preference()
         self._scale = 1.0
-        self._waits = INTERVAL
+        self._waits, self._renewing = INTERVAL, 0
         self.frequency = 0.0
         """The largest angular frequency that was found last [rad/s]."""
+
+    def _without_preference(self) -> np.ndarray:
+        return np.asarray(np.random.default_rng(0).standard_normal(self.free.shape) * self.free / np.sqrt(self._inertia))
+
+    def renew(self) -> None:
+        """Look for the fastest mode from the start, with an iteration in each of the coming steps; until it is found, the
+        frequency does not fall."""
+        self._vector, self._waits, self._renewing = self._without_preference(), 0, ITERATIONS
 
     def is_due(self) -> bool:
         """Whether the coming step has an iteration; called once in each."""
@@ -50,12 +65,16 @@ class PowerIteration:
 
     def learn(self, resistance: np.ndarray) -> None:
         """From the forces that this takes away [N], shape (n, 3). Those of a state beyond all bounds teach nothing."""
+        if self._shift is not None:
+            resistance = resistance + self._shift(resistance)
         vector = self.free * resistance / (self._scale * self._inertia)
         square = self._size(vector)
         if not np.isfinite(square):
             return
         before, self.frequency = self.frequency, float(np.sqrt(square))
-        self._waits = 1 if self.frequency > (1.0 + GROWING) * before else INTERVAL
+        if self._renewing:
+            self._renewing, self.frequency = self._renewing - 1, max(before, self.frequency)
+        self._waits = 1 if self._renewing or self.frequency > (1.0 + GROWING) * before else INTERVAL
         self._vector = vector
 
     def _size(self, vector: np.ndarray) -> float:
@@ -63,12 +82,13 @@ class PowerIteration:
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What the next iteration depends on."""
-        return {"fastest_mode": self._vector, "frequency": np.array([self.frequency, self._waits])}
+        return {"fastest_mode": self._vector, "frequency": np.array([self.frequency, self._waits, self._renewing])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         self._vector = arrays["fastest_mode"].copy()
-        self.frequency, self._waits = float(arrays["frequency"][0]), int(arrays["frequency"][1])
+        self.frequency = float(arrays["frequency"][0])
+        self._waits, self._renewing = (int(number) for number in arrays["frequency"][1:])
 
 
 def converge(

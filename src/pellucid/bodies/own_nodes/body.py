@@ -171,6 +171,9 @@ class ExplicitNodes(NodalBody):
 
     # steady states
 
+    def begin_relaxing(self, scaled: bool) -> None:
+        """Nothing: masses stay as they are."""
+
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Damp the coming step."""
         self.relaxes = True

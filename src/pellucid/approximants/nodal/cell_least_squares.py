@@ -1,0 +1,81 @@
+"""Modified moving least squares over rings of cells: weights from smooth distances to the boundaries of rings.
+
+The quadratic basis with its penalty is that of Joldes et al. 2015, Appl. Math. Comput. 266, 893; the weights are the priors of
+cell-based maximum entropy (Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712). The corners of a cell
+have weights everywhere in it, so that there are functions wherever cells have a volume.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
+from pellucid.approximants.nodal.least_squares import QUADRATIC, least_squares
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.jit import point_function, pointwise
+from pellucid.model import parameter
+
+
+class CellLeastSquares(NamedTuple):
+    """Nodes, and distances from the faces that bound the ring of each."""
+
+    smoothness: float  # s
+    position: np.ndarray  # (n, 3) [m]
+    distances: FaceDistances
+
+
+class CellLeastSquaresModel(NodalApproximant):
+    """Least squares of a quadratic basis, with the support of rings of cells."""
+
+    kind: Literal["cell-based-least-squares"] = "cell-based-least-squares"
+    rings: int = parameter("", "rings of cells about a node in its support", 2, ge=2, le=3)
+    smoothness: float = parameter("", "power s of the distance in the weight", 2.0, ge=1, le=8)
+    shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
+
+    @property
+    def nodes_in_a_cell(self) -> float:
+        """Counted."""
+        return {2: 35.0, 3: 116.0}[self.rings]
+
+    def evaluator(self, mesh: SimplexMesh) -> Evaluator:
+        """Functions with the supports of rings."""
+        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is heavy
+
+        bounds, size = ring_boundaries(mesh, self.rings)
+        distances = face_distances(mesh, self.shape, size, bounds)
+        return Evaluator(nodes_of_cells(mesh, self.rings), CellLeastSquares(self.smoothness, mesh.nodes, distances), False)
+
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+        """With weights of these nodes that fall to nothing towards the faces."""
+        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
+
+        return with_faces(evaluator, mesh, nodes, faces)
+
+
+@pointwise
+def _weight(fn, x, a, faces):
+    """D^s, and its gradient times the size of the ring."""
+    total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
+    if total == 0.0:  # the ring is the whole mesh
+        return 1.0, 0.0, 0.0, 0.0
+    if total * VANISHING * VANISHING >= 1.0:
+        return 0.0, 0.0, 0.0, 0.0
+    weight = total ** (-0.5 * fn.smoothness)
+    factor = weight * fn.smoothness / total
+    return weight, factor * gx, factor * gy, factor * gz
+
+
+@point_function(shape_functions, CellLeastSquares)
+def _shape_functions(functions, cell, x, active, scratch, values, gradients):
+    distances = functions.distances
+    length = distances.size[active[0]]
+    for i in range(len(active)):
+        a = active[i]
+        weight, gx, gy, gz = _weight(functions, x, a, scratch.faces)
+        factor = length / distances.size[a]
+        scratch.log_prior[i] = weight
+        scratch.slope[i, 0], scratch.slope[i, 1], scratch.slope[i, 2] = factor * gx, factor * gy, factor * gz
+        for d in range(3):
+            scratch.offset[i, d] = (functions.position[a, d] - x[d]) / length
+    return least_squares(QUADRATIC, distances.flat, True, length, scratch, values, gradients)

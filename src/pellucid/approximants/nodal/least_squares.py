@@ -1,0 +1,137 @@
+"""Least squares of polynomials with moving weights: shape functions from the weights of nodes and their slopes.
+
+p_a = w_a p(x - x_a)·M⁻¹ p(0) with M = Σ_a w_a p ⊗ p, of a linear basis p, or a quadratic one with a small penalty on its
+quadratic coefficients, which keeps M regular wherever the linear terms are (Joldes et al. 2015, Appl. Math. Comput. 266, 893).
+"""
+
+from pellucid.approximants.nodal.contract import OK, SINGULAR_MOMENTS
+from pellucid.jit import pointwise
+
+LINEAR, QUADRATIC = 4, 10  # terms of a basis in space
+PENALTY = 1e-7  # on quadratic coefficients, of the sum of the weights, in lengths of the support
+SINGULAR = 1e-13  # pivot of M below which a term counts as one of those before, of the sum of the weights
+DROPPED = 1e100  # pivot of a term that has no part
+
+
+@pointwise
+def _basis(terms, x, y, z, p):
+    p[0], p[1], p[2], p[3] = 1.0, x, y, z
+    if terms == 10:
+        p[4], p[5], p[6], p[7], p[8], p[9] = x * x, y * y, z * z, y * z, x * z, x * y
+
+
+@pointwise
+def _factor(m, A, drops):
+    """Cholesky's factor of the first m rows and columns of A in its lower part; whether there is one.
+
+    drops: whether terms that depend on those before have no part, as where all nodes with a weight lie in a plane.
+    """
+    least = SINGULAR * A[0, 0]
+    for i in range(m):
+        for j in range(i + 1):
+            total = A[i, j]
+            for k in range(j):
+                total -= A[i, k] * A[j, k]
+            if i > j:
+                A[i, j] = total / A[j, j]
+            elif total > least:
+                A[i, i] = total**0.5
+            elif drops and i > 0:
+                A[i, i] = DROPPED
+            else:
+                return False
+    return True
+
+
+@pointwise
+def _solve(m, A, b):
+    """Overwrite b with A⁻¹ b, from Cholesky's factor."""
+    for i in range(m):
+        for k in range(i):
+            b[i] -= A[i, k] * b[k]
+        b[i] /= A[i, i]
+    for i in range(m - 1, -1, -1):
+        for k in range(i + 1, m):
+            b[i] -= A[k, i] * b[k]
+        b[i] /= A[i, i]
+
+
+@pointwise
+def _fill_moments(m, flat, n, scratch):
+    """Σ w p ⊗ p and its derivatives."""
+    moments, offset, basis = scratch.moments, scratch.offset, scratch.terms[0]
+    moments[:, :m, :m] = 0.0
+    for i in range(n):
+        weight = scratch.log_prior[i]
+        if weight == 0.0:
+            continue
+        _basis(m, offset[i, 0], offset[i, 1], offset[i, 2], basis)
+        for r in range(m):
+            for s in range(r + 1):
+                product = basis[r] * basis[s]
+                moments[0, r, s] += weight * product
+                for d in range(3):
+                    moments[1 + d, r, s] += scratch.slope[i, d] * product
+    for r in range(4, m):
+        for k in range(4):
+            moments[k, r, r] += PENALTY * moments[k, 0, 0]
+    if flat:  # terms with z are nothing but zeros
+        moments[0, 3, 3] = moments[0, 0, 0]
+        for r in range(6, m - 1):
+            moments[0, r, r] = moments[0, 0, 0]
+
+
+@pointwise
+def least_squares(m, flat, drops, length, scratch, values, gradients):
+    """Fill values (n,) and gradients (3, n) [1/m] of a basis of m terms; a code.
+
+    scratch has, in units of a length [m], x_a - x in `offset`, the weights in `log_prior` and their slopes in `slope`.
+    """
+    n, moments, offset = len(values), scratch.moments, scratch.offset
+    _fill_moments(m, flat, n, scratch)
+    if not _factor(m, moments[0], drops):
+        return SINGULAR_MOMENTS
+    basis, c, by = scratch.terms[0], scratch.terms[1], scratch.terms[2:]
+    scratch.terms[1:, :] = 0.0
+    c[0] = 1.0
+    _solve(m, moments[0], c)
+    wanted = gradients.shape[1] > 0
+    if wanted:
+        for j in range(3):
+            by[j, 1 + j] = 1.0
+            for r in range(m):
+                for s in range(m):
+                    by[j, r] -= moments[1 + j, max(r, s), min(r, s)] * c[s]
+            _solve(m, moments[0], by[j])
+    for i in range(n):
+        _basis(m, offset[i, 0], offset[i, 1], offset[i, 2], basis)
+        weight = scratch.log_prior[i]
+        total = 0.0
+        for r in range(m):
+            total += c[r] * basis[r]
+        values[i] = weight * total
+        if wanted:
+            for j in range(3):
+                change = 0.0
+                for r in range(m):
+                    change += by[j, r] * basis[r]
+                gradients[j, i] = (weight * change + scratch.slope[i, j] * total) / length
+    _add_up_to_one(values, gradients)
+    return OK
+
+
+@pointwise
+def _add_up_to_one(values, gradients):
+    """Divide by the sum, which is one but for the rounding of the moments: what is left of it would give a body momentum."""
+    total = 0.0
+    for i in range(len(values)):
+        total += values[i]
+    for i in range(len(values)):
+        values[i] /= total
+    if gradients.shape[1] > 0:
+        for j in range(3):
+            change = 0.0
+            for i in range(len(values)):
+                change += gradients[j, i]
+            for i in range(len(values)):
+                gradients[j, i] = (gradients[j, i] - values[i] * change) / total

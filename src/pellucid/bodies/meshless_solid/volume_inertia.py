@@ -1,0 +1,132 @@
+"""An inertia against changes of volume, for the way of nearly incompressible solids to a steady state.
+
+The step of a relaxation is bound by the bulk modulus, its way by the shear modulus: it takes steps in proportion to the root of
+their ratio. Equilibria do not depend on inertia, so that the nodes get M + β Kᵥ in place of M, where Kᵥ = Bᵀ D B is the
+stiffness against changes of the volumes about the nodes, B = ∂(V_a J̄_a)/∂u, D = U''/V_a. No frequency of volume passes
+β^(-1/2) then. The forces f act as M (M + β Kᵥ)⁻¹ f = f - Bᵀ y, (1/(β D) + B M⁻¹ Bᵀ) y = B M⁻¹ f (Woodbury), with a matrix of
+one row to a node, which is factored once and again where the deformation has made it a poor one.
+"""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from pellucid.bodies.meshless_solid.deformation import components
+from pellucid.bodies.meshless_solid.solid import PACKS, Solid
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
+from pellucid.jit.vector import LANES, load, total
+from pellucid.materials.law import volumetric_stress
+from pellucid.tensors import cofactor
+
+SOFT = 100.0  # U'' over the shear modulus up to which factors cost more than the steps that they save
+MOST_NODES = 10_000  # whose factors take some seconds and some 100 MB
+WORN = 1.0  # change of a deformation gradient, in roots of the shear modulus over U'', after which B is found anew
+STRAIN = 1e-6  # with which U'' is differenced
+
+
+def pays(solid: Solid, shear: float) -> bool:
+    """Whether a solid of this shear modulus [Pa] comes to rest sooner with it."""
+    return len(solid.block_volume) > 0 and len(solid.volume) <= MOST_NODES and stiffness_of_volume(solid) > SOFT * shear
+
+
+class VolumeInertia:
+    """Of a solid whose volume ratio is averaged.
+
+    inertia: M of the nodes [kg], shape (n,), which move where `free`, shape (n, 3); shear: modulus at rest [Pa]; frequency:
+    the largest one with M alone [rad/s].
+    """
+
+    def __init__(self, solid: Solid, inertia: np.ndarray, free: np.ndarray, shear: float, frequency: float) -> None:
+        self._solid, self._inertia, self._free = solid, inertia[:, None], free
+        self._found = VolumeRates(solid)
+        self._bulk = stiffness_of_volume(solid)
+        squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: what shear alone would have
+        self._compliance = squared * solid.volume / self._bulk
+        self.displacement = np.zeros_like(free, float)
+        """Of the nodes where B was found [m], shape (n, 3)."""
+        self._tolerated = WORN * (shear / self._bulk) ** 0.5
+        self.renew()
+
+    def renew(self) -> None:
+        """Find B in the present state."""
+        self.displacement[:] = self._solid.displacement
+        self._deformation = self._solid.deformation.copy()
+        self._rates = self._found.find()
+        self._rates.data *= self._free.ravel()[self._rates.indices]
+        over = np.repeat(1.0 / self._inertia.ravel(), 3)
+        system = sparse.diags_array(self._compliance) + (self._rates * over) @ self._rates.T
+        self._factors: SuperLU = splu(sparse.csc_array(system), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+    def is_worn(self) -> bool:
+        """Whether the solid has deformed so much since B was found that changes of volume pass for others."""
+        return float(abs(self._solid.deformation - self._deformation).max()) > self._tolerated
+
+    def shift(self, force: np.ndarray) -> np.ndarray:
+        """By what forces on the nodes [N], shape (n, 3), change: -Bᵀ y."""
+        y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
+        return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
+
+
+def stiffness_of_volume(solid: Solid) -> float:
+    """U'' at rest [Pa]."""
+    higher, lower = (volumetric_stress(solid.law, 1.0 + strain) for strain in (STRAIN, -STRAIN))
+    return float(higher - lower) / (2.0 * STRAIN)
+
+
+@kernel(inner=True)
+def _rates_of_pack(pack, block, solid, at, values):
+    """Fill in from `at` on what the points of a pack have of B."""
+    k = 9 * LANES * pack
+    C, K = cofactor(components(solid.deformation, k, LANES)), solid.turns
+    one, two, three = k, k + 3 * LANES, k + 6 * LANES
+    gradients, corners = solid.gradients, solid.corners
+    for entry in range(gradients.first[pack], gradients.first[pack + 1]):
+        g = 3 * LANES * entry
+        x, y, z = load(gradients.numbers, g), load(gradients.numbers, g + LANES), load(gradients.numbers, g + 2 * LANES)
+        X = x + x * load(K, one) + y * load(K, two) + z * load(K, three)  # ∇p = Kᵀ g
+        Y = y + x * load(K, one + LANES) + y * load(K, two + LANES) + z * load(K, three + LANES)
+        Z = z + x * load(K, one + 2 * LANES) + y * load(K, two + 2 * LANES) + z * load(K, three + 2 * LANES)
+        a, b = C[0] * X + C[1] * Y + C[2] * Z, C[3] * X + C[4] * Y + C[5] * Z
+        c = C[6] * X + C[7] * Y + C[8] * Z
+        for corner in range(corners.first[pack], corners.first[pack + 1]):
+            share = load(corners.numbers, LANES * corner)
+            values[at, 0], values[at, 1], values[at, 2] = total(share * a), total(share * b), total(share * c)
+            at += 1
+
+
+@kernel(inner=True)
+def _rates_of_block(block, solid, first, values):
+    for pack in range(PACKS * block, min(PACKS * (block + 1), len(first) - 1)):
+        _rates_of_pack(pack, block, solid, first[pack], values)
+
+
+@kernel()
+def _find_rates(n_blocks, solid, first, values):
+    parallel_for(_rates_of_block, n_blocks, solid, first, values)
+
+
+class VolumeRates:
+    """B: how the volumes about the nodes change with the numbers of the nodes, a matrix of always the same pattern."""
+
+    def __init__(self, solid: Solid) -> None:
+        self._solid, n = solid, len(solid.volume)
+        gradients, corners = solid.gradients, solid.corners
+        of_pack = np.diff(gradients.first), np.diff(corners.first)
+        self._first = np.concatenate([[0], np.cumsum(of_pack[0] * of_pack[1])])
+        pack = np.repeat(np.arange(len(of_pack[0])), of_pack[0] * of_pack[1])
+        entry, corner = np.divmod(np.arange(int(self._first[-1])) - self._first[pack], of_pack[1][pack])
+        start = solid.blocks.first[pack // PACKS]
+        row = solid.blocks.nodes[start + corners.place[corners.first[pack] + corner] // LANES]
+        column = solid.blocks.nodes[start + gradients.place[gradients.first[pack] + entry] // LANES]
+        pairs, self._place = np.unique(row * n + column, return_inverse=True)
+        self._columns = (3 * (pairs % n)[:, None] + np.arange(3)).ravel()
+        self._rows = 3 * np.searchsorted(pairs, np.arange(n + 1) * n)
+
+    def find(self) -> sparse.csr_array:
+        """B in the present state [m²], shape (n, 3 n)."""
+        values, n = np.empty((int(self._first[-1]), 3)), len(self._solid.volume)
+        _find_rates(len(self._solid.sums), Bundle(self._solid), self._first, values)
+        sums = [np.bincount(self._place, values[:, d], len(self._columns) // 3) for d in range(3)]
+        return sparse.csr_array((np.stack(sums, axis=1).ravel(), self._columns, self._rows), shape=(n, 3 * n))
