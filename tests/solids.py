@@ -20,7 +20,7 @@ class Tissue(NamedTuple):
 
     mesh: SimplexMesh
     kind: str = "cell-based-maximum-entropy"
-    essential_conditions: str = "direct"
+    essential: str = "direct"
     name: str = "tissue"
     place: str = "mesh"
     points_per_cell: int = 4

@@ -134,7 +134,7 @@ def test_nodes_off_a_flat_face_have_no_part_in_the_field_on_it(approximant, dime
     cells, points = on_face(mesh, 0)
     rows = evaluate(approximant.evaluator(mesh), cells, points, gradients=False)
     others = max(abs(values[mesh.nodes[nodes, 0] > 0.0]).max(initial=0.0) for nodes, values, _ in map(rows.at, range(40)))
-    assert (others < 1e-11) == approximant.interpolates
+    assert (others < 1e-11) == approximant.evaluator(mesh).positive
 
 
 def test_one_ring_of_maximum_entropy_is_the_linear_simplex():

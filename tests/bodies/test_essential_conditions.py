@@ -139,9 +139,7 @@ def stretched(kind, essential):
     """A cube between six sliding walls, of which the upper moves away, with velocities in proportion to z at the start."""
     v = 0.5
     walls = [held(lambda x, a=axis, e=end: x[:, a] == e, "xyz"[axis]) for axis in range(2) for end in (0.0, 1.0)]
-    body = solid(
-        irregular(3, 3), *walls, held(bottom, "z"), held(top, "z", (0.0, 0.0, v)), kind=kind, essential_conditions=essential
-    )
+    body = solid(irregular(3, 3), *walls, held(bottom, "z"), held(top, "z", (0.0, 0.0, v)), kind=kind, essential=essential)
     body.arrays["velocity"][:, 2] = v * body.mesh.nodes[:, 2]
     dt = 0.5 / body.totals.rate
     steps = int(np.ceil(0.2 / (dt * v)))
@@ -172,6 +170,6 @@ def test_forces_at_nodes_alone_do_not_pass_it(kind):
 
 @pytest.mark.parametrize("kind", LEAST_SQUARES)
 def test_masses_of_least_squares_are_positive(kind):
-    body = solid(irregular(4, 3, shift=0.35), kind=kind, essential_conditions="sebciem")
+    body = solid(irregular(4, 3, shift=0.35), kind=kind, essential="sebciem")
     assert body.arrays["mass"].min() > 0.0
     assert body.mass == pytest.approx(1000.0, rel=1e-13)

@@ -141,7 +141,7 @@ def test_too_few_neighbours_are_an_error_of_the_case():
 def test_conditions_that_say_the_same_twice_are_an_error_of_the_case():
     """Smooth functions are so alike at neighbouring nodes that forces on every node cannot be told apart."""
     with pytest.raises(CaseError, match="nearly dependent, with a condition number of") as caught:
-        solid(irregular(4, 3), held(lambda x: x[:, 0] >= 0.0), essential_conditions="sebciem")
+        solid(irregular(4, 3), held(lambda x: x[:, 0] >= 0.0), essential="sebciem")
     (problem,) = caught.value.problems
     assert problem.key == "body.tissue.essential"
     assert "prescribe nodes of the surface alone" in problem.remedy

@@ -75,11 +75,6 @@ class NodalApproximant(Model):
     def nodes_in_a_cell(self) -> float:
         """About how many nodes are active in a tetrahedron within an irregular mesh: for estimates of memory."""
 
-    @property
-    def interpolates(self) -> bool:
-        """Whether on a face of a convex body the functions of the nodes off the face vanish (weak Kronecker delta)."""
-        return True
-
 
 NODAL_APPROXIMANTS = Family("approximant", NodalApproximant)
 AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]

@@ -13,6 +13,7 @@ from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import pointwise
 
+SMOOTHNESS, SHAPE = 2.0, 0.2  # of functions that vanish on single faces: those of cell-based maximum entropy
 VANISHING = 1e-13  # distance in sizes of the support below which a point lies on its boundary
 
 
@@ -32,6 +33,11 @@ def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lis
     flat = mesh.dimension == 2
     planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
     return FaceDistances(flat, shape, size, *faces, planes)
+
+
+def no_faces(n: int) -> Lists:
+    """For n nodes of which none has a face."""
+    return Lists(np.zeros(n + 1, np.int64), np.zeros(0, np.int64))
 
 
 def _segments(corners: np.ndarray) -> np.ndarray:
@@ -127,3 +133,15 @@ def _segment_sum(fn, x, a):
 def inverse_square(fn, x, a, scratch):
     """D⁻² = Σ ρ⁻² at x for node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in sizes of its support; scratch: memory for faces."""
     return _segment_sum(fn, x, a) if fn.flat else _triangle_sum(fn, x, a, scratch)
+
+
+@pointwise
+def share_before_faces(fn, x, a, scratch):
+    """(1 + D⁻²)^(-s/2), the share of a weight of node a that its faces leave at x, and its gradient times the size of the
+    support."""
+    total, gx, gy, gz = inverse_square(fn, x, a, scratch)
+    if total * VANISHING * VANISHING >= 1.0:
+        return 0.0, 0.0, 0.0, 0.0
+    share = (1.0 + total) ** (-0.5 * SMOOTHNESS)
+    factor = share * SMOOTHNESS / (1.0 + total)
+    return share, factor * gx, factor * gy, factor * gz

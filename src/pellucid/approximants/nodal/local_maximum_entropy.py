@@ -3,21 +3,19 @@
 Source: Arroyo & Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167.
 """
 
-from math import inf, log, log1p, sqrt
+from math import inf, log, sqrt
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from pellucid.approximants.nodal.contract import Evaluator, shape_functions
-from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
-from pellucid.approximants.nodal.lists import Lists
+from pellucid.approximants.nodal.face_distances import SHAPE, FaceDistances, face_distances, no_faces, share_before_faces
 from pellucid.approximants.nodal.maximum_entropy import MaximumEntropyModel, entropy_functions, offsets
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.jit import point_function, pointwise
+from pellucid.jit import point_function
 from pellucid.model import parameter
 
 NEGLIGIBLE = 1e-8  # of the prior at its node, where the support is cut off
-SMOOTHNESS, SHAPE = 2.0, 0.2  # of distances from faces on which functions vanish: those of cell-based maximum entropy
 
 
 class LocalMaximumEntropy(NamedTuple):
@@ -45,17 +43,8 @@ class LocalMaximumEntropyModel(MaximumEntropyModel):
 
         width = mesh.spacing / sqrt(self.locality)
         active = nodes_in_reach(mesh, width * sqrt(-log(NEGLIGIBLE)))
-        none = Lists(np.zeros(len(mesh.nodes) + 1, np.int64), np.zeros(0, np.int64))
-        distances = face_distances(mesh, SHAPE, mesh.spacing, none)
+        distances = face_distances(mesh, SHAPE, mesh.spacing, no_faces(len(mesh.nodes)))
         return Evaluator(active, LocalMaximumEntropy(mesh.nodes, width, distances))
-
-
-@pointwise
-def _end(total):
-    """ln (1 + D⁻²)^(-s/2), and by what Σ ρ⁻³ ∇ρ is multiplied in its gradient; total: D⁻²."""
-    if total * VANISHING * VANISHING >= 1.0:
-        return -inf, 0.0
-    return -0.5 * SMOOTHNESS * log1p(total), SMOOTHNESS / (1.0 + total)
 
 
 @point_function(shape_functions, LocalMaximumEntropy)
@@ -70,10 +59,9 @@ def _shape_functions(functions, cell, x, active, scratch, values, gradients):
             scratch.slope[i, d] = -2.0 * ratio * ratio * scratch.offset[i, d]
         scratch.log_prior[i] = -ratio * ratio * square
         if distances.first[active[i]] < distances.first[active[i] + 1]:
-            total, gx, gy, gz = inverse_square(distances, x, active[i], scratch.faces)
-            end, factor = _end(total)
-            factor *= length / distances.size[active[i]]
-            scratch.log_prior[i] += end
+            share, gx, gy, gz = share_before_faces(distances, x, active[i], scratch.faces)
+            scratch.log_prior[i] += log(share) if share > 0.0 else -inf
+            factor = length / (distances.size[active[i]] * share) if share > 0.0 else 0.0
             scratch.slope[i, 0] += factor * gx
             scratch.slope[i, 1] += factor * gy
             scratch.slope[i, 2] += factor * gz

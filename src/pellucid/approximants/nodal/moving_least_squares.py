@@ -8,6 +8,7 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 
 from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.face_distances import SHAPE, FaceDistances, face_distances, no_faces, share_before_faces
 from pellucid.approximants.nodal.least_squares import LINEAR, QUADRATIC, least_squares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
@@ -15,12 +16,12 @@ from pellucid.model import parameter
 
 
 class MovingLeastSquares(NamedTuple):
-    """Nodes and their supports."""
+    """Nodes, their supports, and distances from faces on which functions vanish, of most nodes none."""
 
-    flat: bool
     terms: int  # of the basis: 4 linear, 10 quadratic
     position: np.ndarray  # (n, 3) [m]
     radius: np.ndarray  # (n,) of the supports [m]
+    distances: FaceDistances  # in mean lengths of the edges at a node
 
 
 class LeastSquaresModel(NodalApproximant):
@@ -34,11 +35,6 @@ class LeastSquaresModel(NodalApproximant):
     dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
 
     @property
-    def interpolates(self) -> bool:
-        """Never."""
-        return False
-
-    @property
     def nodes_in_a_cell(self) -> float:
         """Counted at a dilatation of 1.6."""
         return 88.0 * (self.dilatation / 1.6) ** 3
@@ -48,8 +44,15 @@ class LeastSquaresModel(NodalApproximant):
         from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
 
         radius = self.dilatation * mesh.spacing
-        functions = MovingLeastSquares(mesh.dimension == 2, self.terms, mesh.nodes, radius)
+        distances = face_distances(mesh, SHAPE, mesh.spacing, no_faces(len(mesh.nodes)))
+        functions = MovingLeastSquares(self.terms, mesh.nodes, radius, distances)
         return Evaluator(nodes_in_reach(mesh, radius), functions, positive=False)
+
+    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
+        """With weights of these nodes that fall to nothing towards the faces."""
+        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
+
+        return with_faces(evaluator, mesh, nodes, faces)
 
 
 class MovingLeastSquaresModel(LeastSquaresModel):
@@ -70,8 +73,8 @@ class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
 
 @pointwise
 def _weigh(fn, x, active, scratch, length):
-    """Quartic weights and their slopes, in lengths of a support."""
-    offset = scratch.offset
+    """Quartic weights and their slopes, in lengths of a support; whether a face takes that of a node away."""
+    offset, distances, taken = scratch.offset, fn.distances, False
     for i in range(len(active)):
         a = active[i]
         square = 0.0
@@ -81,14 +84,21 @@ def _weigh(fn, x, active, scratch, length):
         ratio = length / fn.radius[a]
         q = square**0.5 * ratio
         rest = max(1.0 - q, 0.0)
-        scratch.log_prior[i] = rest * rest * rest * (1.0 + 3.0 * q)
-        steep = 12.0 * rest * rest * ratio * ratio
-        for d in range(3):
-            scratch.slope[i, d] = steep * offset[i, d]
+        weight, steep = rest * rest * rest * (1.0 + 3.0 * q), 12.0 * rest * rest * ratio * ratio
+        share, gx, gy, gz = 1.0, 0.0, 0.0, 0.0
+        if distances.first[a] < distances.first[a + 1]:
+            share, gx, gy, gz = share_before_faces(distances, x, a, scratch.faces)
+            taken = taken or share == 0.0
+        by = weight * length / distances.size[a]
+        scratch.log_prior[i] = share * weight
+        scratch.slope[i, 0] = share * steep * offset[i, 0] + by * gx
+        scratch.slope[i, 1] = share * steep * offset[i, 1] + by * gy
+        scratch.slope[i, 2] = share * steep * offset[i, 2] + by * gz
+    return taken
 
 
 @point_function(shape_functions, MovingLeastSquares)
 def _shape_functions(functions, cell, x, active, scratch, values, gradients):
     length = functions.radius[active[0]]
-    _weigh(functions, x, active, scratch, length)
-    return least_squares(functions.terms, functions.flat, False, length, scratch, values, gradients)
+    taken = _weigh(functions, x, active, scratch, length)
+    return least_squares(functions.terms, functions.distances.flat, taken, length, scratch, values, gradients)

@@ -30,7 +30,7 @@ class Approximation(Protocol):
     @property
     def approximant(self) -> NodalApproximant: ...
     @property
-    def essential_conditions(self) -> str: ...
+    def essential(self) -> str: ...
     @property
     def points_per_cell(self) -> int: ...
     @property
@@ -88,13 +88,13 @@ class SolidFunctions:
     @property
     def prescribes_nodes(self) -> bool:
         """Whether the numbers of the nodes are prescribed, not the field by forces."""
-        return self._case.essential_conditions == "direct"
+        return self._case.essential == "direct"
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
         """The forces that make the field follow, where they do; see `ForceCorrection`."""
         if self.prescribes_nodes or not len(self._prescribed.nodes):
             return None
-        how = position, inertia, motions, self._case.essential_conditions == "ebciem"
+        how = position, inertia, motions, self._case.essential == "ebciem"
         with refused(self._case, "essential"):
             return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
+from pellucid.approximants.nodal.cell_least_squares import CellLeastSquaresModel
 from pellucid.approximants.nodal.contract import AnyNodalApproximant
 from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
@@ -51,12 +51,12 @@ class MeshlessSolidCase(DampedModel):
     kind: Literal["meshless-solid"] = "meshless-solid"
     mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")
     material: Material = parameter("", "what it is made of: a hyperelastic solid, or a viscous one around it")
-    approximant: AnyNodalApproximant = parameter("", "its shape functions", CellMaximumEntropyModel())
-    essential: Literal["direct", "ebciem", "sebciem"] | None = parameter(
+    approximant: AnyNodalApproximant = parameter("", "its shape functions", CellLeastSquaresModel())
+    essential: Literal["direct", "ebciem", "sebciem"] = parameter(
         "",
         "how supports and motions prescribe the field: as values of the nodes, or by forces, at the nodes (sebciem) or spread "
-        "over faces (ebciem); without it direct where the functions of nodes off a face vanish on it, else sebciem",
-        None,
+        "over faces (ebciem)",
+        "direct",
     )
     points_per_cell: Literal[1, 4, 8, 16, 32] = parameter("", "quadrature points of a tetrahedron", 4)
     consistent: bool = parameter("", "whether gradients are corrected so that their quadrature is consistent", True)
@@ -89,11 +89,6 @@ class MeshlessSolidCase(DampedModel):
     def _at_rest(self) -> Material:
         """The material that bears the load at rest."""
         return self.material.hyperelastic() if isinstance(self.material, ViscoelasticMaterial) else self.material
-
-    @property
-    def essential_conditions(self) -> str:
-        """How supports and motions prescribe the field."""
-        return self.essential or ("direct" if self.approximant.interpolates else "sebciem")
 
     @property
     def density(self) -> float:
@@ -227,17 +222,14 @@ class MeshlessSolidCase(DampedModel):
         if not isinstance(self.material, HyperelasticMaterial | ViscoelasticMaterial):
             text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
             yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')
-        if self.essential_conditions == "direct" and not self.approximant.interpolates:
-            text = f'the functions of kind "{self.approximant.kind}" do not take values that are prescribed at the nodes'
-            yield Finding((*path, "essential"), text, 'use "ebciem" or "sebciem", or leave it out')
         yield from (Finding((*path, self.place), text, remedy) for text, remedy in self.mesh.faults())
         if parts.grid is not None:
             if not is_alone(self, parts):
                 text = f'other bodies are in the velocity field "{self.field}" too, and a meshless solid has nodes of its own'
                 yield Finding((*path, "field"), text, f'give it a field of its own, as field = "{self.name}"')
-            if self.essential_conditions != "direct":
+            if self.essential != "direct":
                 text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"
-                remedy = 'use maximum entropy or linear functions with "direct", or leave the grid out'
+                remedy = 'use "direct", or leave the grid out'
                 yield Finding((*path, "essential"), text, remedy)
             if any(parts.grid.thin()):
                 text = "a meshless solid fills space, and this grid is one cell thick"
