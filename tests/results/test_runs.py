@@ -85,7 +85,7 @@ def test_fields_are_those_of_the_nearest_frame(tmp_path):
 def test_a_body_that_the_run_does_not_have_is_named_with_those_it_has(tmp_path):
     run = run_case(free_flight(), tmp_path / "run", report=False)
     for ask in (run.fields, run.times, run.cells, run.triangles):
-        with pytest.raises(UsageError, match=r"has no body `nosuch`; its bodies are gas, block"):
+        with pytest.raises(UsageError, match=r"has no body `nosuch`; it has gas, block"):
             ask("nosuch")
 
 

@@ -7,7 +7,8 @@ import pytest
 from small_cases import advance, box, simulation
 
 from pellucid.conditions.loads.body_force import BodyForce
-from pellucid.conditions.loads.contract import Load, PointsView, checked_forces
+from pellucid.conditions.loads.contract import Load, checked_forces
+from pellucid.conditions.loads.points_view import PointsView
 from pellucid.energy import FIRST_LOAD, Channel, WorkLayout
 from pellucid.errors import CaseError, RunStopped
 from pellucid.parts.assembly import AssembledBody, Assembly
@@ -21,8 +22,13 @@ class Body:
         shapes = {"position": (n, 3), "velocity": (n, 3), "mass": (n,), "volume": (n,)}
         random = np.random.default_rng(0)
         self.arrays = {key: random.random(shape) for key, shape in shapes.items()}
+        self.arrays["id"] = np.arange(n)
         self.n_points = n
+        self.is_surface = False
         self.forces: dict[int, np.ndarray] = {}
+
+    def order(self):
+        return slice(None)
 
     def volumes(self):
         return self.arrays["volume"]
@@ -34,11 +40,11 @@ class Body:
 def test_what_a_load_sees_of_the_points():
     body = Body()
     points = PointsView(body)
-    for name in ("position", "velocity", "mass", "volume"):
+    for name in ("id", "position", "velocity", "mass", "volume"):
         seen = getattr(points, name)
         assert np.shares_memory(seen, body.arrays[name])
         with pytest.raises(ValueError, match="read-only"):
-            seen += 1.0
+            seen += 1
         assert body.arrays[name].flags.writeable
 
 
@@ -48,6 +54,7 @@ def begin(bodies, loads, time):
     assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, (), layout)
     for kind in dict.fromkeys(type(load) for load in loads):
         for part in kind.activate([load for load in loads if type(load) is kind], assembly):
+            part.try_out()
             part.begin(time, 0.1)
 
 
