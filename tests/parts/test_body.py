@@ -10,7 +10,7 @@ from small_cases import advance, box, case, simulation
 
 from pellucid.bodies.models import BODIES
 from pellucid.energy import FIRST_LOAD, INTERNAL
-from pellucid.errors import RunStopped
+from pellucid.errors import RunStopped, UnknownName
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
@@ -155,6 +155,15 @@ def test_points_fly_on_in_frames_that_are_in_the_order_of_ids(kind, alone):
     assert np.array_equal(body.arrays["id"], frame["id"]) == alone, "points on the grid are sorted, own nodes keep their order"
     assert sim.conservation()["momentum"] < 1e-12
     assert sim.conservation()["mass"] == 0.0
+
+
+@every_kind
+def test_a_field_that_is_not_there_is_told_with_those_that_are(kind, alone):
+    body = in_flight(kind, alone).bodies[0]
+    words = rf"body {body.name} has no field `velocty`; it has .*position.*\n    did you mean `velocity`\?"
+    for ask in (body.field, body.frame().__getitem__):
+        with pytest.raises(UnknownName, match=words):
+            ask("velocty")
 
 
 @every_kind

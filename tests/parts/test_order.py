@@ -1,6 +1,9 @@
-"""Users' loads, probes and initial fields see the points of every body in the order of its mesh, surface or seeding: in a velocity
-field with others and in one of its own, before and after sortings and in a run that goes on."""
+"""Users' loads, probes and initial fields see the points of every body in the order of its mesh, surface or seeding.
 
+In a velocity field with others and in one of its own, before and after sortings and in a run that goes on.
+"""
+
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -10,7 +13,9 @@ from membranes import sheet
 from registries import forgotten_afterwards
 from small_cases import GAS, advance, box, case
 
+from pellucid.bodies.meshless_solid.tables import quadrature_places
 from pellucid.bodies.models import BODIES
+from pellucid.case import Case
 from pellucid.case.probe import quantity, reduction
 from pellucid.extend import InitialField, Load, PointsView, Vector, parameter, register
 from pellucid.parts.families import GridBody
@@ -153,7 +158,7 @@ def test_what_users_see_is_in_the_order_of_the_body(name: str, alone: bool) -> N
     advance(sim, half)
     whole = [position for _, position in seen[-2 * half :]]
     spacing = np.sort(np.linalg.norm(start[:, None] - start[None], axis=2), axis=1)[:, 1].min()
-    for earlier, later in zip(whole, whole[1:], strict=False):
+    for earlier, later in pairwise(whole):
         assert np.linalg.norm(later - earlier, axis=1).max() < 0.5 * spacing, "each is the one that it was a step before"
     frame = body.frame()
     assert np.array_equal(frame["id"], np.arange(n))
@@ -217,3 +222,67 @@ def test_other_bodies_have_no_normals() -> None:
     for name in ("normal", "area", "triangles", "vector_area"):
         with pytest.raises(AttributeError, match="body it is no membrane: it has no"):
             getattr(points, name)
+
+
+def test_a_stress_at_the_start_is_asked_at_the_points_of_the_mesh_as_it_is_given() -> None:
+    """Cell after cell, though the body works on cells in another order."""
+    with forgotten_afterwards():
+
+        @register
+        class Numbered(InitialField):
+            kind: Literal["numbered"] = "numbered"
+            quantity = "stress"
+
+            def at(self, position: np.ndarray) -> np.ndarray:
+                asked.append(position.copy())
+                return np.arange(len(position))[:, None] * np.ones(6)
+
+        asked.clear()
+        table = SAMPLES["meshless-solid"] | {"name": "it", "initial": [{"kind": "numbered"}]}
+        model = case(table, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0, -2.0)).body[0]
+        mesh, ordered = model.mesh.mesh(), model.mesh_in_order()
+        places = quadrature_places(ordered, model.points_per_cell)
+        stress = model.initial_stress_at(places)
+    assert np.array_equal(asked[0], quadrature_places(mesh, model.points_per_cell))
+    assert not np.array_equal(asked[0], places)
+    assert np.array_equal(asked[0][stress[:, 0].astype(int)], places)
+
+
+def test_a_field_of_a_user_is_asked_at_the_points_alone_where_solids_touch() -> None:
+    """Their surfaces have points of their own, which move as the material points next to them."""
+    other = box((0.6, -0.25, -0.25), (1.1, 0.5, 0.25), name="other", field="other")
+    contact = [{"between": ["it", "other"], "kind": "frictionless"}]
+    asked.clear()
+    grid = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
+    sim = Simulation(case(SAMPLES["rigid"] | {"name": "it"}, other, **grid, contact=contact), threads=1)
+    body = sim.bodies[0]
+    assert body.contact_surface is not None
+    assert [len(position) for position in asked] == [body.n_points]
+    assert body.contact_surface.velocity == pytest.approx(
+        np.tile((1.2, -0.6, 0.4), (len(body.contact_surface.velocity), 1)), abs=3e-3
+    )
+
+
+def test_the_concentration_at_the_start_is_asked_in_the_order_of_the_surface() -> None:
+    with forgotten_afterwards():
+
+        @register
+        class Spot(InitialField):
+            kind: Literal["spot"] = "spot"
+            quantity = "concentration"
+
+            def at(self, position: np.ndarray) -> np.ndarray:
+                asked.append(position.copy())
+                return np.arange(len(position))
+
+        asked.clear()
+        domain = {"surface": {"icosphere": {"centre": (0.0, 0.0, 0.0), "radius": 1.0, "refinements": 1}}}
+        body = {"kind": "diffusing-field", "name": "it", "material": {"diffusivity": 1.0}}
+        table = body | {"domain": domain, "initial": [{"kind": "spot"}]}
+        probes = [{"name": "tenth", "body": "it", "quantity": "concentration", "reduce": "eleventh"}]
+        whole = {"schema": 1, "title": "a spot", "time": {"end": 1.0, "step": 0.1}, "body": [table], "probe": probes}
+        sim = Simulation(Case.model_validate(whole), threads=1)
+        body = sim.bodies[0]
+        assert np.array_equal(asked[0], body.frame()["position"])
+        assert np.array_equal(body.field("concentration"), np.arange(body.n_points))
+        assert ProbeReader(sim.case.probe).read(sim.bodies, {}, 0.0) == [10.0]

@@ -109,7 +109,8 @@ class FluidFilmCase(BodyModel):
         return Curve(len(places), self.radial, self.is_around), places
 
     def numbers(self) -> np.ndarray:
-        """Of the nodes of its geometry those in the order of its shape, shape (n,): surfaces are spanned in an order by place."""
+        """Of the nodes of its geometry, their places in the order of its shape, shape (n,): surfaces are spanned in an order by
+        place."""
         if self.shape.surface is not None:
             return spatial_order(self.shape.surface.triangulate().vertices)
         return np.arange(len(self.positions()))
