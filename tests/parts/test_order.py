@@ -276,7 +276,7 @@ def test_the_concentration_at_the_start_is_asked_in_the_order_of_the_surface() -
                 return np.arange(len(position))
 
         asked.clear()
-        domain = {"surface": {"icosphere": {"centre": (0.0, 0.0, 0.0), "radius": 1.0, "refinements": 1}}}
+        domain = {"surface": {"icosphere": {"centre": (0.0, 0.0, 0.0), "radius": 1.0, "refinements": 2}}}
         body = {"kind": "diffusing-field", "name": "it", "material": {"diffusivity": 1.0}}
         table = body | {"domain": domain, "initial": [{"kind": "spot"}]}
         probes = [{"name": "tenth", "body": "it", "quantity": "concentration", "reduce": "eleventh"}]
