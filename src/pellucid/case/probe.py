@@ -200,8 +200,8 @@ class Probe(Part):
     @property
     def runs_users_code(self) -> bool:
         """Whether its quantity or its reduction is not of the package."""
-        entries = QUANTITIES.entries.get(self.quantity), REDUCTIONS.entries.get(self.reduce)
-        return not all(is_own(file_of(entry.function)) for entry in entries if entry is not None)
+        quantity = QUANTITIES.entries.get(self.quantity)
+        return self.reduce not in OWN_REDUCTIONS or (quantity is not None and not is_own(file_of(quantity.function)))
 
     def values(self, fetch: Fetch) -> np.ndarray:
         """The quantity of every point, shape (n,) or (n, components), from the fields that `fetch` gives by name."""

@@ -160,6 +160,23 @@ def test_what_users_register_is_read_like_any_other():
             ProbeReader([probe("short")]).read([body], {}, 0.0)
 
 
+def test_users_see_points_by_their_numbers_and_the_package_as_they_are_stored():
+    with forgotten_afterwards():
+
+        @reduction("first")
+        def first(values):
+            return values[0]
+
+        @quantity("number", unit="", meaning="number of a point")
+        def number(field):
+            return field("id")
+
+        asked = [probe("pressure", "first"), probe("number", "first"), probe("number", "max"), probe("pressure", "mean")]
+        assert ProbeReader(asked).read([Body()], {}, 0.0) == [5.0, 0.0, 2.0, 3.0]
+        assert [one.runs_users_code for one in asked] == [True, True, True, False]
+    assert not probe("angular_velocity", "max", "z").runs_users_code
+
+
 @pytest.mark.parametrize("name", ["mean", "nearest", "pressure"])
 def test_names_that_are_taken_are_refused(name):
     with forgotten_afterwards(), pytest.raises(ValueError, match=f'"{name}" is taken by'):
