@@ -220,8 +220,10 @@ PRESSURE = {"body": "it", "value": 3.0}
 def test_other_bodies_have_no_normals() -> None:
     points = PointsView(build("solid", False).bodies[0])
     for name in ("normal", "area", "triangles", "vector_area"):
-        with pytest.raises(AttributeError, match="body it is no membrane: it has no"):
+        with pytest.raises(ValueError, match="body it is no membrane: it has no"):
             getattr(points, name)
+    with pytest.raises(AttributeError, match=r"has no `normals`; it has id, position, .*\n    did you mean `normal`\?"):
+        points.normals  # noqa: B018
 
 
 def test_a_stress_at_the_start_is_asked_at_the_points_of_the_mesh_as_it_is_given() -> None:

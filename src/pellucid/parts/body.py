@@ -131,7 +131,7 @@ class Body(ABC):
         """Mass [kg], the same to the last bit in whatever order the points are stored."""
         return fsum(self.arrays["mass"])
 
-    def order(self) -> "np.ndarray | slice":
+    def order(self) -> np.ndarray | slice:
         """Where the points that have not left are stored, in the order of their numbers, which is that of mesh, surface or
         seeding: all that users' code sees of points is in this order."""
         return np.argsort(self.arrays["id"])

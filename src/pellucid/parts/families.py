@@ -117,7 +117,7 @@ class GridBody(Body):
 class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
 
-    def order(self) -> slice:
+    def order(self) -> np.ndarray | slice:
         """Nodes keep the order of the mesh."""
         return slice(None)
 

@@ -61,7 +61,6 @@ class FluidFilm(NodalBody):
             "own_step": np.zeros(1),
             "unspread": np.zeros_like(x),
         }
-        self._order = np.argsort(self.arrays["id"])
         self.areal_density = case.initial_density
         self._full_gravity = np.array(placement.gravity)[list(self.geometry.axes)]
         self._gravity = self._full_gravity.copy()  # what acts of it [m/s²]
@@ -78,7 +77,7 @@ class FluidFilm(NodalBody):
 
     def order(self) -> np.ndarray:
         """Where the nodes of its shape are stored."""
-        return self._order
+        return np.argsort(self.arrays["id"])
 
     # conditions
 
@@ -221,7 +220,7 @@ class FluidFilm(NodalBody):
     def field(self, name: str) -> np.ndarray:
         """A field at the nodes: what varies between them as means by area of the elements about each."""
         try:
-            return self.stored_field(name)[self._order]
+            return self.stored_field(name)[self.order()]
         except KeyError:
             raise self.no_field(name) from None
 
@@ -232,11 +231,11 @@ class FluidFilm(NodalBody):
     def pressed_areas(self) -> np.ndarray:
         """∫ N_I n dA about each node [m²], shape (n, 3)."""
         o = self.geometry.operators(self.arrays["x"])
-        return in_space(self.balance.vector_areas(o), self.geometry.axes)[self._order]
+        return in_space(self.balance.vector_areas(o), self.geometry.axes)[self.order()]
 
     def surface_areas(self) -> np.ndarray:
         """Shares of the nodes in the area of the film."""
-        return self._fields.areas(self.geometry.operators(self.arrays["x"]))[self._order]
+        return self._fields.areas(self.geometry.operators(self.arrays["x"]))[self.order()]
 
     def volumes(self) -> np.ndarray:
         """A film has none."""

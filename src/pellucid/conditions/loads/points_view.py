@@ -1,10 +1,11 @@
 """What users' loads see of the points of a body."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
+from pellucid.findings import absent
 from pellucid.users_code import read_only
 
 if TYPE_CHECKING:
@@ -80,5 +81,11 @@ class PointsView:
 
     def _membrane(self, what: str) -> "Body":
         if not self._body.is_surface:
-            raise AttributeError(f"body {self._body.name} is no membrane: it has no {what}")
+            raise ValueError(f"body {self._body.name} is no membrane: it has no {what}")
         return self._body
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(absent("`PointsView` has no", name, SEEN))
+
+
+SEEN = [name for name, part in vars(PointsView).items() if isinstance(part, cached_property)]
