@@ -163,10 +163,7 @@ class PointsOnGrid(GridBody):
     def order(self) -> np.ndarray:
         """Where the points that are there are stored, by their numbers; found once between sortings."""
         if self._order is None:
-            number = self.arrays["id"][: self.n_there]
-            stored = np.full(self.n_points, -1)
-            stored[number] = np.arange(len(number))
-            self._order = stored[stored >= 0]
+            self._order = np.argsort(self._there("id"))
         return self._order
 
     def sort(self) -> None:
