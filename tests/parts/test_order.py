@@ -20,6 +20,7 @@ from pellucid.case.probe import quantity, reduction
 from pellucid.extend import InitialField, Load, PointsView, Vector, parameter, register
 from pellucid.parts.families import GridBody
 from pellucid.results.storage.probes import ProbeReader
+from pellucid.results.storage.start import _in_order
 from pellucid.simulation.simulation import Simulation
 
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e3, "poisson_ratio": 0.3}
@@ -288,3 +289,14 @@ def test_the_concentration_at_the_start_is_asked_in_the_order_of_the_surface() -
         assert np.array_equal(asked[0], body.frame()["position"])
         assert np.array_equal(body.field("concentration"), np.arange(body.n_points))
         assert ProbeReader(sim.case.probe).read(sim.bodies, {}, 0.0) == [10.0]
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_film_goes_on_from_an_earlier_run_in_the_order_of_its_surface(alone: bool) -> None:
+    """States of earlier runs come in the order of the numbers of the points, and the film computes in another."""
+    earlier = advance(build("fluid-film", alone, load=[{"kind": "shove", "body": "it", "force": FORCE}]), 2).bodies[0]
+    film = build("fluid-film", alone).bodies[0]
+    assert not np.array_equal(earlier.arrays["id"], np.arange(earlier.n_points))
+    film.take_up(_in_order(earlier.state_arrays()))
+    for name, values in earlier.frame().items():
+        assert np.array_equal(film.frame()[name], values), name

@@ -26,6 +26,7 @@ from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.surface_load import Traction
+from pellucid.state import of_owner
 
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
@@ -96,9 +97,14 @@ class FilmOnGrid(PointsOnGrid):
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
-        prefix = "geometry/"
-        self.geometry.restore({name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)})
+        self.geometry.restore(of_owner("geometry", arrays))
         super().restore(arrays)
+        self._show()
+
+    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with the nodes of an earlier run."""
+        self.geometry.restore(of_owner("geometry", state))
+        super().take_up(state)
         self._show()
 
     # forces
