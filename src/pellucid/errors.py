@@ -70,6 +70,13 @@ class UsageError(PellucidError):
     """An argument that makes no sense, such as an output folder with other files in it."""
 
 
+class UnknownName(UsageError, KeyError):
+    """A name under which nothing is found: the message lists those that there are."""
+
+    def __str__(self) -> str:
+        return printable(str(self.args[0]))
+
+
 class RunStopped(PellucidError):
     """A run that stopped itself (NaN, inverted or lost point, collapsed step, energy error), or failed verification.
 

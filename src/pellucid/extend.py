@@ -8,7 +8,8 @@ point; `log`, `exp` and `power` are faster there than those of `math`.
 
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.case.probe import quantity, reduction
-from pellucid.conditions.loads.contract import Load, PointsView
+from pellucid.conditions.loads.contract import Load
+from pellucid.conditions.loads.points_view import PointsView
 from pellucid.conditions.signals.contract import SignalModel
 from pellucid.jit import point_function
 from pellucid.jit.elementary import exp, log, power

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from pellucid.errors import CaseError, Problem
+from pellucid.errors import CaseError, Problem, cut
 
 LONGEST = 100  # letters of a name that may be a slip
 
@@ -74,6 +74,14 @@ def hint(name: str, choices: Sequence[str]) -> str:
         choice for choice in lower if len(name) > 1 and _abbreviates(name.lower(), re.split(r"\W|_", choice))
     ]
     return f"did you mean `{lower[min(close, key=len)]}`?" if close else ""
+
+
+def absent(what: str, name: object, choices: Iterable[str]) -> str:
+    """That something has no part of this name, such as `what` = "the history has no column": those that it has, and which may
+    be meant."""
+    known = list(choices)
+    told = f"{what} `{cut(str(name))}`; it has {listed(known) or 'none'}"
+    return "\n    ".join(line for line in (told, hint(str(name), known)) if line)
 
 
 def _abbreviates(name: str, words: Sequence[str]) -> bool:

@@ -176,7 +176,7 @@ def column(bottom, **more):
 
 def by_height(sim):
     body = sim.bodies[0]
-    order = np.argsort(body.arrays["position"][:, 1])
+    order = np.argsort(body.field("position")[:, 1])
     return body.field("pressure")[order].reshape(-1, 8).mean(axis=1)
 
 

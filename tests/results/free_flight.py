@@ -83,6 +83,8 @@ class FakeBody:
     def field(self, name: str) -> np.ndarray:
         return self.frame()[name]
 
+    stored_field = field
+
 
 class FakeSimulation:
     """Points fly freely; with `breaks_at` the run stops itself in that step."""

@@ -11,7 +11,7 @@ from free_flight import FakeSimulation, free_flight
 from other_processes import killed_at_last
 
 import pellucid
-from pellucid.errors import RunStopped, UsageError
+from pellucid.errors import RunStopped, UnknownName, UsageError
 from pellucid.results import Run, resume_case, run_case
 from pellucid.results.report.report import write_report
 from pellucid.results.storage.files import OutputError
@@ -85,8 +85,34 @@ def test_fields_are_those_of_the_nearest_frame(tmp_path):
 def test_a_body_that_the_run_does_not_have_is_named_with_those_it_has(tmp_path):
     run = run_case(free_flight(), tmp_path / "run", report=False)
     for ask in (run.fields, run.times, run.cells, run.triangles):
-        with pytest.raises(UsageError, match=r"has no body `nosuch`; its bodies are gas, block"):
+        with pytest.raises(UsageError, match=r"has no body `nosuch`; it has gas, block"):
             ask("nosuch")
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda run: run.history["tme"], r"the history of the run in .* has no column `tme`; it has time, .*mean `time`\?"),
+        (lambda run: run.units["tme"], "has no column `tme`; it has time"),
+        (lambda run: run.summary["stps"], r"summary.json has no entry `stps`; it has case, .*mean `steps`\?"),
+        (lambda run: run.summary["conservation"]["mas"], r"summary.json has no entry `mas`; it has .*mean `mass`\?"),
+        (lambda run: run.metrics["order"], "the run in .* has no metric `order`; it has none"),
+        (lambda run: run.fields("gas")["velocty"], r"body gas of the run in .* has no field `velocty`; it has .*`velocity`\?"),
+        (lambda run: run.fields("gas", 0.5, ("position", "velocty")), r"has no field `velocty`; it has .*mean `velocity`\?"),
+        (lambda run: run.fields("gas", names=("velocty",)), "has no field `velocty`"),
+        (lambda run: run.fields("gas", names="velocty"), "has no field `velocty`"),
+        (lambda run: run.fields("block", names=["position"])["mass"], "has no field `mass`; it has position$"),
+        (lambda run: run.times("ga"), r"has no body `ga`; it has gas, block\n    did you mean `gas`\?"),
+    ],
+)
+def test_names_that_are_not_there_are_told_with_those_that_are(tmp_path, ask, words):
+    with pytest.raises(UnknownName, match=f"(?s){words}"):
+        ask(run_case(free_flight(), tmp_path / "run", report=False))
+
+
+def test_a_single_name_needs_no_list(tmp_path):
+    run = run_case(free_flight(), tmp_path / "run", report=False)
+    assert list(run.fields("gas", names="mass")) == ["mass"]
 
 
 @pytest.mark.parametrize("time", [-1.0, -0.126, 1.126, 5.0])

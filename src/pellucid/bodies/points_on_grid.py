@@ -83,6 +83,7 @@ class PointsOnGrid(GridBody):
         if isinstance(velocity_transfer, Apic):
             arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
+        self._order: np.ndarray | None = None
         self._heat = np.zeros(len(arrays["mass"]) if self.keeps_heat else 0)
         self._goes_on = False
         self.totals = Totals()
@@ -159,8 +160,15 @@ class PointsOnGrid(GridBody):
         """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass."""
         return int(self.slabs.first[-1])
 
+    def order(self) -> np.ndarray:
+        """Where the points that are there are stored, by their numbers; found once between sortings."""
+        if self._order is None:
+            self._order = np.argsort(self._there("id"))
+        return self._order
+
     def sort(self) -> None:
         """Sort the points by their nodes and divide them into slabs."""
+        self._order = None
         there = {name: array[: self.n_there] for name, array in self.arrays.items()}
         sort_by_nodes(there, self._scratch, self.grid.lattice, self.functions, self.slabs)
         self._follow_order()
@@ -171,6 +179,7 @@ class PointsOnGrid(GridBody):
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
+        self._order = None
         self.slabs.first[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
@@ -330,6 +339,7 @@ class PointsOnGrid(GridBody):
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
         restore_slabs(self.slabs, of_owner("slabs", arrays))
+        self._order = None
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
         if self.contact_surface is not None:
             self.contact_surface.restore(arrays)
@@ -357,7 +367,15 @@ class PointsOnGrid(GridBody):
         return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
 
     def field(self, name: str) -> np.ndarray:
-        """A field in the order in which the points that have not left are stored; units in `pellucid.state.FIELDS`."""
+        """A field of the points that have not left, in the order of their numbers; units in `pellucid.state.FIELDS`."""
+        try:
+            stored = self.stored_field(name)
+        except KeyError:
+            raise self.no_field(name) from None
+        return stored[self.order()]
+
+    def stored_field(self, name: str) -> np.ndarray:
+        """The same in the order in which they are stored at the moment. Raises KeyError where there is no such field."""
         if name == "density":
             return self._there("mass") / self._there("volume")
         if name == "pressure":
@@ -373,14 +391,13 @@ class PointsOnGrid(GridBody):
 
     def frame(self) -> dict[str, np.ndarray]:
         """The fields of all points in their original order; of those that left zeros, and where they left the grid."""
-        there, left = np.argsort(self._there("id")), self.arrays["id"][self.n_there :]
+        fields, left = super().frame(), self.arrays["id"][self.n_there :]
         if not len(left):
-            return super().frame()
-        fields = {}
-        for name in self.field_names:
-            values = self.field(name)
+            return fields
+        there = fields["id"]
+        for name, values in fields.items():
             fields[name] = np.zeros((self.n_points, *values.shape[1:]), values.dtype)
-            fields[name][np.sort(self._there("id"))] = values[there]
+            fields[name][there] = values
         for name in ("id", "position"):
             fields[name][left] = self.arrays[name][self.n_there :]
         return fields

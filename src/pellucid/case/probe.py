@@ -17,10 +17,10 @@ from pellucid.parts.part import Part, Parts
 from pellucid.registry import OneNameOf, Registry
 from pellucid.state import COMPONENT_NAMES, FIELDS, Field
 from pellucid.units import check_si
-from pellucid.users_code import WrongArray, as_array, failing_as
+from pellucid.users_code import WrongArray, as_array, failing_as, file_of, is_own
 
 Fetch = Callable[[str], np.ndarray]
-"""A field of a body by its name, in the order in which its points are stored."""
+"""A field of a body by its name; one order of the points for all fields: for users' functions that of the points' numbers."""
 
 
 class Reduction(NamedTuple):
@@ -196,6 +196,12 @@ class Probe(Part):
     def field(self) -> Field:
         """What is known of the quantity that it reads of a body: components, unit, meaning."""
         return QUANTITIES.entries[self.quantity].field if self.quantity in QUANTITIES.entries else FIELDS[self.quantity]
+
+    @property
+    def runs_users_code(self) -> bool:
+        """Whether its quantity or its reduction is not of the package."""
+        quantity = QUANTITIES.entries.get(self.quantity)
+        return self.reduce not in OWN_REDUCTIONS or (quantity is not None and not is_own(file_of(quantity.function)))
 
     def values(self, fetch: Fetch) -> np.ndarray:
         """The quantity of every point, shape (n,) or (n, components), from the fields that `fetch` gives by name."""

@@ -56,6 +56,8 @@ class ActiveConditions:
             self._active += kind.activate(conditions, assembly)
         for member in members.values():
             member.body.complete()
+        for part in self._active:
+            part.try_out()
         self.give_impulses = any(type(part).act_on_nodes is not ActiveCondition.act_on_nodes for part in self._active)
         """Whether any gives impulses to the nodes."""
 

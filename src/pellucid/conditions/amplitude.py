@@ -2,6 +2,7 @@
 
 from functools import cached_property
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 from pydantic import model_validator
@@ -53,15 +54,25 @@ class Amplitude(Model):
 class ChangesInTime(Model):
     """What a load or pressure has beside its size: a smooth rise, or an amplitude."""
 
+    declared_anew: ClassVar[frozenset[str]] = frozenset()
+    """Keys that a kind declares itself: what they do is its own."""
+
     rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
     amplitude: Amplitude | None = parameter("", "instead of a rise, the share that acts as a function of time", None)
 
     @model_validator(mode="after")
     def _rises_once(self) -> "ChangesInTime":
-        if self.amplitude is not None and self.rise > 0.0:
+        rise, amplitude = self._change()
+        if amplitude is not None and rise > 0.0:
             raise ValueError("`rise` and `amplitude` both say how it changes in time; leave one out")
         return self
 
+    def _change(self) -> tuple[float, Amplitude | None]:
+        """Its rise [s] and its amplitude, without keys that are the kind's own."""
+        own = self.declared_anew
+        return 0.0 if "rise" in own else self.rise, None if "amplitude" in own else self.amplitude
+
     def share(self, time: float) -> float:
         """The share that acts at a time [s]."""
-        return risen(time, self.rise) if self.amplitude is None else self.amplitude.at(time)
+        rise, amplitude = self._change()
+        return risen(time, rise) if amplitude is None else amplitude.at(time)

@@ -29,6 +29,10 @@ class Cells(NamedTuple):
         """Every one of `n` points is a cell."""
         return cls(points=np.arange(n).reshape(-1, 1))
 
+    def renumbered(self, number: np.ndarray) -> "Cells":
+        """The same cells, whose point p has the number number[p]."""
+        return Cells(*(number[corners] for corners in self))
+
     def surface(self) -> np.ndarray:
         """Triangles that show the body, shape (m, 3): quadrilaterals cut in two, then triangles, then faces of tetrahedra.
 

@@ -9,6 +9,9 @@ class ActiveCondition:
     It keeps nothing from step to step but in the arrays of a body, which checkpoints hold.
     """
 
+    def try_out(self) -> None:
+        """All bodies are complete, and nothing is written: raise CaseError where it cannot act."""
+
     def begin(self, time: float, dt: float) -> None:
         """Set forces or prescribed velocities for the step that begins at `time` [s], over which the time of the loads grows by
         dt [s]: by that of the step, or by nothing while bodies settle or come to rest."""

@@ -12,7 +12,8 @@ from pellucid.contact.faces import Faces
 from pellucid.contact.surface import ContactBody
 from pellucid.contact.wall import WallPlane
 from pellucid.energy import Totals
-from pellucid.errors import RunStopped
+from pellucid.errors import RunStopped, UnknownName
+from pellucid.findings import absent
 from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.region import Selectable
@@ -20,6 +21,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS, LOST
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.named import Named
 from pellucid.parts.relaxable import SLOWER_LOADS
 from pellucid.parts.standing import Standing
 from pellucid.parts.surface_load import Traction
@@ -128,6 +130,11 @@ class Body(ABC):
     def mass(self) -> float:
         """Mass [kg], the same to the last bit in whatever order the points are stored."""
         return fsum(self.arrays["mass"])
+
+    def order(self) -> np.ndarray | slice:
+        """Where the points that have not left are stored, in the order of their numbers, which is that of mesh, surface or
+        seeding: all that users' code sees of points is in this order."""
+        return np.argsort(self.arrays["id"])
 
     def volumes(self) -> np.ndarray:
         """Volumes of the points [m³], shape (n,), in the order in which they are stored."""
@@ -293,6 +300,15 @@ class Body(ABC):
         """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
         return np.zeros((0, 3))
 
+    def pressed_areas(self) -> np.ndarray:
+        """Of a membrane, the vector areas by which a pressure pushes its points [m²], shape (n, 3), in the order of their
+        numbers; in plane problems those of the slice."""
+        return self.vector_areas()[self.order()]
+
+    def surface_areas(self) -> np.ndarray:
+        """Of a membrane, the shares of its points in its area [m²], shape (n,), in the same order."""
+        return np.asarray(np.linalg.norm(self.pressed_areas(), axis=1))
+
     def faces(self) -> Faces | None:
         """Points on the surface of a volume, where it has such; None of a membrane, all of whose points lie on it."""
         return None
@@ -341,7 +357,16 @@ class Body(ABC):
 
     @abstractmethod
     def field(self, name: str) -> np.ndarray:
-        """A field in the order in which the points are stored at the moment; units in `pellucid.state.FIELDS`."""
+        """A field of the points that have not left, in the order of their numbers; units in `pellucid.state.FIELDS`. Raises
+        `UnknownName`, see `no_field`."""
+
+    def stored_field(self, name: str) -> np.ndarray:
+        """The same in the order in which the points are stored at the moment."""
+        return self.field(name)
+
+    def no_field(self, name: str) -> UnknownName:
+        """The error that it has no such field."""
+        return UnknownName(absent(f"body {self.name} has no field", name, self.field_names))
 
     def cells(self) -> Cells:
         """Cells that results draw, by the numbers of the points in `frame`; of most bodies the points themselves."""
@@ -358,9 +383,8 @@ class Body(ABC):
         return Standing(self.arrays["position"], volume=self.volumes() if goes_on else None)
 
     def frame(self) -> dict[str, np.ndarray]:
-        """The fields of the points in their original order; units in `pellucid.state.FIELDS`."""
-        back = np.argsort(self.arrays["id"])
-        return {name: self.field(name)[back] for name in self.field_names}
+        """The fields of all points in the order of their numbers; units in `pellucid.state.FIELDS`."""
+        return Named(f"body {self.name} has no field", {name: np.array(self.field(name)) for name in self.field_names})
 
     def facts(self) -> Mapping[str, float]:
         """Numbers about its state by name, which the summary of a run shows, in SI units."""

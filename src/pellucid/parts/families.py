@@ -117,6 +117,10 @@ class GridBody(Body):
 class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
 
+    def order(self) -> np.ndarray | slice:
+        """Nodes keep the order of the mesh."""
+        return slice(None)
+
     def show_start(self, dt: float) -> None:
         """Before the first step dt [s], whose conditions are set: show the velocities at the start of what has no inertia."""
         return

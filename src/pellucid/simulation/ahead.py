@@ -72,5 +72,5 @@ def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
         simulation.advance_bodies()
         for body in simulation.bodies:
             for name in body.field_names:
-                body.field(name)
+                body.stored_field(name)
     return list(calls)

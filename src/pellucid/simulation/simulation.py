@@ -33,6 +33,7 @@ from pellucid.grid.velocity_transfer import TRANSFERS, Flip
 from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
+from pellucid.named import Named
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
@@ -400,8 +401,8 @@ class Simulation:
         return self.clock.dt
 
     def energies(self) -> dict[str, float]:
-        """The energy balance [J]."""
-        return self.budget.energies()
+        """The energy balance [J], by entry."""
+        return Named("the energy balance has no entry", self.budget.energies())
 
     @property
     def is_balanced(self) -> bool:
@@ -414,16 +415,19 @@ class Simulation:
 
     def reactions(self) -> dict[str, np.ndarray]:
         """Impulses so far of the supports and motions that have a name, on what they constrain [N s], shape (3,)."""
-        return self.budget.reactions(self._support_names)
+        reactions = self.budget.reactions(self._support_names)
+        return Named("this simulation has no reaction of", reactions)
 
     def angular_reactions(self) -> dict[str, np.ndarray]:
         """Angular impulses so far of the motions of rigid bodies about their centres of mass [N m s], shape (3,), by name."""
-        return {name: np.array(impulse) for name, impulse in self.budget.turning_impulses.items()}
+        turning = {name: np.array(impulse) for name, impulse in self.budget.turning_impulses.items()}
+        return Named("this simulation has no torque of", turning)
 
     def conservation(self) -> dict[str, float]:
         """Relative errors of mass, momentum and energy; of momentum only where the impulses of the last step are known too."""
         errors = self.budget.conservation(self.bodies)
-        return {name: error for name, error in errors.items() if self.is_balanced or name != "momentum"}
+        known = {name: error for name, error in errors.items() if self.is_balanced or name != "momentum"}
+        return Named("this simulation has no conservation error of", known)
 
     @property
     def outflow(self) -> dict[str, float]:

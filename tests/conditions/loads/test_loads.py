@@ -4,13 +4,18 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
+from registries import forgotten_afterwards
 from small_cases import advance, box, simulation
+from solids import block
 
 from pellucid.conditions.loads.body_force import BodyForce
-from pellucid.conditions.loads.contract import Load, PointsView, checked_forces
+from pellucid.conditions.loads.contract import Load, checked_forces
+from pellucid.conditions.loads.points_view import PointsView
 from pellucid.energy import FIRST_LOAD, Channel, WorkLayout
 from pellucid.errors import CaseError, RunStopped
 from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.registry import register
+from pellucid.simulation.simulation import Simulation
 
 
 class Body:
@@ -21,8 +26,13 @@ class Body:
         shapes = {"position": (n, 3), "velocity": (n, 3), "mass": (n,), "volume": (n,)}
         random = np.random.default_rng(0)
         self.arrays = {key: random.random(shape) for key, shape in shapes.items()}
+        self.arrays["id"] = np.arange(n)
         self.n_points = n
+        self.is_surface = False
         self.forces: dict[int, np.ndarray] = {}
+
+    def order(self):
+        return slice(None)
 
     def volumes(self):
         return self.arrays["volume"]
@@ -34,11 +44,11 @@ class Body:
 def test_what_a_load_sees_of_the_points():
     body = Body()
     points = PointsView(body)
-    for name in ("position", "velocity", "mass", "volume"):
+    for name in ("id", "position", "velocity", "mass", "volume"):
         seen = getattr(points, name)
         assert np.shares_memory(seen, body.arrays[name])
         with pytest.raises(ValueError, match="read-only"):
-            seen += 1.0
+            seen += 1
         assert body.arrays[name].flags.writeable
 
 
@@ -48,6 +58,7 @@ def begin(bodies, loads, time):
     assembly = Assembly({body.name: AssembledBody(body, None, None) for body in bodies}, (), layout)
     for kind in dict.fromkeys(type(load) for load in loads):
         for part in kind.activate([load for load in loads if type(load) is kind], assembly):
+            part.try_out()
             part.begin(time, 0.1)
 
 
@@ -105,6 +116,78 @@ def test_forces_that_are_none_stop_the_run(forces, words):
     with pytest.raises(CaseError, match="`forces`") as refused:  # before anything is written
         begin([Body()], [Strange(body="block")], 0.2)
     assert refused.value.problems[0].key == "load.0"
+
+
+def pushed(load, time):
+    """The forces of a load on a body at a time [N]."""
+    body = Body()
+    begin([body], [load], time)
+    return body.forces[FIRST_LOAD]
+
+
+def test_a_load_of_a_user_rises_and_has_an_amplitude_without_a_word_in_it():
+    whole, body = Spring(body="block"), Body()
+    assert np.array_equal(pushed(whole, 0.25), -0.25 * body.arrays["position"])
+    assert np.array_equal(pushed(Spring(body="block", rise=0.5), 0.25), -0.125 * body.arrays["position"])
+    falling = {"times": (0.0, 1.0), "shares": (1.0, 0.0)}
+    assert np.array_equal(pushed(Spring(body="block", amplitude=falling), 0.25), -0.75 * 0.25 * body.arrays["position"])
+    with pytest.raises(ValueError, match="`rise` and `amplitude` both say"):
+        Spring(body="block", rise=0.5, amplitude=falling)
+
+
+def test_keys_that_a_load_declares_itself_are_its_own():
+    class Swinging(Load):
+        kind: Literal["swinging"] = "swinging"
+        amplitude: float = 2.0
+        where: str = "somewhere"
+
+        def forces(self, points: PointsView, time: float) -> np.ndarray:
+            return self.amplitude * np.ones_like(points.position)
+
+    assert (pushed(Swinging(body="block"), 0.25) == 2.0).all()
+    assert (pushed(Swinging(body="block", rise=0.5), 0.25) == 1.0).all()
+
+
+RIGHT = {"box": {"lower": (2.0, 0.0, 0.0), "upper": (4.0, 4.0, 4.0)}}
+
+
+def test_a_load_of_a_user_acts_where_it_is_told():
+    """On points that the grid has sorted, as the load of the package on the same region."""
+    with forgotten_afterwards():
+
+        @register
+        class Even(Load):
+            kind: Literal["even"] = "even"
+
+            def forces(self, points: PointsView, time: float) -> np.ndarray:
+                return np.full_like(points.position, 1.0 / 32.0)
+
+        loads = {"kind": "even", "where": RIGHT}, {"kind": "point-load", "where": RIGHT, "force": (1.0, 1.0, 1.0)}
+        one, other = (
+            advance(simulation(box((1, 1, 1), (3, 3, 3)), step=2e-3, load=[load | {"body": "block"}]), 5) for load in loads
+        )
+        far = {"box": {"lower": (3.5, 0.0, 0.0), "upper": (4.0, 4.0, 4.0)}}
+        with pytest.raises(CaseError, match="where") as refused:
+            simulation(box((1, 1, 1), (3, 3, 3)), load=[{"kind": "even", "body": "block", "where": far}])
+    assert refused.value.problems[0].key == "load.0.where"
+    assert np.array_equal(one.bodies[0].frame()["velocity"], other.bodies[0].frame()["velocity"])
+    assert one.energies()["load_work"] == other.energies()["load_work"] > 0.0
+
+
+def test_loads_are_tried_when_all_bodies_are_complete():
+    """A solid on its own nodes has its masses only then."""
+    with forgotten_afterwards():
+
+        @register
+        class Weighed(Load):
+            kind: Literal["weighed"] = "weighed"
+
+            def forces(self, points: PointsView, time: float) -> np.ndarray:
+                return points.mass[:, None] / points.mass.sum() * np.ones(3)
+
+        sim = Simulation(block(load=[{"kind": "weighed", "body": "block", "rise": 0.0}]))
+        advance(sim, 2)
+    assert sim.momentum() == pytest.approx(np.full(3, sim.time), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["gravity_work", "spring_energy"])

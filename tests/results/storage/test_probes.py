@@ -51,9 +51,12 @@ class Body:
         self.fetched = []
         self.fields = dict(FRAME)
 
-    def field(self, name):
+    def stored_field(self, name):
         self.fetched.append(name)
         return self.fields[name]
+
+    def field(self, name):
+        return self.stored_field(name)[np.argsort(self.fields["id"])]
 
 
 def test_only_the_needed_arrays_are_fetched_each_once():
@@ -155,6 +158,23 @@ def test_what_users_register_is_read_like_any_other():
             RunStopped, match=r'the quantity "short" of body gas returns an array of shape \(2,\); .* of shape \(3,\)'
         ):
             ProbeReader([probe("short")]).read([body], {}, 0.0)
+
+
+def test_users_see_points_by_their_numbers_and_the_package_as_they_are_stored():
+    with forgotten_afterwards():
+
+        @reduction("first")
+        def first(values):
+            return values[0]
+
+        @quantity("number", unit="", meaning="number of a point")
+        def number(field):
+            return field("id")
+
+        asked = [probe("pressure", "first"), probe("number", "first"), probe("number", "max"), probe("pressure", "mean")]
+        assert ProbeReader(asked).read([Body()], {}, 0.0) == [5.0, 0.0, 2.0, 3.0]
+        assert [one.runs_users_code for one in asked] == [True, True, True, False]
+    assert not probe("angular_velocity", "max", "z").runs_users_code
 
 
 @pytest.mark.parametrize("name", ["mean", "nearest", "pressure"])

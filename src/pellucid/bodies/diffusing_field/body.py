@@ -157,7 +157,11 @@ class DiffusingField(NodalBody):
         """A field in the order of the nodes."""
         if name == "amount":
             return self.arrays["volume"] * self.arrays["concentration"]
-        return np.full(self.n_points, self._density) if name == "density" else self.arrays[name]
+        if name == "density":
+            return np.full(self.n_points, self._density)
+        if name not in self.arrays:
+            raise self.no_field(name)
+        return self.arrays[name]
 
     def cells(self) -> Cells:
         """Segments of the line, or triangles."""

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.film_forces import BuildableFilm
+from pellucid.bodies.fluid_film.film_forces import BuildableFilm, in_space
 from pellucid.bodies.fluid_film.geometry import FilmGeometry
 from pellucid.bodies.fluid_film.goals import Goals
 from pellucid.bodies.fluid_film.held_nodes import HeldNodes
@@ -33,7 +33,7 @@ class FilmCase(BuildableFilm, Protocol):
 
 
 class FluidFilm(NodalBody):
-    """A film, its nodes in the order of its geometry.
+    """A film, its nodes stored in the order of its geometry.
 
     Its state: `x`, the nodes in the coordinates of its geometry, and `part_mass`, which its parts have.
     """
@@ -51,7 +51,7 @@ class FluidFilm(NodalBody):
         part_mass = case.initial_density * self.balance.part_areas(o)
         n = len(x)
         self.arrays = {
-            "id": np.arange(n),
+            "id": case.numbers(),
             "position": np.zeros((n, 3)),
             "velocity": np.zeros((n, 3)),
             "mass": np.zeros(n),
@@ -74,6 +74,10 @@ class FluidFilm(NodalBody):
         self.totals = Totals()
         self._elapsed = 0.0
         self._show(o)
+
+    def order(self) -> np.ndarray:
+        """Where the nodes of its shape are stored."""
+        return np.argsort(self.arrays["id"])
 
     # conditions
 
@@ -186,7 +190,8 @@ class FluidFilm(NodalBody):
 
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the nodes of an earlier run."""
-        self.restore(state)
+        number = self.arrays["id"]
+        self.restore({name: array[number] if len(array) == len(number) else array for name, array in state.items()})
         self.renew_totals()
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -205,7 +210,7 @@ class FluidFilm(NodalBody):
 
     def cells(self) -> Cells:
         """Lines or triangles between its nodes."""
-        return self.geometry.cells()
+        return self.geometry.cells().renumbered(self.arrays["id"])
 
     @property
     def field_names(self) -> list[str]:
@@ -214,7 +219,23 @@ class FluidFilm(NodalBody):
 
     def field(self, name: str) -> np.ndarray:
         """A field at the nodes: what varies between them as means by area of the elements about each."""
+        try:
+            return self.stored_field(name)[self.order()]
+        except KeyError:
+            raise self.no_field(name) from None
+
+    def stored_field(self, name: str) -> np.ndarray:
+        """The same in the order of the geometry. Raises KeyError where there is no such field."""
         return self._fields.field(name)
+
+    def pressed_areas(self) -> np.ndarray:
+        """∫ N_I n dA about each node [m²], shape (n, 3)."""
+        o = self.geometry.operators(self.arrays["x"])
+        return in_space(self.balance.vector_areas(o), self.geometry.axes)[self.order()]
+
+    def surface_areas(self) -> np.ndarray:
+        """Shares of the nodes in the area of the film."""
+        return self._fields.areas(self.geometry.operators(self.arrays["x"]))[self.order()]
 
     def volumes(self) -> np.ndarray:
         """A film has none."""

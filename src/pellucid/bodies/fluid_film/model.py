@@ -19,7 +19,7 @@ from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.film_shapes import FilmShape
 from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
-from pellucid.geometry.spatial_order import side_by_side
+from pellucid.geometry.spatial_order import spatial_order
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyFilmMaterial
 from pellucid.model import Vector, parameter
@@ -108,6 +108,13 @@ class FluidFilmCase(BodyModel):
         places = self.shape.chosen().places()
         return Curve(len(places), self.radial, self.is_around), places
 
+    def numbers(self) -> np.ndarray:
+        """Of the nodes of its geometry, their places in the order of its shape, shape (n,): surfaces are spanned in an order by
+        place."""
+        if self.shape.surface is not None:
+            return spatial_order(self.shape.surface.triangulate().vertices)
+        return np.arange(len(self.positions()))
+
     def solver(self, geometry: "FilmGeometry", x: np.ndarray) -> "FilmSolver":
         """What finds the velocities of its nodes, which are at x [m] at the start, shape (n, d)."""
         if self.shape.surface is not None:
@@ -136,7 +143,7 @@ class FluidFilmCase(BodyModel):
     def sides(self) -> np.ndarray:
         """Corners of its elements at the start, shape (m, corners)."""
         if self.shape.surface is not None:
-            return side_by_side(self.shape.surface.triangulate()).triangles
+            return self.shape.surface.triangulate().triangles
         first = np.arange(len(self.positions()))
         return np.stack([first, np.roll(first, -1)], axis=1)
 
@@ -199,7 +206,7 @@ class FluidFilmCase(BodyModel):
     def positions(self) -> np.ndarray:
         """Of its nodes at the start [m], shape (n, 3)."""
         if self.shape.surface is not None:
-            return side_by_side(self.shape.surface.triangulate()).vertices
+            return self.shape.surface.triangulate().vertices
         places = self.shape.chosen().places()
         result = np.zeros((len(places), 3))
         result[:, [0, 1] if self.shape.span == "plane" else [0, 2]] = places
@@ -221,7 +228,7 @@ class FluidFilmCase(BodyModel):
     def standing(self, grid: GridCase) -> Standing:
         """Its nodes, and between those of a surface triangles."""
         if self.shape.surface is not None:
-            return Standing(*side_by_side(self.shape.surface.triangulate()))
+            return Standing(*self.shape.surface.triangulate())
         return Standing(self.positions(), np.zeros((0, 3), int))
 
     def n_points(self, grid: GridCase | None) -> float:

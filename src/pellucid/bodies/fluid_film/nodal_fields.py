@@ -54,6 +54,10 @@ class NodalFields:
             return self._at_nodes(o.area, forces.at_points(-forces.material.pressure(density)))
         raise KeyError(name)
 
+    def areas(self, o: Operators) -> np.ndarray:
+        """Shares of the nodes in the area of the film [m²], shape (n,)."""
+        return self._shared(o.area)
+
     def _distances(self) -> np.ndarray:
         """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
         places, mass = self._forces.geometry.places(self._arrays["x"]), self._arrays["mass"]

@@ -26,6 +26,7 @@ from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.surface_load import Traction
+from pellucid.state import of_owner
 
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
@@ -41,8 +42,9 @@ class FilmInFluid(BuildableFilm, Protocol):
 class FilmOnGrid(PointsOnGrid):
     """A film whose nodes are points of a velocity field.
 
-    Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. In the order of the geometry
-    it keeps `v`, with which they moved last, and `part_mass`, which its parts have.
+    Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. Their numbers are those of
+    the shape, `node` those of the geometry, in whose order it keeps `v`, with which they moved last, and `part_mass`, which its
+    parts have.
     """
 
     energy_kind = "strain"
@@ -74,11 +76,13 @@ class FilmOnGrid(PointsOnGrid):
         }
         self._fields = NodalFields(self.forces, self._film, is_around=False)
         self._fields.show(self._o)
-        position = in_space(x, self.geometry.axes)
+        position, numbers = in_space(x, self.geometry.axes), case.numbers()
+        self._numbers = numbers.copy()
         arrays = {
-            "id": np.arange(n),
+            "id": numbers,
+            "node": np.arange(n),
             "position": position,
-            "velocity": case.initial_velocity(position),
+            "velocity": case.initial_velocity(position[np.argsort(numbers)])[numbers],
             "mass": self._slice * self._film["mass"],
             "volume": np.zeros(n),
         }
@@ -93,9 +97,14 @@ class FilmOnGrid(PointsOnGrid):
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
-        prefix = "geometry/"
-        self.geometry.restore({name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)})
+        self.geometry.restore(of_owner("geometry", arrays))
         super().restore(arrays)
+        self._show()
+
+    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with the nodes of an earlier run."""
+        self.geometry.restore(of_owner("geometry", state))
+        super().take_up(state)
         self._show()
 
     # forces
@@ -118,7 +127,7 @@ class FilmOnGrid(PointsOnGrid):
 
     def _scatter(self, force: np.ndarray, target: np.ndarray) -> None:
         """Forces on the nodes of the film [N for each metre of depth of a curve], shape (n, d), to those of the grid."""
-        forces = self._slice * in_space(force, self.geometry.axes)[self.arrays["id"]]
+        forces = self._slice * in_space(force, self.geometry.axes)[self.arrays["node"]]
         scatter_vectors(self.n_slabs, self.mapped, forces, target)
 
     # motion
@@ -133,7 +142,7 @@ class FilmOnGrid(PointsOnGrid):
 
     def update_positions(self, dt: float) -> None:
         """New positions; nodes spread evenly; energies and the bound on the step."""
-        film, order, axes = self._film, self.arrays["id"], list(self.geometry.axes)
+        film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
         # by the velocity that strains points: in MUSL that of the points' own momentum
         transfer.update_positions(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, dt)
         if dt > 0.0:
@@ -155,7 +164,7 @@ class FilmOnGrid(PointsOnGrid):
 
     def _spread(self, moved: np.ndarray) -> None:
         """Move nodes along the film; what flows between them takes its mass along, and momentum in all stays what it was."""
-        film, points, order = self._film, self.points, self.arrays["id"]
+        film, points, order = self._film, self.points, self.arrays["node"]
         x, film["part_mass"][:] = self.geometry.redistributed(film["x"], film["part_mass"], moved)
         stay = np.array_equal(x, film["x"])
         film["x"][:] = x
@@ -203,17 +212,21 @@ class FilmOnGrid(PointsOnGrid):
 
     def vector_areas(self) -> np.ndarray:
         """∫ N_I n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
-        return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["id"]]
+        return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["node"]]
+
+    def surface_areas(self) -> np.ndarray:
+        """Shares of the nodes in the area of the film."""
+        return self._slice * self._fields.areas(self._o)[np.argsort(self._numbers)]
 
     def cells(self) -> Cells:
         """Lines or triangles between its nodes."""
-        return self.geometry.cells()
+        return self.geometry.cells().renumbered(self._numbers)
 
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
         return list(FIELDS)
 
-    def field(self, name: str) -> np.ndarray:
+    def stored_field(self, name: str) -> np.ndarray:
         """A field in the order in which the nodes are stored at the moment."""
-        return super().field(name) if name in OF_POINTS else self._fields.field(name)[self.arrays["id"]]
+        return super().stored_field(name) if name in OF_POINTS else self._fields.field(name)[self.arrays["node"]]

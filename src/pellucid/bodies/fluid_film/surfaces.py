@@ -15,8 +15,9 @@ from pellucid.geometry.triangulation import Triangulation
 def film_surface(mesh: Triangulation, interpolation: RadialModel | Literal["loop"]) -> tuple[TriangleSurface, np.ndarray]:
     """The geometry of a film through the vertices of a closed mesh with normals outward, and its nodes [m], shape (n, 3).
 
-    Nodes are ordered by place. Those of Loop surfaces are spread evenly along the surface, as curvature needs it. Raises
-    ValueError where the mesh is not closed, or has too few nodes for the stencils of radial functions.
+    Nodes stand in the order by place (`spatial_order`). Those of Loop surfaces are spread evenly along the surface, as
+    curvature needs it. Raises ValueError where the mesh is not closed, or has too few nodes for the stencils of radial
+    functions.
     """
     ordered = side_by_side(mesh)
     if interpolation != "loop":

@@ -134,7 +134,7 @@ class MaterialPoints(PointsOnGrid):
         """Find the totals of the state as it is."""
         super().renew_totals()
         if not self._strains:  # else straining finds it
-            self.totals.stored = float(np.sum(self.field("stored_energy")))
+            self.totals.stored = float(np.sum(self.stored_field("stored_energy")))
 
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses of what the grid strains; where `move`, new positions."""
@@ -218,7 +218,7 @@ class MaterialPoints(PointsOnGrid):
         if not gone.any():
             return None
         there = {name: self._there(name) for name in self.arrays}
-        stored, dissipated = self.field("stored_energy"), "dissipated_energy" in there
+        stored, dissipated = self.stored_field("stored_energy"), "dissipated_energy" in there
         if dissipated:
             lost = there["mass"] * there["dissipated_energy"]
             self.totals.parts["dissipated"] -= float(np.sum(lost[gone]))
@@ -240,15 +240,15 @@ class MaterialPoints(PointsOnGrid):
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
-    def field(self, name: str) -> np.ndarray:
+    def stored_field(self, name: str) -> np.ndarray:
         """As for every body; pressure and stored energy are those of the law."""
         if name == "pressure":
-            return point_pressures(self.law, self._state, self.field("density"))
+            return point_pressures(self.law, self._state, self.stored_field("density"))
         if name == "stored_energy":
-            return self._there("mass") * self.field(self.material.energy_field)
+            return self._there("mass") * self.stored_field(self.material.energy_field)
         if name == self.material.energy_field and name not in self.arrays:
-            return point_energies(self.law, self._state, self.field("density"))
-        return super().field(name)
+            return point_energies(self.law, self._state, self.stored_field("density"))
+        return super().stored_field(name)
 
 
 def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:

@@ -22,6 +22,7 @@ from pellucid.materials import Material
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
+from pellucid.users_code import file_of, is_own
 
 ZERO = (0.0, 0.0, 0.0)
 SOFT, HARD = 2, 4
@@ -187,6 +188,11 @@ class SeededBody(DampedModel):
         for added in added_velocities(self.name, self.initial, position):
             velocity += added
         return velocity
+
+    @property
+    def has_users_fields(self) -> bool:
+        """Whether any of its initial fields is of a user's kind: these are asked at its points alone, in their order."""
+        return not all(is_own(file_of(type(field))) for field in self.initial)
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Add the initial fields of the material's state to the arrays of the points, in place."""

@@ -89,10 +89,12 @@ def surface_of(
     begun = arrays["position"] if first is None else first[numbers]
     tree = cKDTree(begun)
     nearest = np.asarray(tree.query(place)[1])
-    velocity = model.initial_velocity(place)
+    if first is None and not model.has_users_fields:
+        velocity = model.initial_velocity(place)
+    else:
+        velocity = arrays["velocity"][nearest]
     if first is not None:
         place, area = carried(place, area, nearest, tree, arrays["position"])
-        velocity = arrays["velocity"][nearest]
     kind = RigidSurface if rigid else GridSurface
     surface = kind(arrays, mapped, numbers[nearest], place, area, spacing, load, velocity)
     surface.is_hard = hard

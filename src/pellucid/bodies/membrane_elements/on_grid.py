@@ -63,6 +63,10 @@ class ElementsOnGrid(PointsOnGrid):
         """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
         return self.surface.vector_areas(self.points.position)
 
+    def surface_areas(self) -> np.ndarray:
+        """Shares of the areas of the elements about each node."""
+        return self.surface.areas(self.places())
+
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
         back = np.argsort(self.arrays["id"])
@@ -120,8 +124,8 @@ class ElementsOnGrid(PointsOnGrid):
         """The fields that results show."""
         return list(FIELDS)
 
-    def field(self, name: str) -> np.ndarray:
+    def stored_field(self, name: str) -> np.ndarray:
         """A field in the order in which the nodes are stored at the moment; see `ElementSurface.field`."""
         if name in OF_NODES:
-            return super().field(name)
+            return super().stored_field(name)
         return self.surface.field(name, self.points.position, self.points.mass)

@@ -93,6 +93,10 @@ class MembraneElements(ExplicitNodes):
         """∫ N_K n dA about each node [m²], shape (n, 3)."""
         return self.surface.vector_areas(self.arrays["position"])
 
+    def surface_areas(self) -> np.ndarray:
+        """Shares of the areas of the elements about each node."""
+        return self.surface.areas(self.places())
+
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
         return self.surface.overlong(self.name, self.arrays["position"], self.grid, nodes) if self.grid else None
@@ -108,4 +112,9 @@ class MembraneElements(ExplicitNodes):
         """A field of the nodes; see `ElementSurface.field`."""
         if name == "kinetic_energy":
             return self.kinetic_energies()
-        return self.arrays[name] if name in OF_NODES else self.surface.field(name, self.arrays["position"], self.arrays["mass"])
+        if name in OF_NODES:
+            return self.arrays[name]
+        try:
+            return self.surface.field(name, self.arrays["position"], self.arrays["mass"])
+        except KeyError:
+            raise self.no_field(name) from None

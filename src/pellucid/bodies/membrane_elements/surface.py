@@ -127,6 +127,11 @@ class ElementSurface:
         self.add_pressure_forces(position, 1.0, areas)
         return areas
 
+    def areas(self, place: np.ndarray) -> np.ndarray:
+        """Equal shares of the areas of the elements about each node [m²], shape (n,), for nodes at these places [m], shape
+        (n, 3), in the order of the mesh; in plane problems of the slice."""
+        return self._slice * self.mesh.at_nodes(self.mesh.areas(place))
+
     def overlong(self, name: str, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
         """Where elements of body `name` with nodes at these places [m], shape (n, 3), have outgrown the cells."""
         what = f"body {name} touches another, its element"

@@ -15,7 +15,7 @@ from pellucid.bodies.membrane_slice import slice_factor
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.prestretch import prestretch
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.cells import Cells, vector_areas
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.grid.velocity_field import VelocityField
@@ -134,6 +134,16 @@ class MembranePoints(PointsOnGrid):
         """Vector areas [m²], shape (n, 3), in the order in which points are stored; in plane problems those of the slice."""
         thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
+
+    def pressed_areas(self) -> np.ndarray:
+        """A third of the vector area of each triangle about a point, as a pressure has it."""
+        thirds = np.repeat(self._slice / 3.0 * vector_areas(self.places(), self._triangles), 3, axis=0)
+        corners = self._triangles.ravel()
+        return np.stack([np.bincount(corners, part, self.n_points) for part in thirds.T], axis=1)
+
+    def surface_areas(self) -> np.ndarray:
+        """A third of the area of each triangle about a point."""
+        return self._slice * area_shares(self.places(), self._triangles)
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes."""

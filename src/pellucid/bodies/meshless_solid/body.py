@@ -344,4 +344,6 @@ class MeshlessSolid(ExplicitNodes):
             return np.asarray(self._functions.at_nodes @ self.arrays["velocity"])
         if name in MOTION:
             return self.arrays[name]
+        if name not in (*self.field_names, "stored_energy"):
+            raise self.no_field(name)
         return nodal_field(name, self.mesh, self.solid, self._forces.at_points, self._law, self._density)

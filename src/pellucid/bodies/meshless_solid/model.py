@@ -76,7 +76,11 @@ class MeshlessSolidCase(DampedModel):
     def mesh_in_order(self) -> SimplexMesh:
         """Its mesh, with the tetrahedra in an order in which neighbours stand near each other."""
         mesh = self.mesh.mesh()
-        return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))], mesh.sets)
+        return SimplexMesh(mesh.nodes, mesh.cells[self._order_of_cells()], mesh.sets)
+
+    def _order_of_cells(self) -> np.ndarray:
+        mesh = self.mesh.mesh()
+        return spatial_order(mesh.nodes[mesh.cells].mean(axis=1))
 
     @property
     def averages_volume(self) -> bool:
@@ -192,8 +196,13 @@ class MeshlessSolidCase(DampedModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None:
-        """Stress at the start [Pa], shape (n, 6), at positions [m], shape (n, 3); None where there is none."""
-        return initial_stress(self.initial_stress, self.name, self.initial, position)
+        """Stress at the start [Pa], shape (n, 6), at the quadrature points of `mesh_in_order` [m], shape (n, 3); None where
+        there is none. Initial fields are asked in the order of the mesh as it is given."""
+        order = self._order_of_cells()
+        places = np.empty((len(order), self.points_per_cell, 3))
+        places[order] = position.reshape(places.shape)
+        stress = initial_stress(self.initial_stress, self.name, self.initial, places.reshape(position.shape))
+        return None if stress is None else stress.reshape(len(order), -1, 6)[order].reshape(-1, 6)
 
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of plane pressure and shear waves in its material at the start [m/s]."""

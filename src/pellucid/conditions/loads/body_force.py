@@ -1,20 +1,38 @@
 """An acceleration of one body."""
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.loads.contract import Load, PointsView
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.findings import Path
 from pellucid.model import Vector, parameter
+from pellucid.parts.active_condition import ActiveCondition
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
 
 
-class BodyForce(ChangesInTime, Load):
+class BodyForce(ChangesInTime, LoadModel):
     """A force on every mass: an acceleration of one body, as of a frame that speeds up the other way."""
 
     kind: Literal["body-force"] = "body-force"
     acceleration: Vector = parameter("m/s^2", "force on unit mass")
 
-    def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces [N], shape (n, 3)."""
-        return points.mass[:, None] * (self.share(time) * np.array(self.acceleration))
+    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+        """Its forces."""
+        return ActiveBodyForce(self, assembly)
+
+
+class ActiveBodyForce(ActiveCondition):
+    """An acceleration of a body that is built, on its points as they are stored."""
+
+    def __init__(self, load: BodyForce, assembly: "Assembly") -> None:
+        self._body, self._load = assembly.bodies[load.body].body, load
+        self._column = assembly.load_column(load.body, load.channel)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        acceleration = self._load.share(time) * np.array(self._load.acceleration)
+        self._body.add_external_force(self._body.arrays["mass"][:, None] * acceleration, self._column)

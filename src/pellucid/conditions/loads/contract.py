@@ -2,42 +2,29 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from inspect import get_annotations
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.loads.chosen_points import chosen_points, chosen_problems
+from pellucid.conditions.loads.points_view import PointsView
 from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, listed, refuse
+from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-from pellucid.users_code import WrongArray, as_array, failing_as, home_of, read_only
+from pellucid.users_code import WrongArray, as_array, failing_as, home_of
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
-    from pellucid.parts.body import Body
 
 OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
-
-
-class PointsView:
-    """The points or nodes of a body at the start of a step. The arrays are the body's own and cannot be written to.
-
-    position [m] and velocity [m/s], shape (n, 3); mass [kg], shape (n,).
-    """
-
-    def __init__(self, body: "Body") -> None:
-        self._body = body
-        self.position, self.velocity, self.mass = (read_only(body.arrays[name]) for name in ("position", "velocity", "mass"))
-
-    @cached_property
-    def volume(self) -> np.ndarray:
-        """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
-        return read_only(self._body.volumes())
 
 
 class LoadModel(Condition):
@@ -80,32 +67,65 @@ class LoadModel(Condition):
             yield Finding((*path, "body"), f"body {self.body} does not move: it has no inertia", "leave this load out")
 
 
-class Load(LoadModel):
-    """Forces on the points of a body at the start of each step. A new kind is a subclass with a `kind` of its own."""
+class Load(ChangesInTime, LoadModel):
+    """Forces on the points of a body at the start of each step. A new kind is a subclass with a `kind` of its own.
+
+    A kind that declares one of the keys that all loads have, such as `rise`, makes something else of it.
+    """
+
+    where: Where | None = parameter("", "which points of the body it acts on; without it all of them", None)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
+        """Find which keys it declares anew."""
+        super().__pydantic_init_subclass__(**arguments)
+        kinds = cls.__mro__[: cls.__mro__.index(Load)]
+        cls.declared_anew = frozenset(name for kind in kinds for name in get_annotations(kind))
 
     @abstractmethod
     def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]."""
+        """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]; of these a share acts that `rise` or
+        `amplitude` gives."""
+
+    @property
+    def region(self) -> Where | None:
+        """Where it acts, if not on all points."""
+        return None if "where" in self.declared_anew else self.where
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A body that is not there or has no points there."""
+        yield from super().problems(path, parts)
+        if self.region is not None:
+            yield from chosen_problems(self.region, self.body, path, parts)
 
     def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
-        """Its forces, tried before anything is written, so that a load that fails at once costs no earlier results."""
-        try:
-            checked_forces(self, PointsView(assembly.bodies[self.body].body), 0.0)
-        except RunStopped as error:
-            refuse([Finding(path, str(error))])
-        return ActiveLoad(self, assembly)
+        """Its forces."""
+        return ActiveLoad(self, assembly, path)
 
 
 class ActiveLoad(ActiveCondition):
     """A load on a body that is built."""
 
-    def __init__(self, load: Load, assembly: "Assembly") -> None:
-        self._body, self._load = assembly.bodies[load.body].body, load
+    def __init__(self, load: Load, assembly: "Assembly", path: Path) -> None:
+        member = assembly.bodies[load.body]
+        self._body, self._load, self._path = member.body, load, path
+        self._chosen = None if load.region is None else chosen_points(load.region, member, path)
         self._column = assembly.load_column(load.body, load.channel)
+
+    def try_out(self) -> None:
+        """Its forces at the start, so that a load that fails at once costs no earlier results."""
+        try:
+            checked_forces(self._load, PointsView(self._body), 0.0)
+        except RunStopped as error:
+            refuse([Finding(self._path, str(error))])
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        self._body.add_external_force(checked_forces(self._load, PointsView(self._body), time), self._column)
+        points = PointsView(self._body)
+        forces = self._load.share(time) * checked_forces(self._load, points, time)
+        if self._chosen is not None:
+            forces[~self._chosen[points.id]] = 0.0
+        self._body.add_external_force(points.as_stored(forces), self._column)
 
 
 def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
@@ -117,7 +137,7 @@ def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
     with failing_as(lambda why: stopped(f"fails in `forces` at t = {time:g} s: {why}"), load.forces):
         found = load.forces(points, time)
     try:
-        forces = as_array(found, (len(points.mass), 3), load.forces)
+        forces = as_array(found, (len(points.id), 3), load.forces)
     except WrongArray as error:
         raise stopped(f"gives no forces: `forces` {error}") from None
     if not np.isfinite(forces).all():

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.loads.chosen_points import chosen_points, chosen_problems
 from pellucid.conditions.loads.contract import LoadModel
-from pellucid.findings import Finding, Path, refuse
-from pellucid.geometry.region import Where, chosen_nodes, faults
+from pellucid.findings import Finding, Path
+from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
-from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -28,9 +28,7 @@ class PointLoad(ChangesInTime, LoadModel):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or has no such nodes."""
         yield from super().problems(path, parts)
-        body = parts.named(BodyModel, self.body)
-        if body is not None and (start := body.selectable()) is not None:
-            yield from faults(self.where, start, (*path, "where"), self.body, parts.active_axes)
+        yield from chosen_problems(self.where, self.body, path, parts)
 
     def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
         """Its forces."""
@@ -42,11 +40,9 @@ class ActivePointLoad(ActiveCondition):
 
     def __init__(self, load: PointLoad, assembly: "Assembly", path: Path) -> None:
         member = assembly.bodies[load.body]
-        self._body, self._load, start = member.body, load, member.body.selectable()
-        refuse(faults(load.where, start, (*path, "where"), load.body, member.active_axes))
-        self._share = np.zeros((self._body.n_points, 1))  # of the points by their `id`: sorting moves them
-        chosen = chosen_nodes(load.where, start, member.active_axes)
-        self._share[self._body.arrays["id"][chosen]] = 1.0 / chosen.sum()
+        self._body, self._load = member.body, load
+        chosen = chosen_points(load.where, member, path)
+        self._share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # of the points by their `id`: sorting moves them
         self._column = assembly.load_column(load.body, load.channel)
 
     def begin(self, time: float, dt: float) -> None:

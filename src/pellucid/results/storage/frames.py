@@ -95,6 +95,12 @@ def times(path: Path) -> np.ndarray:
         return np.asarray(file["VTKHDF/Steps/Values"][:])
 
 
+def names(path: Path) -> list[str]:
+    """The names of the fields, in their order in the file."""
+    with _whole(path), opened(_existing(path)) as file:
+        return list(file["VTKHDF/PointData"])
+
+
 def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
     """The fields of frame `index`, those of these names or all, each of shape (n,), (n, 3) or (n, 6). Raises IndexError where
     there is no such frame."""

@@ -1,6 +1,6 @@
 """Probes: a field of a body reduced to one number, or the mean force or torque of a support or motion."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from math import nan
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 
 from pellucid.case.probe import Fetch, Probe
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.findings import listed
+from pellucid.findings import absent
 from pellucid.state import COMPONENT_NAMES
 from pellucid.users_code import read_only
 
@@ -19,7 +19,8 @@ NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 class ProbeReader:
     """Reads the probes of a case. It remembers which points they follow, what they read at the start, and reactions.
 
-    `data` is what a checkpoint kept. Bodies have a `name` and a `field(name)`, whose points may stand in any order.
+    `data` is what a checkpoint kept. Users' functions get fields in the order of the points' numbers, those of the package as
+    they are stored: their sums need not be sorted first.
     """
 
     def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None) -> None:
@@ -33,11 +34,11 @@ class ProbeReader:
 
     def start(self, bodies: Sequence[Any]) -> None:
         """Take up the initial state."""
-        fetch = {body.name: _fields_of(body) for body in bodies}
+        fetch = _fetches(bodies)
         for probe in self._probes:
             if probe.body is None:
                 continue
-            field = fetch[probe.body]
+            field = fetch(probe)
             if probe.reduce == "point":
                 self._followed[probe.name] = int(field("id")[_nearest(field, probe.at)])
             if probe.change:
@@ -56,14 +57,14 @@ class ProbeReader:
         """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
         of supports and motions, `turning` angular impulses [N m s]; a reaction or torque is their mean since the row before,
         zero in the first row."""
-        fetch = {body.name: _fields_of(body) for body in bodies}
+        fetch = _fetches(bodies)
         values = []
         for probe in self._probes:
             if probe.body is None:
                 of, before = (turning, self._turning) if probe.quantity == "torque" else (impulses, self._impulses)
                 values.append(self._reaction(probe, of, before, time))
             else:
-                values.append(self._value(probe, fetch[probe.body]) - self._initial.get(probe.name, 0.0))
+                values.append(self._value(probe, fetch(probe)) - self._initial.get(probe.name, 0.0))
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
         self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
@@ -109,14 +110,25 @@ def check_probes(probes: Sequence[Probe], bodies: Sequence[Any]) -> None:
         raise CaseError(problems)
 
 
-def _fields_of(body: Any) -> Fetch:
+def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
+    """The fields of the body that a probe reads; each is worked out once for all probes that see it in one order."""
+    named = {body.name: body for body in bodies}
+
+    @cache
+    def of(name: str, in_order: bool) -> Fetch:
+        return _fields_of(named[name], named[name].field if in_order else named[name].stored_field)
+
+    return lambda probe: of(probe.body or "", probe.runs_users_code)
+
+
+def _fields_of(body: Any, field: Fetch) -> Fetch:
     """The fields of a body by name, each worked out once; they may be the body's own arrays and cannot be written to."""
 
     def fetch(name: str) -> np.ndarray:
         try:
-            return read_only(body.field(name))
+            return read_only(field(name))
         except KeyError:
-            raise ValueError(f"body {body.name} has no field `{name}`; it has {listed(body.field_names)}") from None
+            raise ValueError(absent(f"body {body.name} has no field", name, body.field_names)) from None
 
     return cache(fetch)
 

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid import catalogue
-from pellucid.errors import UsageError
+from pellucid.errors import UnknownName, UsageError
+from pellucid.findings import absent
 from pellucid.geometry.cells import Cells
+from pellucid.named import Named
 from pellucid.results.metrics import Metric
 from pellucid.results.storage import frames, history
 from pellucid.results.storage.run_folder import RunFolder
@@ -25,7 +27,8 @@ if TYPE_CHECKING:
 class Run:
     """What a run left in the folder `out`, which goes with this object if it is `temporary`.
 
-    Everything is read when it is first used.
+    Everything is read when it is first used. Names that are not there, of columns, fields, bodies and metrics, raise
+    `UnknownName`, a `UsageError` and `KeyError` that lists those that are.
     """
 
     def __init__(self, out: Path | str, temporary: bool = False) -> None:
@@ -51,12 +54,12 @@ class Run:
     @cached_property
     def history(self) -> dict[str, np.ndarray]:
         """Columns of `history.csv` by name, each of shape (rows,)."""
-        return history.read(self.folder.history)
+        return Named(self._without("the history", "column"), history.read(self.folder.history))
 
     @cached_property
     def units(self) -> dict[str, str]:
         """Units of the columns of the history ("1" for a pure number)."""
-        return history.read_units(self.folder.history)
+        return Named(self._without("the history", "column"), history.read_units(self.folder.history))
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -94,26 +97,31 @@ class Run:
         judge the run: settings may have made of the case what its reference does not cover.
         """
         module = catalogue.module(self.stored.id)
-        if module is None or not self.finished:
-            return {}
-        try:
-            return dict(module.metrics(self))
-        except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
-            warnings.warn(f"the metrics of {self.stored.id} do not apply to this run: {error}", stacklevel=2)
-            return {}
+        found: dict[str, Metric] = {}
+        if module is not None and self.finished:
+            try:
+                found = dict(module.metrics(self))
+            except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
+                warnings.warn(f"the metrics of {self.stored.id} do not apply to this run: {error}", stacklevel=2)
+        return Named(f"the run in {self.out} has no metric", found)
 
     def times(self, body: str) -> np.ndarray:
         """Instants of the frames of a body [s], shape (frames,). Raises `UsageError` for a body that the case does not have."""
         return frames.times(self._file(body))
 
     def fields(self, body: str, time: float | None = None, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Fields of a body at the frame nearest to `time` [s], the last by default; of `names` those that it has, or all.
+        """Fields of a body at the frame nearest to `time` [s], the last by default; those of these names, or all.
 
-        Shapes (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. Points keep their
-        order from frame to frame. Raises `UsageError` for a body that the case does not have, and for a time further than
-        half an interval between frames before the first or after the last.
+        Shapes (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. Points are in the order of the
+        body's mesh, of the vertices of its surface, or of its seeding, in every frame. Raises `UsageError` for a body or field
+        that the run does not have, and for a time further than half an interval between frames before the first or after the
+        last.
         """
-        return frames.read(self._file(body), -1 if time is None else self._nearest(body, time), names)
+        path, what = self._file(body), f"body {body} of the run in {self.out} has no field"
+        wanted = [names] if isinstance(names, str) else names
+        if wanted is not None and (unknown := set(wanted) - (known := dict.fromkeys(frames.names(path))).keys()):
+            raise UnknownName(absent(what, min(unknown, key=str), known))
+        return Named(what, frames.read(path, -1 if time is None else self._nearest(body, time), wanted))
 
     def cells(self, body: str) -> Cells:
         """Cells of a body, which number its points in the order of `fields`, the same at all times."""
@@ -122,6 +130,9 @@ class Run:
     def triangles(self, body: str) -> np.ndarray:
         """Triangles that show a membrane, shape (m, 3), see `Cells.surface`; bodies of points have none."""
         return self.cells(body).surface()
+
+    def _without(self, part: str, what: str) -> str:
+        return f"{part} of the run in {self.out} has no {what}"
 
     def _nearest(self, body: str, time: float) -> int:
         """The number of the frame nearest to a time [s]."""
@@ -136,7 +147,7 @@ class Run:
     def _file(self, body: str) -> Path:
         names = [known.name for known in self.stored.bodies]
         if body not in names:
-            raise UsageError(f"the run in {self.out} has no body `{body}`; its bodies are {', '.join(names)}")
+            raise UnknownName(absent(f"the run in {self.out} has no body", body, names))
         return self.folder.fields(body)
 
     def __repr__(self) -> str:

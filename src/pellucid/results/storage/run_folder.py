@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
@@ -11,6 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from pellucid.errors import UsageError
+from pellucid.named import Named
 from pellucid.results.metrics import Metric, finite
 from pellucid.results.storage import checkpoint, drawn, lock
 from pellucid.results.storage.files import OutputError, draft_of, explained, replacing, usable, write_text
@@ -184,11 +186,15 @@ class RunFolder:
             raise UsageError(f"there is no folder {self.path}")
         if not self.ended:
             raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
-        try:
-            return dict(json.loads(self.summary.read_text(encoding="utf-8")))
-        except ValueError:
+        found = None
+        with suppress(ValueError):
+            found = json.loads(
+                self.summary.read_text(encoding="utf-8"), object_hook=partial(Named, f"{self.summary} has no entry")
+            )
+        if not isinstance(found, dict):
             text = f"{self.summary} is damaged\n    remove it: `pellucid resume {self.path}` writes it again"
-            raise OutputError(text) from None
+            raise OutputError(text)
+        return found
 
     def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Leave why a run stopped itself, and its whole state. Raises OSError where this cannot be written."""

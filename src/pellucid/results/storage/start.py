@@ -148,7 +148,7 @@ def _words(value: Any) -> str:
 
 def _frame(run: Run, name: str, time: float) -> State:
     try:
-        fields = run.fields(name, time)
+        fields = dict(run.fields(name, time))
     except (UsageError, OutputError) as error:
         raise CaseError(Problem(str(error), "start.time", time)) from None
     if "density" in fields:

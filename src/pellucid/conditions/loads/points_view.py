@@ -1,0 +1,91 @@
+"""What users' loads see of the points of a body."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from pellucid.findings import absent
+from pellucid.users_code import read_only
+
+if TYPE_CHECKING:
+    from pellucid.parts.body import Body
+
+
+class PointsView:
+    """The points or nodes of a body at the start of a step: those that have not left the grid, in the order of their numbers,
+    which is that of the body's mesh, of the vertices of its surface, or of its seeding, however the grid sorts them.
+
+    position [m] and velocity [m/s], shape (n, 3); mass [kg] and the number `id`, shape (n,); of membranes also normals, areas
+    and triangles. The arrays cannot be written to.
+    """
+
+    def __init__(self, body: "Body") -> None:
+        self._body, self._order = body, body.order()
+
+    @cached_property
+    def id(self) -> np.ndarray:
+        """Numbers from 0 on, shape (n,), ascending."""
+        return self._seen("id")
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """[m], shape (n, 3)."""
+        return self._seen("position")
+
+    @cached_property
+    def velocity(self) -> np.ndarray:
+        """[m/s], shape (n, 3)."""
+        return self._seen("velocity")
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """[kg], shape (n,)."""
+        return self._seen("mass")
+
+    @cached_property
+    def volume(self) -> np.ndarray:
+        """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
+        return read_only(self._body.volumes()[self._order])
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """Of a membrane, the triangles of its surface, shape (m, 3): places of their corners in the arrays, counterclockwise
+        about the normal; quadrilaterals are cut in two."""
+        return read_only(self._membrane("triangles").cells().surface())
+
+    @cached_property
+    def vector_area(self) -> np.ndarray:
+        """Of a membrane, what a pressure of 1 Pa pushes with [m²], shape (n, 3); over a closed surface they add up to zero."""
+        return read_only(self._membrane("vector areas").pressed_areas())
+
+    @cached_property
+    def normal(self) -> np.ndarray:
+        """Of a membrane, the directions of these, shape (n, 3); zero where a point has none."""
+        size = np.linalg.norm(self.vector_area, axis=1, keepdims=True)
+        return read_only(np.divide(self.vector_area, size, out=np.zeros_like(self.vector_area), where=size > 0.0))
+
+    @cached_property
+    def area(self) -> np.ndarray:
+        """Of a membrane, the shares of the points in its area [m²], shape (n,)."""
+        return read_only(self._membrane("areas").surface_areas())
+
+    def as_stored(self, forces: np.ndarray) -> np.ndarray:
+        """What points in this order have, shape (n, 3), in that in which the body stores them; zeros for those that left."""
+        stored = np.zeros((self._body.n_points, 3))
+        stored[self._order] = forces
+        return stored
+
+    def _seen(self, name: str) -> np.ndarray:
+        return read_only(self._body.arrays[name][self._order])
+
+    def _membrane(self, what: str) -> "Body":
+        if not self._body.is_surface:
+            raise ValueError(f"body {self._body.name} is no membrane: it has no {what}")
+        return self._body
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(absent("`PointsView` has no", name, SEEN))
+
+
+SEEN = [name for name, part in vars(PointsView).items() if isinstance(part, cached_property)]

@@ -1,0 +1,23 @@
+"""What users look up by its name."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pellucid.errors import UnknownName
+from pellucid.findings import absent
+
+Value = TypeVar("Value")
+
+
+class Named(dict[str, Value]):
+    """A dictionary in which a name that is not there raises `UnknownName`, which lists those that are.
+
+    what: how the error begins, such as "the history has no column".
+    """
+
+    def __init__(self, what: str, values: Mapping[str, Value]) -> None:
+        super().__init__(values)
+        self._what = what
+
+    def __missing__(self, name: Any) -> Value:
+        raise UnknownName(absent(self._what, name, self))
