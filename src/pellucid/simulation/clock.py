@@ -35,6 +35,13 @@ class Clock:
         """The steps done and the time [s] from which on fixed steps have had the present length."""
         self.weight = 1.0
         """What the impulses of the last step count in the reactions so far."""
+        self.missed: str | None = None
+        """Why the run ends before its time with a state that is worth keeping."""
+
+    @property
+    def is_last_try(self) -> bool:
+        """Whether the run ends with the coming step unless this reaches what it is to reach."""
+        return False
 
     def next_step(self, bodies: Sequence[Body]) -> float:
         """The length of the coming step [s]; the last one ends at the end of the case.

@@ -23,5 +23,8 @@ class Observer(Protocol):
     def end(self, simulation: Any) -> None:
         """After the last step."""
 
+    def keep_last(self, simulation: Any) -> None:
+        """Keep the state as it is, from which the run does not go on."""
+
     def failed(self, simulation: Any, error: RunStopped) -> None:
         """When the run stopped itself."""

@@ -332,10 +332,15 @@ class Simulation:
                 if progress:
                     progress.begin("running", self.case.time.end if until is None else until)
                 while not self.clock.finished(until):
+                    if self.clock.is_last_try:
+                        recorder.checkpoint(self)
                     self._threads.before_step()
                     self.step()
                     self._threads.after_step()
                     recorder.after_step(self)
+                    if self.clock.missed is not None:
+                        recorder.keep_last(self)
+                        raise RunStopped(self.clock.missed, step=self.n_steps, time=self.time)
                     if caught:
                         recorder.checkpoint(self)
                         raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.errors import RunStopped
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.relaxable import SLOWER_LOADS, Relaxable
@@ -94,11 +93,19 @@ class SteadyClock(Clock):
         if self._quiet >= QUIET:
             self._reach()
         elif self._step >= self.steady.most_steps:
-            raise RunStopped(
+            self.missed = (
                 f"step {self.n_steps}, load step {self._equilibria + 1} of {self.steady.load_steps}: no steady state in "
                 f"steady.most_steps = {self.steady.most_steps} steps: the estimated error is {self.error:.3g} of the largest "
-                f"displacement, steady.tolerance = {self.steady.tolerance:g}; raise one of the two, or hold what can still move"
+                f"displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} of all forces are out "
+                "of balance; its last state is kept: `pellucid resume` with `--set steady.most_steps=...` or "
+                "`steady.tolerance=...` goes on from there, and `where` of a support holds what can still move"
             )
+            self._reach()
+
+    @property
+    def is_last_try(self) -> bool:
+        """Whether the coming step is the last one in which the state may become steady."""
+        return self._step == self.steady.most_steps - 1
 
     def _loads_at(self, step: int) -> float:
         """The time of the loads after so many steps of this load step [s]."""
@@ -156,9 +163,12 @@ class SteadyClock(Clock):
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells: steps of each load step, the estimated error, and the forces that are left, of all forces."""
+        return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": self._unbalanced()}}
+
+    def _unbalanced(self) -> float:
+        """The norm of the forces that are out of balance over that of all forces."""
         left, every = np.sqrt(np.square([body.unbalanced() for body in self._bodies]).sum(axis=0))
-        balance = float(left / every) if every > 0.0 else 0.0
-        return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": balance}}
+        return float(left / every) if every > 0.0 else 0.0
 
     def progress(self) -> float:
         """How far the loads are [s]."""

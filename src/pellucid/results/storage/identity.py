@@ -20,6 +20,7 @@ MAY_CHANGE = (
     *TEXTS,
     "output",
     *("time.end", "time.step", "time.courant", "settle.most_steps", "energy.warn", "energy.stop"),
+    *("steady.most_steps", "steady.tolerance"),
 )
 """Keys of a case that a run may go on with in another way than it began."""
 MOST_SHOWN = 5

@@ -93,13 +93,17 @@ class Recorder:
         finished = self.case.time.reached(sim.time)
         if not finished:  # an early stop: what is written below is not part of the run and is cut when it goes on
             self.checkpoint(sim)
+        self.keep_last(sim)
+        if finished:
+            self.checkpoint(sim)
+        self.facts = self._facts(sim)
+
+    def keep_last(self, sim: Any) -> None:
+        """A last row and frame, where the last step wrote none."""
         if self._rows.last_step != sim.n_steps:
             self._write_row(sim)
         if self._frames.last_step != sim.n_steps:
             self._write_frame(sim)
-        if finished:
-            self.checkpoint(sim)
-        self.facts = self._facts(sim)
 
     def checkpoint(self, sim: Any) -> None:
         """Write a checkpoint from which the run goes on bit for bit."""
