@@ -286,23 +286,10 @@ def test_a_mesh_is_made_once_while_its_file_does_not_change(meshlane, tmp_path):
 
 
 def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
-    sheet, second, brick = (tmp_path / f"{name}.vtk" for name in ("sheet", "second", "brick"))
+    sheet = tmp_path / "sheet.vtk"
     meshlane.write(str(sheet), meshlane.Mesh(np.eye(3), [("triangle", np.array([[0, 1, 2]]))]))
-    with pytest.raises(ValidationError, match=r"holds no tetrahedron; .* is filled by `mesh = \{ inside = "):
+    with pytest.raises(ValidationError, match=r"no other solid element; .* is filled by `mesh = \{ inside = "):
         SolidFile(path=str(sheet))
-    nodes = np.random.default_rng(1).uniform(size=(10, 3))
-    meshlane.write(str(second), meshlane.Mesh(nodes, [("tetra10", np.arange(10)[None])]))
-    with pytest.raises(
-        ValidationError,
-        match=r"second-order tetrahedra \(tetra10\).* of four corners; save the mesh with elements of first order",
-    ):
-        SolidFile(path=str(second))
-    meshlane.write(str(brick), meshlane.Mesh(nodes, [("hexahedron", np.arange(8)[None])]))
-    with pytest.raises(
-        ValidationError,
-        match="holds cells of type hexahedron; a solid needs tetrahedra of four corners alone; mesh its volume with tetrahedra",
-    ):
-        SolidFile(path=str(brick))
     with pytest.raises(ValidationError, match=r"there is no file .*; a relative path starts from the folder of the case file"):
         SolidFile(path=str(tmp_path / "none.msh"))
     with pytest.raises(ValidationError, match=r"did you mean `sheet\.vtk`"):
@@ -334,11 +321,12 @@ def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(n
     assert problem.key == "body.cube.mesh.file"
     assert problem.text.startswith(f"{tmp_path / name} cannot be read as a mesh: ")
     assert reason in problem.text
-    assert problem.remedy == "save it as one of Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
+    again = "" if name == "poem.abc" else "write the file again with the program that made it, or "
+    assert problem.remedy == f"{again}save it as one of Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 
 
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
-    (tmp_path / "a.msh").write_text("")
+    (tmp_path / "a.msh").write_text("$MeshFormat")
     monkeypatch.setitem(sys.modules, "meshlane", None)
     with pytest.raises(ValueError, match=r"needs meshlane; pip install '\.\[mesh\]' in the clone"):
         SolidFile(path=str(tmp_path / "a.msh"))

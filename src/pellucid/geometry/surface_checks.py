@@ -13,6 +13,9 @@ FLATTEST = 1e-10  # area over the square of the longest edge; an element below i
 STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
 MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral, whose element is flat
 
+REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
+"""How a remedy ends that a program can apply."""
+
 Fault = tuple[str, str]
 
 
@@ -50,7 +53,7 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
         yield from holes
         if not (flipped or holes) and (volume := signed_volume(*mesh.triangulated())) < 0.0:
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
-            yield text, f"turn the {elements.many} round: of a file with `reverse`"
+            yield text, f"turn the {elements.many} round: of a file, `repair = true` or `reverse = true` does it"
 
 
 class _Elements:
@@ -97,24 +100,32 @@ def _lone(elements: _Elements) -> Iterator[Fault]:
     lone = np.flatnonzero(np.bincount(elements.edges[:, 0], minlength=len(elements.vertices)) == 0)
     if len(lone):
         text = f"{_count(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
-        yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", "remove them"
+        yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", f"remove them: {REPAIR}"
 
 
 def _empty(elements: _Elements) -> Iterator[Fault]:
-    small = []
-    for corners in (elements.quads, elements.triangles):
-        places = elements.vertices[corners]
-        longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
-        small.append(np.linalg.norm(_vector_area(places), axis=1) <= FLATTEST * longest**2)
-    found = np.flatnonzero(np.concatenate(small))
+    empty = empty_elements(Mesh(elements.vertices, elements.quads, elements.triangles))
+    found = np.flatnonzero(empty)
     if len(found):
         text = f"{elements.count(len(found), 'has', 'have')} no area, the first is number {found[0]}"
-        yield text + _place(elements.corner(found[0])), "remove them, and join their corners where they are one"
-    collapsed = np.flatnonzero(np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~small[0])
+        yield text + _place(elements.corner(found[0])), f"remove them, and join their corners where they are one: {REPAIR}"
+    collapsed = np.flatnonzero(
+        np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~empty[: elements.first_triangle]
+    )
     if len(collapsed):
         text = f"{_count(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
         place = _place(elements.corner(collapsed[0]))
-        yield f"{text}, the first is number {collapsed[0]}{place}", "make triangles of them"
+        yield f"{text}, the first is number {collapsed[0]}{place}", f"make triangles of them: {REPAIR}"
+
+
+def empty_elements(mesh: Mesh) -> np.ndarray:
+    """Which elements have no area, the quadrilaterals first, shape (q + t,)."""
+    small = []
+    for corners in (mesh.quads, mesh.triangles):
+        places = mesh.vertices[corners]
+        longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+        small.append(np.linalg.norm(_vector_area(places), axis=1) <= FLATTEST * longest**2)
+    return np.concatenate(small)
 
 
 def _repeated(elements: _Elements) -> Iterator[Fault]:
@@ -127,7 +138,7 @@ def _repeated(elements: _Elements) -> Iterator[Fault]:
     if found:
         one, other = found[0]
         text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
-        yield text + _place(elements.corner(other)), f"keep each {elements.one} once"
+        yield text + _place(elements.corner(other)), f"keep each {elements.one} once: {REPAIR}"
 
 
 def _once(corners: np.ndarray) -> np.ndarray:
@@ -178,7 +189,7 @@ def _flipped(elements: _Elements) -> Iterator[Fault]:
             directed = directed[::-1]
         one, other = elements.owner[np.all(elements.edges == directed, axis=1)]
         text = f"neighbouring {elements.many} face opposite sides at {_count(len(same), 'edge', 'edges')}, for example numbers"
-        remedy = f"let all {elements.many} turn the same way about the normal"
+        remedy = f"let all {elements.many} turn the same way about the normal: {REPAIR}"
         yield f"{text} {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
 
 
@@ -187,7 +198,10 @@ def _holes(elements: _Elements) -> Iterator[Fault]:
     if len(rim):
         loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
         text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
-        remedy = "close it, or declare it open with `closed = false`"
+        remedy = (
+            "close it: of a file, `repair = true` with `close_holes = N` closes those of up to N edges, or `pellucid mesh FILE"
+        )
+        remedy += " --repair --close-holes N --out NEW`; or declare it open with `closed = false`"
         yield f"{text}, one of them {_between(rim[0])}{elements.place(rim[0])}", remedy
 
 

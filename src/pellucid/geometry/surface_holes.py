@@ -1,0 +1,91 @@
+"""Holes of a surface closed by triangles."""
+
+import numpy as np
+
+from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.triangulation import directed_edges
+
+FLATTEST = 1e-6  # area over the square of the longest edge, of a triangle that closes a hole
+
+
+def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
+    """The surface with its holes of up to so many edges closed by the triangles with the shortest sides."""
+    if most_edges < 3:
+        return mesh, []
+    edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+    there = {tuple(edge) for edge in edges.tolist()}
+    after: dict[int, list[int]] = {}
+    for a, b in sorted(there):
+        if (b, a) not in there:
+            after.setdefault(b, []).append(a)  # round the hole the other way
+    known = {frozenset(edge) for edge in there}
+    new: list[tuple[int, int, int]] = []
+    notes = []
+    for loop in _loops(after):
+        where = "near ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*mesh.vertices[loop].mean(axis=0))
+        if len(loop) > most_edges:
+            notes.append(f"a hole of {len(loop)} edges stays open, {where}")
+            continue
+        triangles = _cover(mesh.vertices, loop, known)
+        if triangles is None:
+            notes.append(f"a hole of {len(loop)} edges stays open, as no triangles fit into it, {where}")
+            continue
+        new += triangles
+        known |= {frozenset(pair) for a, b, c in triangles for pair in ((a, b), (b, c), (c, a))}
+        notes.append(f"a hole of {len(loop)} edges was closed, {where}")
+    triangles_of_holes = np.array(new, np.int64).reshape(-1, 3)
+    return Mesh(mesh.vertices, mesh.quads, np.concatenate([mesh.triangles, triangles_of_holes])), notes
+
+
+def _loops(after: dict[int, list[int]]) -> list[list[int]]:
+    """Rings of vertices round holes. Where holes touch at a vertex, each ring is left as soon as it comes back to one."""
+    loops = []
+    while after:
+        way = [next(iter(after))]
+        while True:
+            following = after.get(way[-1])
+            if not following:
+                break  # a rim that ends: elements there face opposite sides
+            step = following.pop()
+            if not following:
+                del after[way[-1]]
+            if step in way:
+                at = way.index(step)
+                if len(way) - at >= 3:
+                    loops.append(way[at:])
+                way = way[: at + 1]
+                if len(way) == 1 and step not in after:
+                    break
+                continue
+            way.append(step)
+    return loops
+
+
+def _cover(vertices: np.ndarray, loop: list[int], known: set[frozenset[int]]) -> list[tuple[int, int, int]] | None:
+    """Triangles within a ring of vertices with the least sum of squared sides, none of them flat and no side between vertices
+    that have one already; None where there are none (Barequet & Sharir 1995, Computer Aided Geometric Design 12, 207)."""
+    n, x = len(loop), vertices[loop]
+    cost, cut = np.zeros((n, n)), np.zeros((n, n), int)
+    for span in range(2, n):
+        for i in range(n - span):
+            k = i + span
+            middles = np.arange(i + 1, k)
+            sides = np.square(x[middles] - x[i]).sum(axis=1), np.square(x[k] - x[middles]).sum(axis=1)
+            base = float(np.square(x[k] - x[i]).sum())
+            area = 0.5 * np.linalg.norm(np.cross(x[middles] - x[i], x[k] - x[i]), axis=1)
+            flat = area <= FLATTEST * np.maximum(np.maximum(*sides), base)
+            total = np.where(flat, np.inf, cost[i, middles] + cost[middles, k] + sides[0] + sides[1] + base)
+            if (i, k) != (0, n - 1) and frozenset((loop[i], loop[k])) in known:
+                total[:] = np.inf
+            best = int(total.argmin())
+            cost[i, k], cut[i, k] = total[best], middles[best]
+    if not np.isfinite(cost[0, n - 1]):
+        return None
+    found, waiting = [], [(0, n - 1)]
+    while waiting:
+        i, k = waiting.pop()
+        if k - i >= 2:
+            j = int(cut[i, k])
+            found.append((loop[i], loop[j], loop[k]))
+            waiting += [(i, j), (j, k)]
+    return found

@@ -1,0 +1,96 @@
+"""Elements of a surface turned alike, closed pieces outward."""
+
+import numpy as np
+
+from pellucid.geometry.enclosure import inside, signed_volume
+from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.triangulation import directed_edges, pieces
+
+
+def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Neighbours turned the same way, by turning the fewer elements of each piece; a piece with one side stays as it is."""
+    one, other, against = _neighbours(mesh)
+    n = len(mesh.quads) + len(mesh.triangles)
+    piece = pieces(np.stack([one, other], axis=1), n)
+    # every element twice, as it is and turned; a link leads between the two ways that fit together
+    way = pieces(
+        np.concatenate([np.stack([one, other + against * n], axis=1), np.stack([one + n, other + ~against * n], axis=1)]), 2 * n
+    )
+    turned = way[:n] != way[piece]
+    one_sided = np.unique(piece[way[:n] == way[n:]])
+    turned[np.isin(piece, one_sided)] = False
+    often = np.bincount(piece, turned, n) > 0.5 * np.bincount(piece, minlength=n)
+    turned = (turned != often[piece]) & ~np.isin(piece, one_sided)
+    notes = []
+    centres = mesh.centres()
+    if turned.any():
+        many = int(turned.sum())
+        where = _place(centres[np.flatnonzero(turned)[0]])
+        notes.append(
+            f"{'1 element was' if many == 1 else f'{many} elements were'} turned to face as their neighbours, the first {where}"
+        )
+    notes += [f"the piece {_place(centres[first])} has one side, as a Möbius strip: it stays as it is" for first in one_sided]
+    return _turned(mesh, turned), notes
+
+
+def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Closed pieces turned outward, those inside an odd number of others inward: they are holes."""
+    one, other, against = _neighbours(mesh)
+    n, first = len(mesh.quads) + len(mesh.triangles), len(mesh.quads)
+    piece = pieces(np.stack([one, other], axis=1), n)
+    sides = np.concatenate([np.full(first, 4), np.full(n - first, 3)])
+    met = np.bincount(np.concatenate([one, other]), minlength=n)
+    is_open = np.unique(piece[met != sides])
+    twisted = np.unique(piece[one[against]])
+    closed = np.setdiff1d(np.unique(piece), np.union1d(is_open, twisted))
+    parts = {}
+    for name in closed.tolist():
+        own = piece == name
+        triangles = Mesh(mesh.vertices, mesh.quads[own[:first]], mesh.triangles[own[first:]]).triangulated().triangles
+        places = mesh.vertices[triangles].reshape(-1, 3)
+        parts[name] = triangles, places.min(axis=0), places.max(axis=0)
+    turned, notes = np.zeros(n, bool), []
+    for name, (triangles, low, high) in parts.items():
+        around = sum(
+            bool(
+                (lower <= low).all()
+                and (high <= upper).all()
+                and inside(mesh.vertices[triangles[:1, 0]], mesh.vertices, others)[0]
+            )
+            for which, (others, lower, upper) in parts.items()
+            if which != name
+        )
+        if (
+            signed_volume(mesh.vertices[np.unique(triangles)], np.unique(triangles, return_inverse=True)[1].reshape(-1, 3))
+            < 0.0
+        ) != around % 2:
+            turned[piece == name] = True
+            side = "inward, as it is a hole" if around % 2 else "outward"
+            notes.append(f"a closed piece was turned {side}, {_place(mesh.centres()[name])}")
+    return _turned(mesh, turned), notes
+
+
+def _neighbours(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The two elements at each edge that has two, and whether they face opposite sides, shape (k,) each."""
+    n, first = len(mesh.vertices), len(mesh.quads)
+    edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+    owner = np.concatenate([np.tile(np.arange(first), 4), np.tile(first + np.arange(len(mesh.triangles)), 3)])
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    key = low * n + high
+    order = np.argsort(key, kind="stable")
+    _, start, count = np.unique(key[order], return_index=True, return_counts=True)
+    start = start[count == 2]
+    one, other = order[start], order[start + 1]
+    return owner[one], owner[other], edges[one, 0] == edges[other, 0]
+
+
+def _turned(mesh: Mesh, turned: np.ndarray) -> Mesh:
+    quads, triangles = mesh.quads.copy(), mesh.triangles.copy()
+    of_quads, of_triangles = turned[: len(quads)], turned[len(quads) :]
+    quads[of_quads] = quads[of_quads][:, [0, 3, 2, 1]]
+    triangles[of_triangles] = triangles[of_triangles][:, ::-1]
+    return Mesh(mesh.vertices, quads, triangles)
+
+
+def _place(position: np.ndarray) -> str:
+    return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)
