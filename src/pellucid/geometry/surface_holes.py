@@ -13,15 +13,10 @@ def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
     if most_edges < 3:
         return mesh, []
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
-    there = {tuple(edge) for edge in edges.tolist()}
-    after: dict[int, list[int]] = {}
-    for a, b in sorted(there):
-        if (b, a) not in there:
-            after.setdefault(b, []).append(a)  # round the hole the other way
-    known = {frozenset(edge) for edge in there}
+    known = {frozenset(edge) for edge in edges.tolist()}
     new: list[tuple[int, int, int]] = []
     notes = []
-    for loop in _loops(after):
+    for loop in rims(mesh):
         where = "near ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*mesh.vertices[loop].mean(axis=0))
         if len(loop) > most_edges:
             notes.append(f"a hole of {len(loop)} edges stays open, {where}")
@@ -35,6 +30,17 @@ def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
         notes.append(f"a hole of {len(loop)} edges was closed, {where}")
     triangles_of_holes = np.array(new, np.int64).reshape(-1, 3)
     return Mesh(mesh.vertices, mesh.quads, np.concatenate([mesh.triangles, triangles_of_holes])), notes
+
+
+def rims(mesh: Mesh) -> list[list[int]]:
+    """The vertices of each ring of edges that have one element only, against the turn of the elements: holes and rims."""
+    edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+    key = edges.min(axis=1) * len(mesh.vertices) + edges.max(axis=1)
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
+    after: dict[int, list[int]] = {}
+    for a, b in edges[first[count == 1]].tolist():
+        after.setdefault(b, []).append(a)
+    return _loops(after)
 
 
 def _loops(after: dict[int, list[int]]) -> list[list[int]]:
