@@ -308,7 +308,7 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     [
         ("poem.msh", "a poem", "it does not hold what .msh files do"),
         ("foo.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET FOO\n", "not FOO"),
-        ("cut.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2\n", "its text breaks off or is damaged"),
+        ("cut.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2\n", "it breaks off or is damaged"),
         ("poem.abc", "a poem", "no format of meshes has the ending .abc"),
     ],
 )

@@ -66,10 +66,14 @@ def solid_of(path: str, contents: Contents, repair: bool) -> tuple[SimplexMesh, 
         contents, notes = _merged(contents)
     cells, cut = tetrahedra(contents.blocks)
     n_own = sum(len(block.nodes) for block in contents.blocks if block.kind == "tetra")
+    if not len(cells):
+        raise Refusal(f"{path} holds solid elements that all have a corner twice, and so no volume", "save the mesh again")
     mesh, turned = upright(SimplexMesh(contents.points, cells, _sets(contents)), n_own)
     if not repair:
         return mesh, [*cut, *turned]
     mesh, mended = repaired(mesh)
+    if not len(mesh.cells):
+        raise Refusal(f"the repair leaves nothing of {path}: none of its tetrahedra has a volume", "save the mesh again")
     return mesh, [*notes, *cut, *turned, *mended]
 
 

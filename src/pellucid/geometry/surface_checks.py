@@ -7,6 +7,7 @@ import numpy as np
 from pellucid.geometry.cells import cut_in_two
 from pellucid.geometry.enclosure import signed_volume
 from pellucid.geometry.mesh import NO_QUADS, Mesh
+from pellucid.geometry.surface_holes import rims
 from pellucid.geometry.triangulation import directed_edges, pieces
 
 FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
@@ -198,10 +199,9 @@ def _holes(elements: _Elements) -> Iterator[Fault]:
     if len(rim):
         loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
         text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
-        remedy = (
-            "close it: of a file, `repair = true` with `close_holes = N` closes those of up to N edges, or `pellucid mesh FILE"
-        )
-        remedy += " --repair --close-holes N --out NEW`; or declare it open with `closed = false`"
+        largest = max(map(len, rims(Mesh(elements.vertices, elements.quads, elements.triangles))), default=len(rim))
+        remedy = f"close it: of a file, `repair = true` with `close_holes = {largest}` does it, or `pellucid mesh FILE --repair"
+        remedy += f" --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
         yield f"{text}, one of them {_between(rim[0])}{elements.place(rim[0])}", remedy
 
 

@@ -66,7 +66,7 @@ def _check(contents: Contents) -> None:
     nowhere = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(nowhere):
         where = ", ".join(f"{x:.6g}" for x in points[nowhere[0]])
-        raise Damaged(f"point {nowhere[0]}, counted from 0, is at ({where}), and no coordinate is beyond {FARTHEST:g}")
+        raise Damaged(f"point {nowhere[0]}, counted from 0, is at ({where}): coordinates are numbers up to {FARTHEST:g}")
     for block in contents.blocks:
         if block.nodes.dtype.kind not in "iu":
             continue
