@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from boundaries import boundary_edges
 from pydantic import ValidationError
+from scipy.spatial import cKDTree
 
 from pellucid.geometry.crossing import self_crossing
+from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.files.writing import write_surface
+from pellucid.geometry.inside_mesh import MOST_OFF
+from pellucid.geometry.mesh import NO_QUADS
 from pellucid.geometry.quality import dihedral_angles
 from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
-from pellucid.geometry.surfaces import Icosphere
+from pellucid.geometry.surfaces import Icosphere, Surface
 from pellucid.geometry.triangulation import Triangulation
 
 RADIUS = 0.5
@@ -71,6 +76,26 @@ def test_a_box_keeps_its_edges_and_tetrahedra_are_as_small_as_asked():
         assert mesh.volumes.sum() == pytest.approx(6.0, rel=1e-12)
         assert mesh.volumes.max() < 2.0 * size**3 / (6.0 * np.sqrt(2.0))  # TetGen moves nodes after the last refinement
         assert dihedral_angles(mesh.nodes, mesh.cells).min() > 3.0  # TetGen promises no bound; these have 4.8 and more
+
+
+@pytest.mark.parametrize("digits", [7, 6, 5, 3])
+@pytest.mark.parametrize("name", ["box", "cylinder"])
+def test_flat_parts_that_a_file_rounds_are_filled(tmp_path, name, digits):
+    """Where rounding bends flat parts by less than .1 degrees TetGen takes them for flat; else it keeps every edge."""
+    pytest.importorskip("tetgen")
+    shape = (
+        BOX if name == "box" else {"cylinder": {"start": (0, 0, 0), "end": (0, 0, 2), "radius": 0.5, "rings": 3, "along": 5}}
+    )
+    turned = Surface(**shape, rotate=[{"angle": 30}, {"axis": [1, 0, 0], "angle": 45}]).triangulate()
+    rounded = np.array([[float(f"{x:.{digits}g}") for x in place] for place in turned.vertices])
+    write_surface(tmp_path / "a.obj", ".obj", rounded, NO_QUADS, turned.triangles)
+    file = {"path": str(tmp_path / "a.obj"), "closed": True}
+    mesh = SolidMesh(inside={"surface": {"file": file}, "size": 0.5}).mesh()
+    volume = enclosed_volume(rounded, turned.triangles)
+    assert mesh.volumes.sum() == pytest.approx(volume, rel=MOST_OFF)
+    away = cKDTree(mesh.nodes).query(rounded)[0]
+    assert away.max() < 1e-12, "every vertex is a node"
+    assert list(solid_faults(mesh)) == []
 
 
 def test_a_piece_inside_another_is_a_hole(filled):

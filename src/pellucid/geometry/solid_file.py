@@ -15,6 +15,7 @@ from pellucid.geometry.one_place import same_place
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_repair import repaired, upright
 from pellucid.geometry.tetrahedral import Tetrahedral
+from pellucid.model import InputFile, parameter
 
 SOLID = ("tetra", "hexahedron", "wedge", "pyramid")
 BESIDE = ("vertex", "line", "triangle", "quad", "polygon")  # what a file may hold beside the elements of a solid
@@ -22,6 +23,8 @@ BESIDE = ("vertex", "line", "triangle", "quad", "polygon")  # what a file may ho
 
 class SolidFile(MeshFile, Tetrahedral):
     """A file of solid elements. Its sets of nodes, and the nodes of its sets and groups of faces and cells, have names."""
+
+    path: InputFile = parameter("", "Gmsh, VTK, Abaqus or Nastran file; a relative path starts from the case file's folder")
 
     @model_validator(mode="after")
     def _can_be_read(self) -> "SolidFile":

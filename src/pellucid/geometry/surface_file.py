@@ -13,7 +13,7 @@ from pellucid.geometry.files.read import SURFACES, read_file
 from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
 from pellucid.geometry.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.surface_repair import repaired
-from pellucid.model import parameter
+from pellucid.model import InputFile, parameter
 
 FLAT = ("quad", "triangle")
 BESIDE = ("vertex", "line")  # what a file may hold beside the elements of a surface
@@ -22,6 +22,7 @@ BESIDE = ("vertex", "line")  # what a file may hold beside the elements of a sur
 class SurfaceFile(MeshFile, Meshed):
     """A surface file. Vertices at the same place become one, as STL repeats them."""
 
+    path: InputFile = parameter("", "STL, OBJ, PLY, Gmsh or VTK file; a relative path starts from the case file's folder")
     close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0)
     closed: bool = parameter("", "whether the surface encloses a volume; then it must have no holes", False)
     reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)

@@ -26,9 +26,8 @@ def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
     if turned.any():
         many = int(turned.sum())
         where = _place(centres[np.flatnonzero(turned)[0]])
-        notes.append(
-            f"{'1 element was' if many == 1 else f'{many} elements were'} turned to face as their neighbours, the first {where}"
-        )
+        what = "1 element was turned to face as its" if many == 1 else f"{many} elements were turned to face as their"
+        notes.append(f"{what} neighbours, the first {where}")
     notes += [f"the piece {_place(centres[first])} has one side, as a Möbius strip: it stays as it is" for first in one_sided]
     return _turned(mesh, turned), notes
 

@@ -89,7 +89,7 @@ def test_nodes_between_corners_go_and_sets_are_numbered_anew(kind, corners, more
     assert len(found.node_sets["between"]) == 0
     assert np.array_equal(found.points[found.node_sets["one"]], points[element[:1]])
     [note] = found.notes
-    assert f"of higher order ({kind}) were read for their corners alone; {more} nodes between corners were left out" in note
+    assert f"of higher order ({kind}) was read for the corners alone; {more} nodes between corners were left out" in note
 
 
 def test_elements_of_first_order_are_left_as_they_are():

@@ -40,7 +40,8 @@ def first_order(contents: Contents) -> Contents:
             is_corner[corners.nodes] = True
         if base is not None and base != block.kind:
             is_between[block.nodes[:, CORNERS[base] :]] = True
-            notes.append(f"{counted(len(block.nodes), base)} of higher order ({block.kind}) were read for their corners alone")
+            verb = "was" if len(block.nodes) == 1 else "were"
+            notes.append(f"{counted(len(block.nodes), base)} of higher order ({block.kind}) {verb} read for the corners alone")
         blocks.append(corners)
     if not notes:
         return contents
@@ -76,7 +77,8 @@ def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
             pieces = np.concatenate([piece for pair in cut for piece in pair])
             apart = (np.diff(np.sort(pieces, axis=1), axis=1) > 0).all(axis=1)  # also of elements with corners drawn together
             found.append(pieces[apart])
-            notes.append(f"{counted(len(corners), block.kind)} were cut into {counted(int(apart.sum()), 'tetra')}")
+            verb = "was" if len(corners) == 1 else "were"
+            notes.append(f"{counted(len(corners), block.kind)} {verb} cut into {counted(int(apart.sum()), 'tetra')}")
     return np.concatenate(found).astype(np.int64), notes
 
 

@@ -46,7 +46,8 @@ def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarr
 
 
 def write_solid(path: Path, ending: str, nodes: np.ndarray, cells: np.ndarray, sets: Mapping[str, np.ndarray]) -> None:
-    """Write tetrahedra with their sets of nodes, in Gmsh's format as physical groups of points."""
+    """Write tetrahedra with their sets of nodes: in Gmsh's format as physical groups of points, in VTK's as arrays of 0 and 1,
+    whose names have no spaces."""
     _through_meshlane(path, ending, nodes, [("tetra", cells)], sets)
 
 
@@ -56,9 +57,12 @@ def _through_meshlane(
     import meshlane
 
     blocks = [block for block in cells if len(block[1])]
+    if ending == ".inp":
+        meshlane.write(str(path), meshlane.Mesh(points, blocks, point_sets=dict(sets)), file_format=BY_MESHLANE[ending])
+        return
     if ending != ".msh":
-        mesh = meshlane.Mesh(points, blocks, point_sets=dict(sets))
-        meshlane.write(str(path), mesh, file_format=BY_MESHLANE[ending])
+        marks = {"_".join(name.split()): np.isin(np.arange(len(points)), nodes).astype(int) for name, nodes in sets.items()}
+        meshlane.write(str(path), meshlane.Mesh(points, blocks, point_data=marks), file_format=BY_MESHLANE[ending])
         return
     numbers = [np.zeros(len(block[1]), np.int64) for block in blocks]
     for number, nodes in enumerate(sets.values(), 1):
