@@ -17,6 +17,8 @@ from pellucid.input_files import file_bytes
 
 SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
+HEAD = 1000
+"""Bytes that tell formats of one ending apart."""
 FARTHEST = 1e30
 """Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
 
@@ -48,16 +50,15 @@ def read_file(path: str, what: str, readable: str) -> Contents:
 
 
 def _read(path: str, ending: str) -> Contents:
-    if ending in BY_ENDING or ending in BY_BEGINNING:
-        data = file_bytes(path)
-        if not data.strip():
-            raise Damaged("it is empty")
-        if ending in BY_ENDING:
-            return BY_ENDING[ending](data)
-        applies, read = BY_BEGINNING[ending]
-        if applies(data):
-            return read(data)
-    return read_through_meshlane(path)
+    with Path(path).open("rb") as file:
+        head = file.read(HEAD)
+    if not head.strip():
+        raise Damaged("it is empty")
+    read = BY_ENDING.get(ending)
+    applies, of_beginning = BY_BEGINNING.get(ending, (None, None))
+    if applies is not None and applies(head):
+        read = of_beginning
+    return read_through_meshlane(path) if read is None else read(file_bytes(path))
 
 
 def _check(contents: Contents) -> None:

@@ -21,16 +21,14 @@ TYPES = {
     "vtktypeint64": "i8",
     "vtkidtype": "i8",
 }
-HEAD = 1000
-"""Bytes within which the kind of data set stands."""
 POLYGONS, STRIPS = "POLYGONS", "TRIANGLE_STRIPS"
 LISTS = (POLYGONS, STRIPS, "LINES", "VERTICES")
 ENDS = ("POINT_DATA", "CELL_DATA")
 
 
 def is_polydata(data: bytes) -> bool:
-    """Whether a file is of this kind."""
-    head = data[:HEAD].upper().split()
+    """Whether a file begins as one of this kind."""
+    head = data.upper().split()
     return head[:4] == [b"#", b"VTK", b"DATAFILE", b"VERSION"] and (b"DATASET", b"POLYDATA") in pairwise(head)
 
 
