@@ -202,7 +202,7 @@ def test_doubled_and_lone_parts_of_a_solid_are_left_out(tmp_path):
     solid([*BLOCK.cells, BLOCK.cells[4]], np.vstack([BLOCK.nodes, (9, 9, 9)]))(path)
     texts = [text for text, _ in SolidMesh(file={"path": str(path)}).faults()]
     assert ["belongs to no tetrahedron" in text or "is there twice" in text for text in texts] == [True, True]
-    with pytest.warns(UserWarning) as told:
+    with pytest.warns(UserWarning, match="left out") as told:
         found = SolidMesh(file={"path": str(path), "repair": True})
     assert "1 tetrahedron that is there again was left out, the first at (" in str(told[0].message)
     assert "1 node of no tetrahedron left out, the first at (9, 9, 9)" in str(told[1].message)

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from vtp_files import vtp
 
 from pellucid.findings import Refusal
 from pellucid.geometry.box_mesh import box_mesh
@@ -25,7 +26,7 @@ SOLIDS = {
     "nastran.bdf": ("nastran", {}),
     "medit.mesh": ("medit", {}),
 }
-SURFACES = ("drum.stl", "drum.obj", "drum.ply", "binary.stl", "binary.ply", "old.msh", "drum.vtk")
+SURFACES = ("drum.stl", "drum.obj", "drum.ply", "binary.stl", "binary.ply", "old.msh", "drum.vtk", "drum.vtp")
 WORDS = [b"nan", b"inf", b"-1", b"1e308", b"0", b"99999999999999999999", b"-7", b"1e-320", b"x", b"2147483648", b"1000000000"]
 BYTES = [b"\xff\xff\xff\xff", b"\x00\x00\x00\x00", b"\xff\xff\xff\x7f", b"\x00\x00\xc0\x7f"]
 ROUNDS = 12
@@ -60,6 +61,8 @@ def write(path):
         meshlane.write_points_cells(str(path), DRUM.vertices, tables, binary=True)
     elif path.name == "old.msh":
         path.write_text(old_gmsh(BOX.nodes, BOX.cells))
+    elif path.name == "drum.vtp":
+        path.write_bytes(vtp(DRUM.vertices, [*DRUM.quads.tolist(), *DRUM.triangles.tolist()], "zipped"))
     elif path.name == "drum.vtk":
         path.write_text(polydata(DRUM))
     else:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from vtp_files import vtp
 
 from pellucid.geometry.files.contents import Damaged
 from pellucid.geometry.files.gmsh1 import read_gmsh1
@@ -9,6 +10,7 @@ from pellucid.geometry.files.obj import read_obj
 from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.stl import FACET, read_stl
 from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
+from pellucid.geometry.files.vtp import read_vtp
 
 SQUARE = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
 VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -284,3 +286,32 @@ def test_binary_vtk_polydata():
 def test_what_is_wrong_with_vtk_polydata_is_named(old, new, reason):
     with pytest.raises(Damaged, match=reason):
         read_polydata(POLYDATA.replace(old, new, 1).encode())
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary", "appended", "zipped"])
+def test_vtk_polydata_in_xml(form):
+    data = vtp([*SQUARE, (0.5, 2, 0)], [[0, 1, 2, 3], [3, 2, 4]], form)
+    contents = read_vtp(data)
+    assert elements(contents) == MIXED
+    assert np.array_equal(contents.points[:4], SQUARE)
+
+
+@pytest.mark.parametrize(
+    ("form", "old", "new", "reason"),
+    [
+        ("ascii", b"<Points>", b"<Point>", "it is no XML from line 4 on"),
+        ("ascii", b'type="PolyData"', b'type="ImageData"', "no VTKFile of type PolyData"),
+        ("ascii", b"0 1 2 3", b"0 1 2 x", "something else stands where a whole number belongs"),
+        ("ascii", b"<?xml", b"<!DOCTYPE a><?xml", "it declares entities"),
+        ("ascii", b"4 7", b"4 9", "the places where its lists end do not ascend to their end"),
+        ("binary", b'"Float64"', b'"Float63"', "a type of numbers that VTK has not"),
+        ("appended", b'offset="0"', b'offset="99999"', "a table begins behind the end of the file"),
+        ("zipped", b"vtkZLibDataCompressor", b"vtkLZ4DataCompressor", "packed in another way than by zlib"),
+        ("zipped", b"x\x9c", b"x\x00", "a packed table is damaged"),
+    ],
+)
+def test_what_is_wrong_with_vtk_polydata_in_xml_is_named(form, old, new, reason):
+    data = vtp([*SQUARE, (0.5, 2, 0)], [[0, 1, 2, 3], [3, 2, 4]], form)
+    assert old in data
+    with pytest.raises(Damaged, match=reason):
+        read_vtp(data.replace(old, new, 1))

@@ -13,9 +13,10 @@ from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.stl import read_stl
 from pellucid.geometry.files.through_meshlane import read_through_meshlane
 from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
+from pellucid.geometry.files.vtp import read_vtp
 from pellucid.input_files import file_bytes
 
-SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtu)"
+SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 HEAD = 1000
 """Bytes that tell formats of one ending apart."""
@@ -23,7 +24,7 @@ FARTHEST = 1e30
 """Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
 
 Read = Callable[[bytes], Contents]
-BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply}
+BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".vtp": read_vtp}
 BY_BEGINNING: dict[str, tuple[Callable[[bytes], bool], Read]] = {
     ".msh": (is_gmsh1, read_gmsh1),
     ".vtk": (is_polydata, read_polydata),

@@ -52,7 +52,7 @@ def read_polydata(data: bytes) -> Contents:
             if key == POLYGONS:
                 faces += lists
             elif key == STRIPS:
-                faces += [triangle for strip in lists for triangle in _triangles(strip)]
+                faces += [triangle for strip in lists for triangle in triangles_of_strip(strip)]
     if points is None:
         raise Damaged("it has no points")
     return Contents(f"VTK polydata, {'binary' if binary else 'text'}", points, flat_blocks(points, faces, "polygon"))
@@ -85,7 +85,7 @@ def _new_lists(source: "_Source", count: int, size: int, binary: bool) -> list[l
     return [part.tolist() for part in np.split(corners, ends[1:-1])] if len(ends) > 1 else []
 
 
-def _triangles(strip: list[int]) -> list[list[int]]:
+def triangles_of_strip(strip: list[int]) -> list[list[int]]:
     """The triangles of a strip, of which every second one turns the other way."""
     corners = zip(strip, strip[1:], strip[2:], strict=False)
     return [[a, b, c] if k % 2 == 0 else [b, a, c] for k, (a, b, c) in enumerate(corners)]

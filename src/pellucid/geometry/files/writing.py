@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.findings import Refusal
+from pellucid.geometry.cells import cut_in_two
 
 BY_MESHLANE = {".msh": "gmsh22", ".vtk": "vtk", ".vtu": "vtu", ".inp": "abaqus"}
 """Its names of formats that hold tetrahedra with sets, and surfaces."""
@@ -33,15 +34,18 @@ def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarr
         return
     elements = [*quads.tolist(), *triangles.tolist()]
     if ending == ".stl":
-        halves = [half for quad in quads.tolist() for half in (quad[:3], [quad[0], *quad[2:]])]
-        lines = ["solid mesh", *(_facet(vertices[corners]) for corners in [*halves, *triangles.tolist()]), "endsolid mesh"]
+        places = vertices[np.concatenate([cut_in_two(quads), triangles])]
+        normals = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+        facets = zip(normals.tolist(), places.tolist(), strict=True)
+        lines = ["solid mesh", *(_facet(normal, corners) for normal, corners in facets), "endsolid mesh"]
     elif ending == ".obj":
-        lines = [f"v {_words(place)}" for place in vertices]
+        lines = [f"v {_words(place)}" for place in vertices.tolist()]
         lines += ["f " + " ".join(str(corner + 1) for corner in corners) for corners in elements]
     else:
         lines = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}", *(f"property double {axis}" for axis in "xyz")]
         lines += [f"element face {len(elements)}", "property list uchar int vertex_indices", "end_header"]
-        lines += [*map(_words, vertices), *(" ".join(map(str, [len(corners), *corners])) for corners in elements)]
+        lines += [*map(_words, vertices.tolist()), *(" ".join(map(str, [len(corners), *corners])) for corners in elements)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
@@ -74,12 +78,10 @@ def _through_meshlane(
     meshlane.write(str(path), mesh, file_format=BY_MESHLANE[ending], binary=False)
 
 
-def _facet(places: np.ndarray) -> str:
-    normal = np.cross(places[1] - places[0], places[2] - places[0])
-    normal = normal / max(float(np.linalg.norm(normal)), np.finfo(float).tiny)
-    corners = "\n".join(f"  vertex {_words(place)}" for place in places)
-    return f" facet normal {_words(normal)}\n outer loop\n{corners}\n endloop\n endfacet"
+def _facet(normal: list[float], corners: list[list[float]]) -> str:
+    places = "\n".join(f"  vertex {_words(place)}" for place in corners)
+    return f" facet normal {_words(normal)}\n outer loop\n{places}\n endloop\n endfacet"
 
 
-def _words(place: np.ndarray) -> str:
-    return " ".join(repr(x) for x in place.tolist())
+def _words(place: list[float]) -> str:
+    return " ".join(map(repr, place))
