@@ -98,6 +98,41 @@ def test_flat_parts_that_a_file_rounds_are_filled(tmp_path, name, digits):
     assert list(solid_faults(mesh)) == []
 
 
+CLOSED = {
+    "icosphere": {"centre": (0, 0, 0), "radius": 1e-5, "refinements": 2},
+    "ellipsoid": {"centre": (0, 0, 0), "radii": (1, 0.5, 0.3), "refinements": 3},
+    "sphere": {"centre": (0, 0, 0), "radius": 2.0, "divisions": 4},
+    "box": {"lower": (0, 0, 0), "upper": (1, 2, 3), "points": (4, 5, 6)},
+    "cylinder": {"start": (0, 0, 0), "end": (1, 1, 1), "radius": 0.4, "rings": 4, "along": 7},
+    "cushion": {"centre": (0, 0, 0), "sides": (1, 1), "height": 0.3, "points": (9, 9)},
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_every_closed_surface_is_filled(name):
+    pytest.importorskip("tetgen")
+    surface = {name: CLOSED[name]}
+    triangles = Surface(**surface).triangulate()
+    extent, volume = float(np.ptp(triangles.vertices, axis=0).max()), enclosed_volume(*triangles)
+    inside = SolidMesh(inside={"surface": surface, "size": extent / 6})
+    assert list(inside.faults()) == []
+    assert inside.mesh().volumes.sum() == pytest.approx(volume, rel=1e-12)
+    filled = SolidMesh(fill={"shape": {"inside": {"surface": surface}}, "size": extent / 15})
+    assert list(filled.faults()) == []
+    assert filled.mesh().volumes.sum() == pytest.approx(volume, rel=0.1)
+
+
+def test_a_biconcave_surface_of_a_file_of_single_precision_is_filled(filled):
+    """A red cell (Evans & Fung 1972, Microvascular Research 4, 335) in micrometres."""
+    vertices, triangles = ball(3, 1.0)
+    away = np.hypot(vertices[:, 0], vertices[:, 1])
+    half = 0.5 * np.sqrt(np.maximum(1.0 - away**2, 0.0)) * (0.207 + 2.003 * away**2 - 1.123 * away**4)
+    cell = Triangulation(3.91 * np.column_stack([vertices[:, :2], np.sign(vertices[:, 2]) * half]), triangles)
+    mesh = filled(cell, 0.8e-6, unit="um")
+    assert mesh.volumes.sum() == pytest.approx(1e-18 * enclosed_volume(*cell), rel=1e-6)
+    assert list(solid_faults(mesh)) == []
+
+
 def test_a_piece_inside_another_is_a_hole(filled):
     inner = ball(2, 0.3)
     mesh = filled(joined(ball(2), inner._replace(triangles=inner.triangles[:, ::-1])), 0.15)

@@ -49,7 +49,7 @@ def test_a_unit_that_the_file_says_is_told(tmp_path):
 def test_holes_pieces_and_crossings(tmp_path):
     one, n = CUBE, len(CUBE.vertices)
     write_surface(tmp_path / "a.ply", ".ply", one.vertices, one.quads[1:], one.triangles)
-    assert rows(tmp_path / "a.ply")["closed"].startswith("no: 1 rims or holes, of 4 edges; the smallest near (")
+    assert rows(tmp_path / "a.ply")["closed"].startswith("no: 1 rim or hole, of 4 edges; the smallest near (")
     two = np.concatenate([one.vertices, one.vertices + np.array([3.3, 4.4, 5.5])])
     write_surface(tmp_path / "b.ply", ".ply", two, np.concatenate([one.quads, one.quads + n]), one.triangles)
     found = survey(str(tmp_path / "b.ply"), False, 0, 1.0)

@@ -330,3 +330,26 @@ def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "meshlane", None)
     with pytest.raises(ValueError, match=r"needs meshlane; pip install '\.\[mesh\]' in the clone"):
         SolidFile(path=str(tmp_path / "a.msh"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "corners", "faces"),
+    [
+        ("C3D8", 8, ["1 2 3 4", "5 6 7 8", "1 2 5 6", "2 3 6 7", "3 4 7 8", "1 4 5 8"]),
+        ("C3D6", 6, ["1 2 3", "4 5 6", "1 2 4 5", "2 3 5 6", "1 3 4 6"]),
+    ],
+)
+def test_faces_of_bricks_and_wedges_that_abaqus_names(meshlane, tmp_path, kind, corners, faces):
+    """Abaqus Analysis User's Guide, three-dimensional solid element library, element faces."""
+    places = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    if corners == 6:
+        places = [*places[:3], *places[4:7]]
+    lines = ["*NODE", *(f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(places, 1))]
+    lines += [f"*ELEMENT, TYPE={kind}, ELSET=all", ", ".join(map(str, range(1, corners + 2)))]
+    for number in range(1, len(faces) + 1):
+        lines += [f"*SURFACE, NAME=side{number}, TYPE=ELEMENT", f"all, S{number}"]
+    (tmp_path / "a.inp").write_text("\n".join([*lines, ""]))
+    with pytest.warns(UserWarning, match="was cut into"):
+        mesh = SolidFile(path=str(tmp_path / "a.inp")).mesh()
+    for number, named in enumerate(faces, 1):
+        assert (mesh.sets[f"side{number}"] + 1).tolist() == [int(word) for word in named.split()]

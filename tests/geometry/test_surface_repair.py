@@ -7,6 +7,7 @@ from pellucid.findings import Refusal
 from pellucid.geometry.enclosure import signed_volume
 from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES, Mesh
 from pellucid.geometry.surface_checks import mesh_faults
+from pellucid.geometry.surface_file import mended
 from pellucid.geometry.surface_holes import rims, without_holes
 from pellucid.geometry.surface_orientation import turned_alike
 from pellucid.geometry.surface_repair import repaired
@@ -119,8 +120,8 @@ def test_flat_triangles_go_and_leave_no_slit(kind):
 
 
 def test_a_surface_of_nothing_but_flat_elements_is_refused():
-    with pytest.raises(Refusal, match="leaves nothing of the surface"):
-        repaired(Mesh(np.zeros((3, 3)), NO_QUADS, np.array([(0, 1, 1)])))
+    with pytest.raises(Refusal, match=r"leaves nothing of a\.stl: none of its elements has an area"):
+        mended("a.stl", Mesh(np.zeros((3, 3)), NO_QUADS, np.array([(0, 1, 1)])), 0)
 
 
 @pytest.mark.parametrize("mesh", [BALL, DRUM])

@@ -19,9 +19,8 @@ from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_checks import apart, solid_faults
 from pellucid.geometry.solid_file import SOLID, solid_of
 from pellucid.geometry.surface_checks import mesh_faults
-from pellucid.geometry.surface_file import surface_of
+from pellucid.geometry.surface_file import mended, surface_of
 from pellucid.geometry.surface_holes import rims
-from pellucid.geometry.surface_repair import repaired
 from pellucid.geometry.triangulation import directed_edges, pieces
 
 MOST_CROSSED = 50_000  # triangles: where a larger surface crosses itself is not looked for, as that takes a while
@@ -58,7 +57,7 @@ def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
         about = _about_solid(in_metres)
     else:
         surface = surface_of(path, contents.points, contents.blocks)
-        surface, notes = repaired(surface, close_holes) if repair else (surface, [])
+        surface, notes = mended(path, surface, close_holes) if repair else (surface, [])
         scaled = surface._replace(vertices=metres * surface.vertices)
         nodes, corners = scaled.vertices, [scaled.quads, scaled.triangles]
         about, faults = _about_surface(scaled)
@@ -145,7 +144,8 @@ def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
         sizes = sorted(map(len, holes))
         named = ", ".join(map(str, sizes[:8])) + (", ..." if len(sizes) > 8 else "")
         where = _at(vertices[min(holes, key=len)].mean(axis=0))
-        rows.append(("closed", f"no: {len(holes)} rims or holes, of {named} edges; the smallest near {where} m"))
+        many = "1 rim or hole" if len(holes) == 1 else f"{len(holes)} rims or holes"
+        rows.append(("closed", f"no: {many}, of {named} edges; the smallest near {where} m"))
     elif faults:
         rows.append(("closed", "not known before the faults are mended"))
     else:

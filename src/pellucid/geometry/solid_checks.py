@@ -169,7 +169,8 @@ def _overlapping(mesh: SimplexMesh) -> Iterator[Fault]:
     key = (turned[:, 0] * n + turned[:, 1]) * n + turned[:, 2]
     order = np.argsort(key)
     same = np.flatnonzero(np.diff(key[order]) == 0)
-    same = same[(mesh.volumes[order[same] // 4] > 0.0) & (mesh.volumes[order[same + 1] // 4] > 0.0)]
+    full = (mesh.volumes > 0.0) & ~flat_cells(mesh)
+    same = same[full[order[same] // 4] & full[order[same + 1] // 4]]
     if len(same):
         one, other = sorted((order[same[0]] // 4, order[same[0] + 1] // 4))
         text = f"{_count(len(same), 'pair of tetrahedra lies', 'pairs of tetrahedra lie')} on one side of a face of both, for"

@@ -53,7 +53,7 @@ def _read(state: FileState, repair: bool, close_holes: int) -> Mesh:
     mesh = surface_of(path, contents.points, contents.blocks)
     notes = list(contents.notes)
     if repair:
-        mesh, done = repaired(mesh, close_holes)
+        mesh, done = mended(path, mesh, close_holes)
         notes += done
     for note in notes:
         warnings.warn(f"{path}: {note}", stacklevel=2)
@@ -77,6 +77,14 @@ def surface_of(path: str, points: np.ndarray, blocks: tuple[Block, ...]) -> Mesh
     if not len(quads) + len(triangles):
         raise Refusal(f"{path} holds no triangle and no quadrilateral", "save the surface elements of the mesh too")
     return _merged(points, quads, triangles)
+
+
+def mended(path: str, mesh: Mesh, close_holes: int) -> tuple[Mesh, list[str]]:
+    """The repaired surface of a file, and what was done. Raises Refusal where nothing is left of it."""
+    mesh, done = repaired(mesh, close_holes)
+    if not len(mesh.quads) + len(mesh.triangles):
+        raise Refusal(f"the repair leaves nothing of {path}: none of its elements has an area", "save the surface again")
+    return mesh, done
 
 
 def _merged(points: np.ndarray, quads: np.ndarray, triangles: np.ndarray) -> Mesh:

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from pellucid.findings import Refusal
 from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.one_place import same_place
 from pellucid.geometry.surface_checks import empty_elements
@@ -33,8 +32,6 @@ def repaired(mesh: Mesh, close_holes: int = 0) -> Mended:
     for step in steps:
         mesh, done = step(mesh)
         notes += done
-    if not len(mesh.quads) + len(mesh.triangles):
-        raise Refusal("the repair leaves nothing of the surface: none of its elements has an area", "save the surface again")
     return mesh, notes
 
 
