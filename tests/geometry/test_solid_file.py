@@ -345,7 +345,7 @@ def test_faces_of_bricks_and_wedges_that_abaqus_names(meshlane, tmp_path, kind, 
     if corners == 6:
         places = [*places[:3], *places[4:7]]
     lines = ["*NODE", *(f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(places, 1))]
-    lines += [f"*ELEMENT, TYPE={kind}, ELSET=all", ", ".join(map(str, range(1, corners + 2)))]
+    lines += [f"*ELEMENT, TYPE={kind}, ELSET=all", ", ".join(map(str, [1, *range(1, corners + 1)]))]
     for number in range(1, len(faces) + 1):
         lines += [f"*SURFACE, NAME=side{number}, TYPE=ELEMENT", f"all, S{number}"]
     (tmp_path / "a.inp").write_text("\n".join([*lines, ""]))

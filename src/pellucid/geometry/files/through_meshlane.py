@@ -18,6 +18,9 @@ from pellucid.geometry.files.sets import sets_of_cells, sets_of_nodes
 
 GMSH = "gmsh"
 """What a .msh file is read as: the reader of another program's files of this ending may never end."""
+ABAQUS, ANSYS = "abaqus", "ansysInp"
+NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
+"""What tells the files of two programs of the ending .inp apart, and within how many bytes."""
 LEAST_TIME, SLOWEST = 4.0, 100_000.0  # s and bytes/s: readers of text take 1 to 2 MB/s
 """Time that a reader has, as some of them wait for ever for the end of a section that a damaged file has not."""
 LONGEST = 200
@@ -39,12 +42,15 @@ def read_through_meshlane(path: str) -> Contents:
     if not known:
         raise Damaged(f"no format of meshes has the ending .{endings[-1]}" if endings else "its name has no ending")
     form = GMSH if known[0] == ".msh" else meshlane.extension_to_filetypes[known[0]][0]
+    if known[0] == ".inp":
+        with Path(path).open("rb") as file:
+            form = ANSYS if NODES_OF_ANSYS in file.read(HEAD).upper() else ABAQUS
     said, ended = io.StringIO(), io.StringIO()
     seconds = LEAST_TIME + Path(path).stat().st_size / SLOWEST
 
     def read() -> Contents:
         with np.errstate(all="ignore"):
-            return _contents(path, meshlane.read(path, form if known[0] == ".msh" else None), form)
+            return _contents(path, meshlane.read(path, form), form)
 
     try:
         with redirect_stdout(said), redirect_stderr(ended):
@@ -78,6 +84,6 @@ def _contents(path: str, mesh: Any, form: str) -> Contents:
     points[:, : np.shape(mesh.points)[1]] = mesh.points
     blocks = tuple(_block(block.type, np.asarray(block.data)) for block in mesh.cells)
     node_sets, cell_sets = sets_of_nodes(mesh), sets_of_cells(mesh)
-    if form == "abaqus":
+    if form == ABAQUS:
         node_sets |= abaqus_surfaces(path, blocks, cell_sets, node_sets)
     return Contents(f"{form}, through meshlane", points, blocks, node_sets, cell_sets)
