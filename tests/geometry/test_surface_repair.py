@@ -1,5 +1,7 @@
 """What is wrong with a surface and can be mended is mended, and told."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -141,6 +143,43 @@ def test_holes_up_to_the_size_that_is_asked_are_closed(mesh):
     after, _ = repaired(holed, close_holes=large)
     assert list(mesh_faults(after, closed=True)) == []
     assert volume(after) == pytest.approx(volume(mesh), rel=0.05)
+
+
+@pytest.mark.parametrize(("here", "there"), [((0.5,), ()), ((0.3, 0.6), ()), ((0.3,), (0.6,)), ((0.3, 0.6), (0.45,))])
+def test_elements_that_meet_without_a_common_vertex_are_joined(here, there):
+    """Vertices on an edge that the element across does not have, as programs for parts write them."""
+    box = BoxSurface(lower=(0, 0, 0), upper=(1, 2, 3), points=(3, 4, 5)).mesh()
+    one = box.quads[0]
+    a, b = one[:2].tolist()
+    other = next(quad for quad in box.quads[1:] if {a, b} <= set(quad.tolist()))
+    start = next(k for k in range(4) if other[k] == b and other[(k + 1) % 4] == a)
+    rings, vertices = [], [*box.vertices]
+    for ring, shares in ((one.tolist(), here), (np.roll(other, -start).tolist(), [1.0 - share for share in there])):
+        between = [len(vertices) + k for k in range(len(shares))]
+        vertices += [box.vertices[ring[0]] + share * (box.vertices[ring[1]] - box.vertices[ring[0]]) for share in shares]
+        rings.append([ring[0], *between, *ring[1:]])
+    triangles = [(ring[-1], *pair) for ring in rings for pair in pairwise(ring[:-1])]
+    rest = np.array([quad for quad in box.quads if {a, b} - set(quad.tolist())])
+    torn = Mesh(np.array(vertices) + 1e-8 * np.random.default_rng(1).random((len(vertices), 3)), rest, np.array(triangles))
+    assert [len(ring) for ring in rims(torn)] == [2 + len(here) + len(there)]
+    after, notes = repaired(torn)
+    assert f"a slit of {2 + len(here) + len(there)} edges was joined" in " ".join(notes)
+    assert list(mesh_faults(after, closed=True)) == []
+    assert volume(after) == pytest.approx(6.0, rel=1e-6)
+
+
+def test_crooked_quadrilaterals_are_cut_along_the_better_diagonal():
+    dart = np.array([(0.0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)])
+    roof = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0.9), (0, 1, 0)])
+    for vertices in (dart, np.roll(dart, 1, axis=0), roof):
+        after, [note] = repaired(Mesh(vertices, np.array([(0, 1, 2, 3)])))
+        assert note.startswith("1 quadrilateral not convex or far from flat cut in two")
+        assert list(mesh_faults(after, closed=False)) == []
+        x = after.vertices[after.triangles]
+        assert np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])[:, 2].min() > 0.0
+    crossed = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)])
+    after, _ = repaired(Mesh(crossed, np.array([(0, 1, 2, 3)])))
+    assert len(after.quads) == 1, "which way round its corners should go is not known"
 
 
 def test_a_flat_hole_of_many_edges_is_filled_flat():

@@ -119,13 +119,14 @@ def _empty(elements: _Elements) -> Iterator[Fault]:
         yield f"{text}, the first is number {collapsed[0]}{place}", f"make triangles of them: {REPAIR}"
 
 
-def empty_elements(mesh: Mesh) -> np.ndarray:
-    """Which elements have no area, the quadrilaterals first, shape (q + t,)."""
+def empty_elements(mesh: Mesh, flattest: float = FLATTEST) -> np.ndarray:
+    """Which elements have no area, or less than `flattest` of the square of their longest side; quadrilaterals first, shape
+    (q + t,)."""
     small = []
     for corners in (mesh.quads, mesh.triangles):
         places = mesh.vertices[corners]
         longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
-        small.append(np.linalg.norm(_vector_area(places), axis=1) <= FLATTEST * longest**2)
+        small.append(np.linalg.norm(_vector_area(places), axis=1) <= flattest * longest**2)
     return np.concatenate(small)
 
 
@@ -157,29 +158,36 @@ def _crowded(elements: _Elements) -> Iterator[Fault]:
 
 def _crooked(elements: _Elements) -> Iterator[Fault]:
     """Quadrilaterals that are not convex, or far from flat."""
-    places = elements.vertices[elements.quads]
-    area = _vector_area(places)
-    size = np.linalg.norm(area, axis=1)
-    edge = np.roll(places, -1, axis=1) - places
-    at_corner = np.cross(np.roll(edge, 1, axis=1), edge)  # twice the vector area of the triangle at each corner
-    bent = np.einsum("ijk,ik->ij", at_corner, area).min(axis=1, initial=np.inf) <= STRAIGHTEST * size**2
+    bent, folds = crooked_quads(elements.vertices, elements.quads)
     found = np.flatnonzero(bent)
     if len(found):
         text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
         text += f"{_place(elements.corner(found[0]))}: it has a corner of 180 degrees or more, or its edges cross"
-        yield text, "order the corners round the element, or cut it into triangles"
-    both_ways = np.concatenate([elements.quads, np.roll(elements.quads, 1, axis=1)])
-    halves = _vector_area(elements.vertices[cut_in_two(both_ways)])
-    one, other = halves[0::2], halves[1::2]
-    length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
-    cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
-    fold = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1).max(axis=0)
+        yield text, f"order the corners round the element, or cut it into triangles: {REPAIR}, where its edges do not cross"
+    fold = folds.max(axis=0)
     found = np.flatnonzero((fold > MOST_FOLDED) & ~bent)
     if len(found):
         worst = found[np.argmax(fold[found])]
         text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
         text += f"{fold[worst]:.0f} degrees about a diagonal, which must be at most {MOST_FOLDED:g}"
-        yield text + _place(elements.corner(worst)), "make them finer there, or cut them into triangles"
+        yield text + _place(elements.corner(worst)), f"make them finer there, or cut them into triangles: {REPAIR}"
+
+
+def crooked_quads(vertices: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which quadrilaterals are not convex, shape (q,), and the angles between the halves of each where it is cut from the first
+    corner and from the second one [degrees], shape (2, q)."""
+    places = vertices[quads]
+    area = _vector_area(places)
+    size = np.linalg.norm(area, axis=1)
+    edge = np.roll(places, -1, axis=1) - places
+    at_corner = np.cross(np.roll(edge, 1, axis=1), edge)  # twice the vector area of the triangle at each corner
+    bent = np.einsum("ijk,ik->ij", at_corner, area).min(axis=1, initial=np.inf) <= STRAIGHTEST * size**2
+    both_ways = np.concatenate([quads, np.roll(quads, -1, axis=1)])
+    halves = _vector_area(vertices[cut_in_two(both_ways)])
+    one, other = halves[0::2], halves[1::2]
+    length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
+    return bent, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1)
 
 
 def _flipped(elements: _Elements) -> Iterator[Fault]:

@@ -5,12 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from pellucid.geometry.cells import cut_in_two
 from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.one_place import same_place
-from pellucid.geometry.surface_checks import empty_elements
+from pellucid.geometry.surface_checks import MOST_FOLDED, crooked_quads, empty_elements
 from pellucid.geometry.surface_holes import without_holes
 from pellucid.geometry.surface_orientation import outward, turned_alike
 
+FLATTEST = 1e-6  # area over the square of the longest side: a flatter triangle is taken for a slit
+MOST_TURNED = 170.0  # degrees between the halves of a quadrilateral: beyond, its edges cross
 Mended = tuple[Mesh, list[str]]
 
 
@@ -24,8 +27,10 @@ def repaired(mesh: Mesh, close_holes: int = 0) -> Mended:
         _of_different_corners,
         _without_slits,
         _once,
+        _flat_quads,
         turned_alike,
         lambda so_far: without_holes(so_far, close_holes),
+        lambda so_far: (_without_slits(so_far)[0], []),
         outward,
         _without_lone,
     )
@@ -67,7 +72,7 @@ def _of_different_corners(mesh: Mesh) -> Mended:
 def _without_slits(mesh: Mesh) -> Mended:
     """Triangles whose corners lie on a line left out; the element across their longest edge is cut at the corner on it, so
     that no slit is left. Others without area stay."""
-    flat = np.flatnonzero(empty_elements(mesh)[len(mesh.quads) :])
+    flat = np.flatnonzero(empty_elements(mesh, FLATTEST)[len(mesh.quads) :])
     if not len(flat):
         return mesh, []
     elements: list[tuple[int, ...] | None] = [*map(tuple, mesh.quads.tolist()), *map(tuple, mesh.triangles.tolist())]
@@ -115,6 +120,22 @@ def _without_slits(mesh: Mesh) -> Mended:
     quads, triangles = (np.array([c for c in left if len(c) == n], np.int64).reshape(-1, n) for n in (4, 3))
     text = f"{_count(len(mended), 'triangle', 'triangles')} without area left out, the first {_place(mesh.vertices[mended[0]])}"
     return Mesh(mesh.vertices, quads, triangles), [text]
+
+
+def _flat_quads(mesh: Mesh) -> Mended:
+    """Quadrilaterals that are not convex or far from flat cut in two, each along the diagonal about which it is folded less;
+    those whose edges cross stay."""
+    bent, folds = crooked_quads(mesh.vertices, mesh.quads)
+    cut = (bent | (folds.max(axis=0) > MOST_FOLDED)) & (folds.min(axis=0) < MOST_TURNED)
+    if not cut.any():
+        return mesh, []
+    quads = mesh.quads[cut]
+    second = folds[1, cut] < folds[0, cut]
+    quads[second] = np.roll(quads[second], -1, axis=1)
+    halves = cut_in_two(quads)
+    text = f"{_count(len(quads), 'quadrilateral', 'quadrilaterals')} not convex or far from flat cut in two, the first"
+    where = _place(mesh.vertices[quads[0]].mean(axis=0))
+    return Mesh(mesh.vertices, mesh.quads[~cut], np.concatenate([mesh.triangles, halves])), [f"{text} {where}"]
 
 
 def _once(mesh: Mesh) -> Mended:

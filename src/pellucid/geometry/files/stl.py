@@ -5,6 +5,7 @@ import numpy as np
 from pellucid.geometry.files.contents import Block, Contents, Damaged
 from pellucid.geometry.files.words import numbers, text_of
 
+BEGIN, BYTE_ORDER_MARK = 100, b"\xef\xbb\xbf"
 HEADER = 84  # bytes: a text and the number of facets
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -12,7 +13,11 @@ FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute"
 def read_stl(data: bytes) -> Contents:
     """What is in an STL file. Raises Damaged."""
     count = int.from_bytes(data[80:HEADER], "little") if len(data) >= HEADER else -1
-    if len(data) != HEADER + count * FACET.itemsize and data.lstrip()[:5].lower() == b"solid" and b"vertex" in data.lower():
+    if (
+        len(data) != HEADER + count * FACET.itemsize
+        and data[:BEGIN].lower().removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"solid")
+        and b"vertex" in data.lower()
+    ):
         return _text(text_of(data))
     if count < 0:
         raise Damaged("it is neither text that begins with `solid` nor as long as the header of a binary file")

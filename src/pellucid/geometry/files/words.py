@@ -9,7 +9,7 @@ from pellucid.geometry.files.contents import Damaged
 
 def text_of(data: bytes) -> str:
     """The text of a file; what is no UTF-8, as in comments, becomes question marks."""
-    return data.decode("utf-8", errors="replace")
+    return data.decode("utf-8-sig", errors="replace")
 
 
 def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[float]:
