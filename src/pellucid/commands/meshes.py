@@ -21,7 +21,7 @@ def mesh(
     file: Annotated[str, typer.Argument(metavar="FILE", help="STL, OBJ, PLY, Gmsh, VTK, Abaqus, Nastran or another file.")],
     repair: Annotated[bool, typer.Option("--repair", help="Mend what can be mended, and say what was done.")] = False,
     close_holes: Annotated[
-        int, typer.Option("--close-holes", metavar="N", min=0, help="With --repair: close holes of up to N edges.")
+        int, typer.Option("--close-holes", metavar="N", min=0, max=200, help="With --repair: close holes of up to N edges.")
     ] = 0,
     unit: Annotated[
         str | None, typer.Option("--unit", metavar="UNIT", help="The file's unit of length, such as mm; else metres.")

@@ -113,7 +113,8 @@ def _edges(nodes: np.ndarray, corners: list[np.ndarray]) -> list[tuple[str, str]
     solid = len(corners) == 1
     pairs = [elements[:, pair] for elements in corners for pair in combinations(range(4), 2)] if solid else []
     edges = np.concatenate(pairs or [directed_edges(elements) for elements in corners])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    codes = np.unique(edges.min(axis=1) * len(nodes) + edges.max(axis=1))
+    edges = np.stack([codes // len(nodes), codes % len(nodes)], axis=1)
     length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
     at = int(length.argmin())
     text = f"{length[at]:.4g} m at the shortest, near {_at(nodes[edges[at]].mean(axis=0))} m; mean {length.mean():.4g} m,"

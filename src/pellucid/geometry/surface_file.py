@@ -12,6 +12,7 @@ from pellucid.geometry.files.first_order import first_order
 from pellucid.geometry.files.read import SURFACES, read_file
 from pellucid.geometry.mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
 from pellucid.geometry.mesh_files import FileState, MeshFile, states_of_files
+from pellucid.geometry.surface_holes import MOST_EDGES
 from pellucid.geometry.surface_repair import repaired
 from pellucid.model import InputFile, parameter
 
@@ -23,7 +24,7 @@ class SurfaceFile(MeshFile, Meshed):
     """A surface file. Vertices at the same place become one, as STL repeats them."""
 
     path: InputFile = parameter("", "STL, OBJ, PLY, Gmsh or VTK file; a relative path starts from the case file's folder")
-    close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0)
+    close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0, le=MOST_EDGES)
     closed: bool = parameter("", "whether the surface encloses a volume; then it must have no holes", False)
     reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)
 

@@ -6,17 +6,21 @@ from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.triangulation import directed_edges
 
 Triangles = list[tuple[int, int, int]]
+MOST_EDGES = 200  # of a hole that is closed: the time goes with the cube, and takes seconds then
 FLATTEST = 1e-6  # area over the square of the longest edge, of a triangle that closes a hole
 
 
 def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
     """The surface with its holes of up to so many edges closed by the triangles with the shortest sides. Slits between edges
     on one line are closed all the same, by triangles without area."""
+    loops = rims(mesh)
+    if not loops:
+        return mesh, []
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
     known = {frozenset(edge) for edge in edges.tolist()}
     new: list[tuple[int, int, int]] = []
     notes = []
-    for loop in rims(mesh):
+    for loop in loops:
         where = "near ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*mesh.vertices[loop].mean(axis=0))
         if slit := _is_straight(mesh.vertices[loop]):
             notes.append(f"a slit of {len(loop)} edges was joined, {where}")

@@ -36,37 +36,38 @@ def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Closed pieces turned outward, those inside an odd number of others inward: they are holes."""
     one, other, against = _neighbours(mesh)
     n, first = len(mesh.quads) + len(mesh.triangles), len(mesh.quads)
+    if not n:
+        return mesh, []
     piece = pieces(np.stack([one, other], axis=1), n)
     sides = np.concatenate([np.full(first, 4), np.full(n - first, 3)])
     met = np.bincount(np.concatenate([one, other]), minlength=n)
     is_open = np.unique(piece[met != sides])
     twisted = np.unique(piece[one[against]])
-    closed = np.setdiff1d(np.unique(piece), np.union1d(is_open, twisted))
-    parts = {}
-    for name in closed.tolist():
-        own = piece == name
-        triangles = Mesh(mesh.vertices, mesh.quads[own[:first]], mesh.triangles[own[first:]]).triangulated().triangles
-        places = mesh.vertices[triangles].reshape(-1, 3)
-        parts[name] = triangles, places.min(axis=0), places.max(axis=0)
+    order = np.argsort(piece, kind="stable")
+    names, start = np.unique(piece[order], return_index=True)
+    members = dict(zip(names.tolist(), np.split(order, start[1:]), strict=True))
+    closed = [name for name in names.tolist() if name not in {*is_open.tolist(), *twisted.tolist()}]
+    parts = [_triangles(mesh, members[name]) for name in closed]
+    low = np.array([mesh.vertices[part].min(axis=(0, 1)) for part in parts]).reshape(-1, 3)
+    high = np.array([mesh.vertices[part].max(axis=(0, 1)) for part in parts]).reshape(-1, 3)
     turned, notes = np.zeros(n, bool), []
-    for name, (triangles, low, high) in parts.items():
-        around = sum(
-            bool(
-                (lower <= low).all()
-                and (high <= upper).all()
-                and inside(mesh.vertices[triangles[:1, 0]], mesh.vertices, others)[0]
-            )
-            for which, (others, lower, upper) in parts.items()
-            if which != name
-        )
-        if (
-            signed_volume(mesh.vertices[np.unique(triangles)], np.unique(triangles, return_inverse=True)[1].reshape(-1, 3))
-            < 0.0
-        ) != around % 2:
-            turned[piece == name] = True
-            side = "inward, as it is a hole" if around % 2 else "outward"
+    for k, (name, part) in enumerate(zip(closed, parts, strict=True)):
+        larger = np.flatnonzero((low <= low[k]).all(axis=1) & (high >= high[k]).all(axis=1))
+        corner = mesh.vertices[part[:1, 0]]
+        is_hole = sum(bool(inside(corner, mesh.vertices, parts[other])[0]) for other in larger if other != k) % 2 == 1
+        used, which = np.unique(part, return_inverse=True)
+        if (signed_volume(mesh.vertices[used], which.reshape(-1, 3)) < 0.0) != is_hole:
+            turned[members[name]] = True
+            side = "inward, as it is a hole" if is_hole else "outward"
             notes.append(f"a closed piece was turned {side}, {_place(mesh.centres()[name])}")
     return _turned(mesh, turned), notes
+
+
+def _triangles(mesh: Mesh, elements: np.ndarray) -> np.ndarray:
+    """Some of the elements in triangles, shape (m, 3)."""
+    first = len(mesh.quads)
+    quads, triangles = elements[elements < first], elements[elements >= first] - first
+    return Mesh(mesh.vertices, mesh.quads[quads], mesh.triangles[triangles]).triangulated().triangles
 
 
 def _neighbours(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
