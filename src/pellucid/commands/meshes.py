@@ -110,6 +110,6 @@ def _draw(found: "Survey", metres: float, picture: Path, name: str) -> None:
     from pellucid.results.pictures.mesh_picture import mesh_picture
     from pellucid.results.storage.files import replacing
 
-    figure = mesh_picture(found.mesh, metres, name)
+    figure = mesh_picture(found.mesh, metres, name if metres != 1.0 else f"{name}, its unit taken for a metre")
     with replacing(picture) as draft:
         figure.savefig(draft, format="png")
