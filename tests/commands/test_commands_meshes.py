@@ -83,7 +83,10 @@ def test_a_file_that_cannot_be_read_has_status_2(tmp_path: Path) -> None:
     assert "pellucid: " in result.output
     assert "a.stl cannot be read as a mesh" in result.output
     assert "Traceback" not in result.output
-    assert invoke(tmp_path / "b.stl").exit_code == 2
+    for path, reason in ((tmp_path / "b.stl", "there is no file"), (tmp_path, "is a folder, not a file")):
+        result = invoke(path)
+        assert result.exit_code == 2
+        assert reason in result.output
 
 
 def test_a_picture_shows_what_is_turned_and_where_it_is_open(turned: Path, tmp_path: Path) -> None:

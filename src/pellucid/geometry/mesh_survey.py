@@ -12,7 +12,7 @@ from pellucid.geometry.crossing import self_crossing
 from pellucid.geometry.enclosure import enclosed_volume
 from pellucid.geometry.files.contents import Contents
 from pellucid.geometry.files.first_order import counted, first_order
-from pellucid.geometry.files.read import SOLIDS, SURFACES, read_file
+from pellucid.geometry.files.read import ANY, read_file
 from pellucid.geometry.mesh import Mesh
 from pellucid.geometry.quality import dihedral_angles, quad_qualities, tetrahedron_qualities, triangle_qualities
 from pellucid.geometry.simplex_mesh import SimplexMesh
@@ -45,7 +45,7 @@ class Survey:
 
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
     """Look at a file, whose unit has so many metres, as a solid where it has solid elements. Raises Refusal."""
-    contents = read_file(path, "a mesh", f"{SOLIDS}, {SURFACES}")
+    contents = read_file(path, "a mesh", ANY)
     raw, contents = contents, first_order(contents)
     rows = [("format", contents.format), ("elements", _elements(raw)), *_sets(contents)]
     if any(block.kind in SOLID and len(block.nodes) for block in contents.blocks):

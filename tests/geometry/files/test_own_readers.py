@@ -105,11 +105,12 @@ def test_binary_stl_also_of_a_header_that_begins_with_solid():
     ("data", "reason"),
     [
         (b"a poem", "neither text that begins with `solid`"),
+        (b"solid as a rock\n" + 200 * b"-", "it holds no facet"),
         (binary_stl(count=4_000_000_000), "counts 4000000000 facets, and 2 are there"),
         (("solid\n" + FACET_TEXT[:60]).encode(), "breaks off within a facet, in line 6"),
         (("solid\n" + FACET_TEXT.replace("endloop", "vertex 0 1 0\nendloop")).encode(), "ends in line 8 has 4 corners, not 3"),
     ],
-    ids=["poem", "count", "cut", "four corners"],
+    ids=["poem", "rock", "count", "cut", "four corners"],
 )
 def test_what_is_wrong_with_an_stl_file_is_named(data, reason):
     with pytest.raises(Damaged, match=reason):

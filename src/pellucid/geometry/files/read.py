@@ -18,6 +18,7 @@ from pellucid.input_files import file_bytes
 
 SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
+ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
 HEAD = 1000
 """Bytes that tell formats of one ending apart."""
 FARTHEST = 1e30
@@ -81,7 +82,10 @@ def _check(contents: Contents) -> None:
 
 
 def check_there(path: str) -> None:
-    """Raise Refusal for a missing file."""
+    """Raise Refusal for a missing file, or for what is none."""
+    if Path(path).exists() and not Path(path).is_file():
+        what = "a folder" if Path(path).is_dir() else "a pipe or a device"
+        raise Refusal(f"{path} is {what}, not a file", "name a file")
     if not Path(path).is_file():
         there = [found.name for found in Path(path).parent.glob("*")]
         remedy = hint(Path(path).name, there) or "a relative path starts from the folder of the case file"

@@ -13,11 +13,8 @@ FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute"
 def read_stl(data: bytes) -> Contents:
     """What is in an STL file. Raises Damaged."""
     count = int.from_bytes(data[80:HEADER], "little") if len(data) >= HEADER else -1
-    if (
-        len(data) != HEADER + count * FACET.itemsize
-        and data[:BEGIN].lower().removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"solid")
-        and b"vertex" in data.lower()
-    ):
+    begins_as_text = data[:BEGIN].lower().removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"solid")
+    if begins_as_text and len(data) != HEADER + count * FACET.itemsize and (b"vertex" in data.lower() or data.isascii()):
         return _text(text_of(data))
     if count < 0:
         raise Damaged("it is neither text that begins with `solid` nor as long as the header of a binary file")
@@ -59,6 +56,8 @@ def _text(text: str) -> Contents:
             place += 1
     if len(corners) != start:
         raise Damaged(f"it breaks off within a facet, in line {line_number}")
+    if not corners:
+        raise Damaged("it holds no facet")
     notes = () if finished else ("it has no `endsolid`: it may be cut off",)
     return _contents("STL, text", np.array(corners).reshape(-1, 3, 3), notes)
 
