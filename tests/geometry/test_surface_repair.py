@@ -206,5 +206,22 @@ def test_holes_that_touch_at_a_vertex_are_two():
     assert list(mesh_faults(after, closed=True)) == []
 
 
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("mesh", [BALL, DRUM])
+def test_surfaces_with_every_fault_at_once_are_mended(mesh, seed):
+    random = np.random.default_rng(seed)
+    elements = [corners for corners in [*mesh.quads.tolist(), *mesh.triangles.tolist()] if random.random() > 0.04]
+    elements += [elements[k] for k in random.integers(0, len(elements), 3)]
+    elements = [corners[::-1] if random.random() < 0.3 else corners for corners in elements]
+    vertices, soup = [(9.0, 9.0, 9.0)], []
+    for corners in elements:
+        soup.append(list(range(len(vertices), len(vertices) + len(corners))))
+        vertices += list(mesh.vertices[corners] + random.uniform(-1e-8, 1e-8, (len(corners), 3)))
+    quads, triangles = (np.array([c for c in soup if len(c) == n], int).reshape(-1, n) for n in (4, 3))
+    after, _ = repaired(Mesh(np.array(vertices), quads, triangles), 40)
+    assert list(mesh_faults(after, closed=True)) == []
+    assert volume(after) == pytest.approx(volume(mesh), rel=0.03), "holes are closed by flat triangles"
+
+
 def test_no_repair_of_nothing():
     assert rims(Mesh(np.zeros((0, 3)), NO_QUADS, NO_TRIANGLES)) == []

@@ -1,9 +1,11 @@
 """Holes of a surface closed by triangles."""
 
+from collections import Counter
+
 import numpy as np
 
 from pellucid.geometry.mesh import Mesh
-from pellucid.geometry.triangulation import directed_edges
+from pellucid.geometry.triangulation import directed_edges, pieces
 
 Triangles = list[tuple[int, int, int]]
 MOST_EDGES = 200  # of a hole that is closed: the time goes with the cube, and takes seconds then
@@ -20,25 +22,38 @@ def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
     known = {frozenset(edge) for edge in edges.tolist()}
     new: list[tuple[int, int, int]] = []
     notes = []
-    for loop in loops:
+    waiting = loops[::-1]
+    while waiting:
+        loop = waiting.pop()
         where = "near ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*mesh.vertices[loop].mean(axis=0))
-        if slit := _is_straight(mesh.vertices[loop]):
-            notes.append(f"a slit of {len(loop)} edges was joined, {where}")
-        elif len(loop) > most_edges:
-            if not most_edges:
-                continue
-            notes.append(f"a hole of {len(loop)} edges stays open, {where}")
+        slit = _is_straight(mesh.vertices[loop])
+        if not slit and len(loop) > most_edges:
+            notes += [f"a hole of {len(loop)} edges stays open, {where}"] * (most_edges > 0)
             continue
         triangles = _cover(mesh.vertices, loop, known, slit)
+        if triangles is None and (parts := _parted(loop)):
+            waiting += parts
+            continue
         if triangles is None:
             notes.append(f"a hole of {len(loop)} edges stays open, as no triangles fit into it, {where}")
             continue
         new += triangles
         known |= {frozenset(pair) for a, b, c in triangles for pair in ((a, b), (b, c), (c, a))}
-        if not slit:
-            notes.append(f"a hole of {len(loop)} edges was closed, {where}")
+        what = f"a slit of {len(loop)} edges was joined" if slit else f"a hole of {len(loop)} edges was closed"
+        notes.append(f"{what}, {where}")
     triangles_of_holes = np.array(new, np.int64).reshape(-1, 3)
     return Mesh(mesh.vertices, mesh.quads, np.concatenate([mesh.triangles, triangles_of_holes])), notes
+
+
+def _parted(loop: list[int]) -> list[list[int]]:
+    """A ring in two at a vertex that it comes by twice, where more than two fans of elements meet; none where it does not."""
+    seen: dict[int, int] = {}
+    for place, vertex in enumerate(loop):
+        if vertex in seen:
+            parts = loop[seen[vertex] : place], loop[: seen[vertex]] + loop[place:]
+            return [part for part in parts if len(part) > 2]
+        seen[vertex] = place
+    return []
 
 
 def rims(mesh: Mesh) -> list[list[int]]:
@@ -49,31 +64,45 @@ def rims(mesh: Mesh) -> list[list[int]]:
     after: dict[int, list[int]] = {}
     for a, b in edges[first[count == 1]].tolist():
         after.setdefault(b, []).append(a)
-    return _loops(after)
-
-
-def _loops(after: dict[int, list[int]]) -> list[list[int]]:
-    """Rings of vertices round holes. Where holes touch at a vertex, each ring is left as soon as it comes back to one."""
+    shared = {vertex: _fans(mesh, vertex) for vertex, following in after.items() if len(following) > 1}
     loops = []
-    while after:
-        way = [next(iter(after))]
-        while True:
-            following = after.get(way[-1])
-            if not following:
-                break  # a rim that ends: elements there face opposite sides
-            step = following.pop()
-            if not following:
-                del after[way[-1]]
-            if step in way:
-                at = way.index(step)
-                if len(way) - at >= 3:
-                    loops.append(way[at:])
-                way = way[: at + 1]
-                if len(way) == 1 and step not in after:
-                    break
-                continue
-            way.append(step)
+    for start in sorted(after, key=lambda vertex: vertex in shared):
+        while start in after:
+            loop = _ring(start, after, shared)
+            loops += [loop] * (len(loop) > 2)
     return loops
+
+
+def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, int]]) -> list[int]:
+    """A ring from a vertex on; its edges are taken out of `after`. Empty where it does not come back, as where elements face
+    opposite sides. Where holes touch at a vertex, a ring leads from a fan of elements to another one."""
+    way = [start]
+    while (following := after.get(way[-1])) is not None:
+        fans = shared.get(way[-1], {})
+        own = fans.get(way[-2]) if len(way) > 1 else None
+        step = next((other for other in following if fans.get(other) != own), following[0])
+        following.remove(step)
+        if not following:
+            del after[way[-1]]
+        if step == start:
+            fans = shared.get(start, {})
+            if start not in after or not fans or fans.get(way[-1]) != fans.get(way[1]):
+                return way
+        way.append(step)
+    return []
+
+
+def _fans(mesh: Mesh, vertex: int) -> dict[int, int]:
+    """To which fan of elements round a vertex the edges to its neighbours belong, by these."""
+    neighbours = []
+    for corners in (mesh.quads, mesh.triangles):
+        element, place = np.nonzero(corners == vertex)
+        n = corners.shape[1]
+        neighbours.append(np.stack([corners[element, (place - 1) % n], corners[element, (place + 1) % n]], axis=1))
+    pairs = np.concatenate(neighbours)
+    names, which = np.unique(pairs, return_inverse=True)
+    label = pieces(which.reshape(-1, 2), len(names))
+    return dict(zip(names.tolist(), label.tolist(), strict=True))
 
 
 def _is_straight(places: np.ndarray) -> bool:
@@ -114,4 +143,5 @@ def _cover(vertices: np.ndarray, loop: list[int], known: set[frozenset[int]], fl
             j = int(cut[i, k])
             found.append((loop[i], loop[j], loop[k]))
             waiting += [(i, j), (j, k)]
-    return found
+    uses = Counter(frozenset(pair) for a, b, c in found for pair in ((a, b), (b, c), (c, a)))
+    return found if max(uses.values()) <= 2 else None  # a ring that comes by a vertex twice may have a side twice
