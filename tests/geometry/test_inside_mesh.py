@@ -122,6 +122,16 @@ def test_every_closed_surface_is_filled(name):
     assert filled.mesh().volumes.sum() == pytest.approx(volume, rel=0.1)
 
 
+def test_a_fine_sphere_of_quadrilaterals_is_filled():
+    """Whose halves meet at more than 179.9 degrees, so that not every edge is kept."""
+    pytest.importorskip("tetgen")
+    surface = {"sphere": {"centre": (0, 0, 0), "radius": 1.0, "divisions": 16}}
+    volume = enclosed_volume(*Surface(**surface).triangulate())
+    mesh = SolidMesh(inside={"surface": surface, "size": 0.4}).mesh()
+    assert mesh.volumes.sum() == pytest.approx(volume, rel=MOST_OFF)
+    assert list(solid_faults(mesh)) == []
+
+
 def test_a_biconcave_surface_of_a_file_of_single_precision_is_filled(filled):
     """A red cell (Evans & Fung 1972, Microvascular Research 4, 335) in micrometres."""
     vertices, triangles = ball(3, 1.0)
