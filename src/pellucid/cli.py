@@ -7,7 +7,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pellucid.commands import cases, checks, machine, runs
+from pellucid.commands import cases, checks, machine, meshes, runs
 from pellucid.errors import PellucidError, Terminated, printable
 from pellucid.interrupts import termination_raised
 
@@ -61,7 +61,7 @@ def _options(
     """Options before the command."""
 
 
-for _module in (cases, runs, checks, machine):
+for _module in (cases, meshes, runs, checks, machine):
     _module.register(app)
 
 

@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from boundaries import boundary_edges
 from pydantic import ValidationError
+from scipy.spatial import cKDTree
 
 from pellucid.geometry.crossing import self_crossing
+from pellucid.geometry.enclosure import enclosed_volume
+from pellucid.geometry.files.writing import write_surface
+from pellucid.geometry.inside_mesh import MOST_OFF
+from pellucid.geometry.mesh import NO_QUADS
 from pellucid.geometry.quality import dihedral_angles
 from pellucid.geometry.solid_checks import solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
-from pellucid.geometry.surfaces import Icosphere
+from pellucid.geometry.surfaces import Icosphere, Surface
 from pellucid.geometry.triangulation import Triangulation
 
 RADIUS = 0.5
@@ -71,6 +76,71 @@ def test_a_box_keeps_its_edges_and_tetrahedra_are_as_small_as_asked():
         assert mesh.volumes.sum() == pytest.approx(6.0, rel=1e-12)
         assert mesh.volumes.max() < 2.0 * size**3 / (6.0 * np.sqrt(2.0))  # TetGen moves nodes after the last refinement
         assert dihedral_angles(mesh.nodes, mesh.cells).min() > 3.0  # TetGen promises no bound; these have 4.8 and more
+
+
+@pytest.mark.parametrize("digits", [7, 6, 5, 3])
+@pytest.mark.parametrize("name", ["box", "cylinder"])
+def test_flat_parts_that_a_file_rounds_are_filled(tmp_path, name, digits):
+    """Where rounding bends flat parts by less than .1 degrees TetGen takes them for flat; else it keeps every edge."""
+    pytest.importorskip("tetgen")
+    shape = (
+        BOX if name == "box" else {"cylinder": {"start": (0, 0, 0), "end": (0, 0, 2), "radius": 0.5, "rings": 3, "along": 5}}
+    )
+    turned = Surface(**shape, rotate=[{"angle": 30}, {"axis": [1, 0, 0], "angle": 45}]).triangulate()
+    rounded = np.array([[float(f"{x:.{digits}g}") for x in place] for place in turned.vertices])
+    write_surface(tmp_path / "a.obj", ".obj", rounded, NO_QUADS, turned.triangles)
+    file = {"path": str(tmp_path / "a.obj"), "closed": True}
+    mesh = SolidMesh(inside={"surface": {"file": file}, "size": 0.5}).mesh()
+    volume = enclosed_volume(rounded, turned.triangles)
+    assert mesh.volumes.sum() == pytest.approx(volume, rel=MOST_OFF)
+    away = cKDTree(mesh.nodes).query(rounded)[0]
+    assert away.max() < 1e-12, "every vertex is a node"
+    assert list(solid_faults(mesh)) == []
+
+
+CLOSED = {
+    "icosphere": {"centre": (0, 0, 0), "radius": 1e-5, "refinements": 2},
+    "ellipsoid": {"centre": (0, 0, 0), "radii": (1, 0.5, 0.3), "refinements": 3},
+    "sphere": {"centre": (0, 0, 0), "radius": 2.0, "divisions": 4},
+    "box": {"lower": (0, 0, 0), "upper": (1, 2, 3), "points": (4, 5, 6)},
+    "cylinder": {"start": (0, 0, 0), "end": (1, 1, 1), "radius": 0.4, "rings": 4, "along": 7},
+    "cushion": {"centre": (0, 0, 0), "sides": (1, 1), "height": 0.3, "points": (9, 9)},
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_every_closed_surface_is_filled(name):
+    pytest.importorskip("tetgen")
+    surface = {name: CLOSED[name]}
+    triangles = Surface(**surface).triangulate()
+    extent, volume = float(np.ptp(triangles.vertices, axis=0).max()), enclosed_volume(*triangles)
+    inside = SolidMesh(inside={"surface": surface, "size": extent / 6})
+    assert list(inside.faults()) == []
+    assert inside.mesh().volumes.sum() == pytest.approx(volume, rel=1e-12)
+    filled = SolidMesh(fill={"shape": {"inside": {"surface": surface}}, "size": extent / 15})
+    assert list(filled.faults()) == []
+    assert filled.mesh().volumes.sum() == pytest.approx(volume, rel=0.1)
+
+
+def test_a_fine_sphere_of_quadrilaterals_is_filled():
+    """Whose halves meet at more than 179.9 degrees, so that not every edge is kept."""
+    pytest.importorskip("tetgen")
+    surface = {"sphere": {"centre": (0, 0, 0), "radius": 1.0, "divisions": 16}}
+    volume = enclosed_volume(*Surface(**surface).triangulate())
+    mesh = SolidMesh(inside={"surface": surface, "size": 0.4}).mesh()
+    assert mesh.volumes.sum() == pytest.approx(volume, rel=MOST_OFF)
+    assert list(solid_faults(mesh)) == []
+
+
+def test_a_biconcave_surface_of_a_file_of_single_precision_is_filled(filled):
+    """A red cell (Evans & Fung 1972, Microvascular Research 4, 335) in micrometres."""
+    vertices, triangles = ball(3, 1.0)
+    away = np.hypot(vertices[:, 0], vertices[:, 1])
+    half = 0.5 * np.sqrt(np.maximum(1.0 - away**2, 0.0)) * (0.207 + 2.003 * away**2 - 1.123 * away**4)
+    cell = Triangulation(3.91 * np.column_stack([vertices[:, :2], np.sign(vertices[:, 2]) * half]), triangles)
+    mesh = filled(cell, 0.8e-6, unit="um")
+    assert mesh.volumes.sum() == pytest.approx(1e-18 * enclosed_volume(*cell), rel=1e-6)
+    assert list(solid_faults(mesh)) == []
 
 
 def test_a_piece_inside_another_is_a_hole(filled):

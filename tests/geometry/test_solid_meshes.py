@@ -8,7 +8,7 @@ import pytest
 from pellucid.geometry.box_mesh import BoxMesh, box_mesh
 from pellucid.geometry.cylinder_mesh import CylinderMesh
 from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.solid_checks import apart, solid_faults
+from pellucid.geometry.solid_checks import REPAIR, apart, solid_faults
 from pellucid.geometry.solid_meshes import SolidMesh
 
 LOWER, UPPER = np.array([-1.0, 0.0, 2.0]), np.array([1.0, 3.0, 2.5])
@@ -90,7 +90,9 @@ def test_every_fault_of_a_mesh_is_told():
         re.match(r"\d+ tetrahedr\w+ (has|have) no volume, the first is number 0", text) for text in fault(flat, mesh.cells)
     )
     named = SimplexMesh(mesh.nodes, mesh.cells, {"top": np.array([1]), "rim": np.zeros(0, int), "edge": np.zeros(0, int)})
-    assert next(solid_faults(named)) == ("2 sets have no node: `rim`, `edge`", "list their nodes, or take them out of the file")
+    text, remedy = next(solid_faults(named))
+    assert text == "2 sets have no node: `rim`, `edge`"
+    assert remedy == f"list their nodes, or take them out of the file: {REPAIR}"
     extra = np.vstack([mesh.nodes, mesh.nodes[mesh.cells[0]].mean(axis=0)])
     shared = mesh.faces[0][mesh.faces[1][:, 1] >= 0][0]
     over = [*mesh.cells, [*shared, len(mesh.nodes)]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.geometry.mesh import Mesh
-from pellucid.geometry.surface_checks import faults, mesh_faults
+from pellucid.geometry.surface_checks import REPAIR, faults, mesh_faults
 from pellucid.geometry.surfaces import BoxSurface, CylinderSurface, Disc, Icosphere, Lid, Rectangle, SphereSurface, Tube
 
 BALL = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=2)
@@ -61,7 +61,7 @@ def test_all_inward():
     vertices, triangles = BALL.triangulate()
     ((text, remedy),) = found(vertices, triangles[:, ::-1])
     assert "point inward: the triangles enclose -" in text
-    assert "`reverse`" in remedy
+    assert "`repair = true` or `reverse = true`" in remedy
     assert found(vertices, triangles[:, ::-1], closed=False) == []
 
 
@@ -97,7 +97,7 @@ def test_lone_vertices():
     vertices, triangles = BALL.triangulate()
     ((text, remedy),) = found(np.concatenate([vertices, [(7, 8, 9)]]), triangles)
     assert text.startswith(f"1 vertex belongs to no triangle, the first is number {len(vertices)}, near (7, 8, 9) m")
-    assert remedy == "remove them"
+    assert remedy == f"remove them: {REPAIR}"
 
 
 def test_holes_are_counted():
@@ -125,7 +125,7 @@ def test_a_flipped_quadrilateral():
     ((text, remedy),) = of(SQUARES, quads=quads)
     assert text.startswith("neighbouring quadrilaterals face opposite sides at 4 edges, for example numbers ")
     assert " 4" in text.split("numbers")[1].split(",")[0]
-    assert remedy == "let all quadrilaterals turn the same way about the normal"
+    assert remedy == f"let all quadrilaterals turn the same way about the normal: {REPAIR}"
 
 
 def test_a_flipped_triangle_beside_quadrilaterals_is_counted_through():
@@ -140,7 +140,7 @@ def test_a_flipped_triangle_beside_quadrilaterals_is_counted_through():
 def test_a_mesh_that_is_all_inward():
     ((text, remedy),) = of(DRUM.reversed(), closed=True)
     assert text.startswith("the normals point inward: the elements enclose -")
-    assert "`reverse`" in remedy
+    assert "`repair = true` or `reverse = true`" in remedy
 
 
 def test_holes_of_a_mesh():
@@ -164,7 +164,7 @@ def test_a_quadrilateral_with_one_vertex_twice():
     vertices = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)])
     ((text, remedy),) = of(Mesh(vertices, np.array([(0, 1, 2, 2)])))
     assert text.startswith("1 quadrilateral has the same vertex at two corners, the first is number 0")
-    assert remedy == "make triangles of them"
+    assert remedy == f"make triangles of them: {REPAIR}"
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ import pellucid
 HERE = Path(__file__).parent
 FUNCTIONS = ("cell-based-least-squares", "cell-based-maximum-entropy", "modified-moving-least-squares", "linear-simplex")
 KUHN = [(0, 1, 3, 7), (0, 1, 5, 7), (0, 2, 3, 7), (0, 2, 6, 7), (0, 4, 5, 7), (0, 4, 6, 7)]
-BEAM, COOK = -0.49741, {0.3333333: 7.6843, 0.4999: 6.914}
+BEAM, COOK = -0.49741, {0.3333333: 7.7850, 0.4999: 6.955}  # reference.csv
 
 
 def written(path: Path, nodes: np.ndarray, cells: np.ndarray) -> str:

@@ -1,78 +1,43 @@
-"""Files of meshes: read through meshlane, and known again while they do not change."""
+"""Files of meshes that models name: what both kinds of them say, and how they are known again while they do not change."""
 
-import io
-import warnings
-from contextlib import redirect_stderr, redirect_stdout
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Self
 
 import numpy as np
+from pydantic import model_validator
 
-from pellucid.errors import cut
-from pellucid.findings import Refusal, hint
-from pellucid.model import Model
-
-GMSH = "gmsh"
-"""What a .msh file is read as: the reader of another program's files of this ending may never end."""
-LONGEST = 200
-"""Characters of what a reader says."""
+from pellucid.findings import Refusal
+from pellucid.geometry.files.read import check_there
+from pellucid.model import InputFile, Model, Vector, parameter
 
 FileState = tuple[str, int, int]
 """Path, time of the last change [ns], length [bytes]."""
 
 
-def read_mesh(path: str, what: str, readable: str) -> Any:
-    """The mesh in a file, as meshlane gives it. Raises ValueError where it cannot be read as `what`, with its article.
+class MeshFile(Model):
+    """A file of a mesh, and how long its unit is."""
 
-    readable: kinds of files that can be. What the readers print does not reach the terminal: it is told in the error, or as a
-    warning where the file can be read all the same.
-    """
-    _check_there(path)
-    if find_spec("meshlane") is None:
-        raise Refusal(f"reading {path} needs meshlane", "pip install '.[mesh]' in the clone of pellucid")
-    import meshlane
+    path: InputFile = parameter("", "the file; a relative path starts from the case file's folder")
+    unit: str | None = parameter("", 'the file\'s unit of length, such as "mm"; in its place `scale` may stand', None)
+    scale: float = parameter("", "factor from the file's unit of length to metres, such as 0.001 for millimetres", 1.0, gt=0)
+    offset: Vector = parameter("m", "added to the scaled positions", (0.0, 0.0, 0.0))
+    repair: bool = parameter("", "mend what can be mended, and warn of what was done", False)
 
-    endings = Path(path).name.lower().split(".")[1:]
-    if not any("." + ".".join(endings[k:]) in meshlane.extension_to_filetypes for k in range(len(endings))):
-        why = f"no format of meshes has the ending .{endings[-1]}" if endings else "its name has no ending"
-        raise Refusal(f"{path} cannot be read as {what}: {why}", f"save it as one of {readable}")
+    @model_validator(mode="after")
+    def _has_one_unit(self) -> Self:
+        if self.unit is not None and self.scale != 1.0:
+            text = f"`unit` and `scale` both say how long the file's unit is: {self.unit} and {self.scale:g} m"
+            raise Refusal(text, "keep one of them")
+        self.placed(np.zeros((1, 3)))
+        return self
 
-    said, ended = io.StringIO(), io.StringIO()
-    try:
-        with redirect_stdout(said), redirect_stderr(ended):
-            mesh = meshlane.read(path, GMSH if endings[-1] == "msh" else None)
-    except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets, or end the program
-        found = said.getvalue() if isinstance(error, SystemExit) else str(error)
-        reason = cut(" ".join(found.split()).rstrip("."), LONGEST) or f"it does not hold what {Path(path).suffix} files do"
-        if isinstance(error, OSError) and error.strerror:
-            reason = error.strerror
-        elif not isinstance(error, SystemExit | meshlane.ReadError):
-            reason = f"its text breaks off or is damaged ({type(error).__name__})"  # whose message may have what is in the file
-        raise Refusal(f"{path} cannot be read as {what}: {reason}", f"save it as one of {readable}") from None
-    if noted := " ".join((said.getvalue() + ended.getvalue()).split()):
-        warnings.warn(f"{path}: {noted}", stacklevel=2)
-    _check_corners(mesh, path)
-    return mesh
+    def placed(self, points: np.ndarray) -> np.ndarray:
+        """Points of the file in metres, shape (n, 3), moved by `offset`. Raises ValueError for what is no unit of length."""
+        if self.unit is None:
+            return points * self.scale + np.array(self.offset)
+        from pellucid.units import to_si
 
-
-def _check_corners(mesh: Any, path: str) -> None:
-    """Raise Refusal for cells with corners that are no points of the file."""
-    n = len(mesh.points)
-    for block in mesh.cells:
-        corners = np.asarray(block.data)
-        if corners.dtype.kind in "iu" and corners.size and not 0 <= corners.min() <= corners.max() < n:
-            wrong = int(np.argmax(((corners < 0) | (corners >= n)).reshape(len(corners), -1).any(axis=1)))
-            text = f"{path}: {block.type} {wrong}, counted from 0, has a corner that is none of the file's {n} points"
-            raise Refusal(text, "the file is damaged: save the mesh again")
-
-
-def _check_there(path: str) -> None:
-    """Raise Refusal for a missing file."""
-    if not Path(path).is_file():
-        there = [found.name for found in Path(path).parent.glob("*")]
-        remedy = hint(Path(path).name, there) or "a relative path starts from the folder of the case file"
-        raise Refusal(f"there is no file {path}", remedy)
+        return points * to_si(f"1 {self.unit}", "m") + np.array(self.offset)
 
 
 def states_of_files(model: Model) -> tuple[FileState, ...]:
@@ -83,7 +48,7 @@ def states_of_files(model: Model) -> tuple[FileState, ...]:
         if isinstance(value, Model):
             states += states_of_files(value)
         elif name == "path":
-            _check_there(value)
+            check_there(value)
             found = Path(value).stat()
             states.append((value, found.st_mtime_ns, found.st_size))
     return tuple(states)

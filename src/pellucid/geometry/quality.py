@@ -1,4 +1,4 @@
-"""How well shaped tetrahedra are: their dihedral angles."""
+"""How well shaped elements are: dihedral angles of tetrahedra, one number for each element."""
 
 import numpy as np
 
@@ -15,3 +15,32 @@ def dihedral_angles(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
         across = np.linalg.norm(np.cross(one, other), axis=1)
         angles.append(np.degrees(np.arctan2(across, np.einsum("ij,ij->i", one, other))))
     return np.stack(angles, axis=1)
+
+
+def triangle_qualities(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Area over the mean square of the sides, 1 for equilateral and 0 for flat triangles, shape (m,)."""
+    x = vertices[triangles]
+    area = 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
+    return np.asarray(4.0 / np.sqrt(3.0) * area / _mean_square(x, ((0, 1), (1, 2), (2, 0))))
+
+
+def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """Twice the area of the smallest triangle at a corner over the mean square of the sides, 1 for squares, shape (m,)."""
+    x = vertices[quads]
+    sides = np.roll(x, -1, axis=1) - x
+    corners = np.linalg.norm(np.cross(np.roll(sides, 1, axis=1), sides), axis=2).min(axis=1, initial=np.inf)
+    return np.asarray(corners / _mean_square(x, ((0, 1), (1, 2), (2, 3), (3, 0))))
+
+
+def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Volume to the power 2/3 over the mean square of the edges, 1 for regular and 0 for flat tetrahedra, shape (c,)."""
+    x = nodes[cells]
+    volume = np.abs(np.einsum("ij,ij->i", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), x[:, 3] - x[:, 0])) / 6.0
+    edges = tuple((a, b) for a, b, _, _ in _EDGES)
+    return np.asarray((6.0 * np.sqrt(2.0) * volume) ** (2.0 / 3.0) / _mean_square(x, edges))
+
+
+def _mean_square(places: np.ndarray, sides: tuple[tuple[int, int], ...]) -> np.ndarray:
+    """Mean square of the sides of elements with corners at places, shape (m, corners, 3): shape (m,); never 0."""
+    squares = [np.square(places[:, a] - places[:, b]).sum(axis=1) for a, b in sides]
+    return np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny)

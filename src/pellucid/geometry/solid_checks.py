@@ -13,6 +13,9 @@ FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrah
 NEAREST = 1e-6  # distance of two nodes over the cube root of the mean volume: below, they are one place that is there twice
 MOST_NAMED = 5  # pieces whose sizes a warning tells
 
+REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
+"""How a remedy ends that a program can apply."""
+
 Fault = tuple[str, str]
 
 
@@ -34,7 +37,10 @@ def solid_faults(mesh: SimplexMesh, is_pattern: bool = False) -> Iterator[Fault]
     yield from repeated
     yield from _misshapen(mesh)
     # what repeated tetrahedra crowd is mended with them
-    yield from _crowded(mesh, np.unique(np.sort(mesh.cells, axis=1), axis=0) if repeated else mesh.cells)
+    crowded = list(_crowded(mesh, np.unique(np.sort(mesh.cells, axis=1), axis=0) if repeated else mesh.cells))
+    yield from crowded
+    if not (repeated or crowded):
+        yield from _overlapping(mesh)
 
 
 def _place(position: np.ndarray) -> str:
@@ -49,7 +55,10 @@ def _empty_sets(mesh: SimplexMesh) -> Iterator[Fault]:
     empty = [f"`{name}`" for name, nodes in mesh.sets.items() if not len(nodes)]
     if empty:
         verb = "set has" if len(empty) == 1 else "sets have"
-        yield f"{_count(len(empty), verb, verb)} no node: {', '.join(empty)}", "list their nodes, or take them out of the file"
+        yield (
+            f"{_count(len(empty), verb, verb)} no node: {', '.join(empty)}",
+            f"list their nodes, or take them out of the file: {REPAIR}",
+        )
 
 
 def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
@@ -57,7 +66,7 @@ def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
     if len(lone):
         text = f"{_count(len(lone), 'node belongs', 'nodes belong')} to no tetrahedron, the first is number {lone[0]}"
         text += ", counted from 0"
-        yield f"{text}{_place(mesh.nodes[lone[0]])}; such a node has no mass", "remove them"
+        yield f"{text}{_place(mesh.nodes[lone[0]])}; such a node has no mass", f"remove them: {REPAIR}"
 
 
 def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
@@ -75,7 +84,10 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
             f"{other}, counted from 0{_place(mesh.nodes[one])}, {apart:.3g} m apart, which must be more than {limit:.3g} m; "
         )
         text += "the tetrahedra on both sides do not hold together there"
-        remedy = "merge such nodes (in Gmsh: Coherence before meshing, or Coherence Mesh), or make each part a body of its own"
+        remedy = (
+            "merge such nodes (in Gmsh: Coherence before meshing, or Coherence Mesh), or make each part a body of its own; "
+        )
+        remedy += REPAIR
         yield text, remedy
 
 
@@ -99,18 +111,28 @@ def _repeated(mesh: SimplexMesh) -> Iterator[Fault]:
     if len(again):
         one, other = sorted(order[[again[0], again[0] + 1]])
         text = f"{_count(len(again), 'tetrahedron is', 'tetrahedra are')} there twice, for example numbers {one} and {other}"
-        yield text + _place(mesh.nodes[mesh.cells[one]].mean(axis=0)), "keep each tetrahedron once"
+        yield text + _place(mesh.nodes[mesh.cells[one]].mean(axis=0)), f"keep each tetrahedron once: {REPAIR}"
 
 
-def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
+def flat_cells(mesh: SimplexMesh) -> np.ndarray:
+    """Which tetrahedra have no volume, shape (c,)."""
     longest = np.zeros(len(mesh.cells))  # squares of their longest edges
     for some in in_parts(len(mesh.cells)):
         corners = np.moveaxis(mesh.nodes[mesh.cells[some]], 1, 0)
         for one, other in combinations(corners, 2):
             np.maximum(longest[some], np.square(one - other).sum(axis=1), out=longest[some])
-    flat = np.abs(mesh.volumes) <= FLATTEST * longest**1.5
+    return np.asarray(np.abs(mesh.volumes) <= FLATTEST * longest**1.5)
+
+
+def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
+    flat = flat_cells(mesh)
     for found, single, many, remedy in (
-        (flat, "tetrahedron has no volume", "tetrahedra have no volume", "remove them, or move their nodes apart"),
+        (
+            flat,
+            "tetrahedron has no volume",
+            "tetrahedra have no volume",
+            f"remove them, or move their nodes apart: {REPAIR} for those at the surface",
+        ),
         (
             ~flat & (mesh.volumes < 0.0),
             "tetrahedron is inverted",
@@ -136,3 +158,21 @@ def _crowded(mesh: SimplexMesh, cells: np.ndarray) -> Iterator[Fault]:
     text = f"{_count(len(crowded), 'face has', 'faces have')} more than two tetrahedra, for example that of nodes"
     text += f" {nodes[0]}, {nodes[1]} and {nodes[2]}{_place(mesh.nodes[nodes].mean(axis=0))}"
     yield text, "the tetrahedra there overlap: mesh that part again"
+
+
+def _overlapping(mesh: SimplexMesh) -> Iterator[Fault]:
+    """Tetrahedra with volume that lie on the same side of a face that they share."""
+    faces = mesh.cells[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)  # counterclockwise seen from outside
+    start = faces.argmin(axis=1)[:, None]
+    turned = np.take_along_axis(faces, (start + np.arange(3)) % 3, axis=1)
+    n = len(mesh.nodes)
+    key = (turned[:, 0] * n + turned[:, 1]) * n + turned[:, 2]
+    order = np.argsort(key)
+    same = np.flatnonzero(np.diff(key[order]) == 0)
+    full = (mesh.volumes > 0.0) & ~flat_cells(mesh)
+    same = same[full[order[same] // 4] & full[order[same + 1] // 4]]
+    if len(same):
+        one, other = sorted((order[same[0]] // 4, order[same[0] + 1] // 4))
+        text = f"{_count(len(same), 'pair of tetrahedra lies', 'pairs of tetrahedra lie')} on one side of a face of both, for"
+        text += f" example numbers {one} and {other}, counted from 0{_place(mesh.nodes[mesh.cells[one]].mean(axis=0))}"
+        yield text, "they overlap, as where a mesh was moved too far: mesh that part again"

@@ -1,34 +1,30 @@
-"""Solids from files of tetrahedra: Gmsh, VTK, Abaqus, Nastran and what else meshlane reads, with their named sets of nodes."""
+"""Solids from files: Gmsh, VTK, Abaqus, Nastran and what else meshlane reads, with their named sets of nodes."""
 
-from pathlib import Path
-from typing import Any
+import warnings
+from dataclasses import replace
 
 import numpy as np
 from pydantic import model_validator
 
 from pellucid.findings import Refusal
-from pellucid.geometry.abaqus_surfaces import abaqus_surfaces
-from pellucid.geometry.mesh_files import read_mesh
+from pellucid.geometry.files.contents import Contents
+from pellucid.geometry.files.first_order import first_order, tetrahedra, with_points
+from pellucid.geometry.files.read import SOLIDS, read_file
+from pellucid.geometry.mesh_files import MeshFile
+from pellucid.geometry.one_place import same_place
 from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_repair import repaired, upright
 from pellucid.geometry.tetrahedral import Tetrahedral
-from pellucid.model import InputFile, Vector, parameter
+from pellucid.model import InputFile, parameter
 
-READABLE = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
-BELOW = ("vertex", "line", "line3", "triangle", "triangle6", "quad")  # what a file may hold beside tetrahedra
-SECOND_ORDER = "tetra10"
-GMSH = "gmsh:physical"
-GROUPS = {GMSH, "nastran:ref", "medit:ref"}
-"""Arrays that give each cell the number of its group: in Gmsh's files, Nastran's properties, Medit's references; 0 is none."""
-OF_THE_READER = "gmsh:"
-"""How names begin that are no sets, though they look like some."""
+SOLID = ("tetra", "hexahedron", "wedge", "pyramid")
+BESIDE = ("vertex", "line", "triangle", "quad", "polygon")  # what a file may hold beside the elements of a solid
 
 
-class SolidFile(Tetrahedral):
-    """A file of tetrahedra. Its sets of nodes, and the nodes of its sets and groups of faces and cells, have names."""
+class SolidFile(MeshFile, Tetrahedral):
+    """A file of solid elements. Its sets of nodes, and the nodes of its sets and groups of faces and cells, have names."""
 
     path: InputFile = parameter("", "Gmsh, VTK, Abaqus or Nastran file; a relative path starts from the case file's folder")
-    scale: float = parameter("", "factor from the file's unit of length to metres, such as 0.001 for millimetres", 1.0, gt=0)
-    offset: Vector = parameter("m", "added to the scaled positions", (0.0, 0.0, 0.0))
 
     @model_validator(mode="after")
     def _can_be_read(self) -> "SolidFile":
@@ -46,89 +42,64 @@ class SolidFile(Tetrahedral):
 
     def make(self) -> SimplexMesh:
         """The nodes and tetrahedra of the file. Raises ValueError where it cannot be read or holds anything else."""
-        mesh = read_mesh(self.path, "a mesh", READABLE)
-        if any(block.type == SECOND_ORDER for block in mesh.cells):
-            text = (
-                f"{self.path} holds second-order tetrahedra ({SECOND_ORDER}), with nodes on their edges; a solid needs those of"
-            )
-            raise Refusal(f"{text} four corners", "save the mesh with elements of first order")
-        strange = sorted({block.type for block in mesh.cells} - {"tetra"} - set(BELOW))
-        if strange:
-            text = f"{self.path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra of four corners alone"
-            raise Refusal(text, "mesh its volume with tetrahedra, or leave these cells out of the file")
-        cells = [np.asarray(block.data, np.int64) for block in mesh.cells if block.type == "tetra"]
-        if not sum(map(len, cells)):
-            remedy = "save its volume elements too; a closed surface alone is filled by `mesh = { inside = { surface = ... } }`"
-            raise Refusal(f"{self.path} holds no tetrahedron", remedy)
-        points = np.asarray(mesh.points, float)
-        if points.shape[1] != 3:
-            raise Refusal(
-                f"{self.path} holds points in a plane; tetrahedra need three coordinates", "save x, y and z of its nodes"
-            )
-        sets = _sets(mesh)
-        if Path(self.path).suffix.lower() == ".inp":
-            sets |= abaqus_surfaces(self.path, _tetrahedra_of_sets(mesh), mesh.point_sets or {})
-        return SimplexMesh(points * self.scale + np.array(self.offset), np.concatenate(cells), sets)
+        contents = first_order(read_file(self.path, "a mesh", SOLIDS))
+        mesh, notes = solid_of(self.path, contents, self.repair)
+        for note in (*contents.notes, *notes):
+            warnings.warn(f"{self.path}: {note}", stacklevel=2)
+        return SimplexMesh(self.placed(mesh.nodes), mesh.cells, mesh.sets)
 
 
-def _sets(mesh: Any) -> dict[str, np.ndarray]:
-    """Sets of nodes by name: those of the file, the nodes of its sets and groups of cells, and what arrays mark."""
-    sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
-    for name, parts in (_groups(mesh) | _sets_of_cells(mesh)).items():
-        nodes = [np.asarray(block.data)[part].ravel() for block, part in zip(mesh.cells, parts, strict=True)]
+def solid_of(path: str, contents: Contents, repair: bool) -> tuple[SimplexMesh, list[str]]:
+    """The tetrahedra of a file, in its unit and with their corners in order, and what to tell of how they came about.
+
+    Raises Refusal for other elements, or where no solid one is.
+    """
+    strange = sorted({block.kind for block in contents.blocks if len(block.nodes)} - {*SOLID, *BESIDE})
+    if strange:
+        text = f"{path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra, hexahedra, wedges or pyramids"
+        raise Refusal(text, "mesh its volume with these, or leave these cells out of the file")
+    if not any(len(block.nodes) for block in contents.blocks if block.kind in SOLID):
+        remedy = "save its volume elements too; a closed surface alone is filled by `mesh = { inside = { surface = ... } }`"
+        raise Refusal(f"{path} holds no tetrahedron and no other solid element", remedy)
+    if not np.ptp(contents.points, axis=0).all():
+        axis = "xyz"[int(np.ptp(contents.points, axis=0).argmin())]
+        raise Refusal(f"{path} holds points that all have the same {axis}: no element of them has a volume", "save x, y and z")
+    notes: list[str] = []
+    if repair:  # before elements are cut: those on both sides of a face must have its nodes in common
+        contents, notes = _merged(contents)
+    cells, cut = tetrahedra(contents.blocks)
+    n_own = sum(len(block.nodes) for block in contents.blocks if block.kind == "tetra")
+    if not len(cells):
+        raise Refusal(f"{path} holds solid elements that all have a corner twice, and so no volume", "save the mesh again")
+    mesh, turned = upright(SimplexMesh(contents.points, cells, _sets(contents)), n_own)
+    if not repair:
+        return mesh, [*cut, *turned]
+    mesh, mended = repaired(mesh)
+    if not len(mesh.cells):
+        raise Refusal(f"the repair leaves nothing of {path}: none of its tetrahedra has a volume", "save the mesh again")
+    return mesh, [*notes, *cut, *turned, *mended]
+
+
+def _merged(contents: Contents) -> tuple[Contents, list[str]]:
+    """Nodes at one place made one, with the number of the first."""
+    place = same_place(contents.points, [block.nodes for block in contents.blocks if block.kind in SOLID])
+    merged = np.flatnonzero(place != np.arange(len(place)))
+    if not len(merged):
+        return contents, []
+    blocks = tuple(
+        block._replace(nodes=place[block.nodes]) if block.nodes.dtype.kind in "iu" else block for block in contents.blocks
+    )
+    sets = {name: np.unique(place[nodes]) for name, nodes in contents.node_sets.items()}
+    where = ", ".join(f"{x:.6g}" for x in contents.points[merged[0]])
+    nodes = "1 node was" if len(merged) == 1 else f"{len(merged)} nodes were"
+    note = f"{nodes} merged with another one at the same place, the first at ({where}), in the unit of the file"
+    return with_points(replace(contents, blocks=blocks, node_sets=sets), place == np.arange(len(place))), [note]
+
+
+def _sets(contents: Contents) -> dict[str, np.ndarray]:
+    """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""
+    sets = dict(contents.node_sets)
+    for name, parts in contents.cell_sets.items():
+        nodes = [np.asarray(block.nodes)[part].ravel() for block, part in zip(contents.blocks, parts, strict=True)]
         sets.setdefault(name, np.unique(np.concatenate(nodes)).astype(np.int64))
-    for name, values in (mesh.point_data or {}).items():
-        if (marked := _marked(values)) is not None:
-            sets.setdefault(name, marked)
     return sets
-
-
-def _sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """By name, the numbers of cells of each block."""
-    found = {
-        name: [np.asarray([] if part is None else part, np.int64) for part in parts]
-        for name, parts in (mesh.cell_sets or {}).items()
-        if not name.startswith(OF_THE_READER)
-    }
-    for name, blocks in (mesh.cell_data or {}).items():
-        if name not in GROUPS and (marked := _marked(np.concatenate(blocks))) is not None:
-            ends = np.cumsum([len(block) for block in blocks])
-            parts = np.split(marked, np.searchsorted(marked, ends[:-1]))
-            found.setdefault(name, [part - start for part, start in zip(parts, [0, *ends[:-1]], strict=True)])
-    return found
-
-
-def _tetrahedra_of_sets(mesh: Any) -> dict[str, np.ndarray]:
-    """By name, corners of the tetrahedra of sets of cells, shape (k, 4)."""
-    none = np.zeros((0, 4), np.int64)
-    return {
-        name: np.concatenate(
-            [none, *(block.data[part] for block, part in zip(mesh.cells, parts, strict=True) if block.type == "tetra")]
-        )
-        for name, parts in _sets_of_cells(mesh).items()
-    }
-
-
-def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Numbered groups of cells by their names, or by their numbers where they have none."""
-    data = mesh.cell_data or {}
-    named = (mesh.field_data or {}) if GMSH in data else {}
-    names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}
-    none = [np.zeros(0, np.int64) for _ in mesh.cells]
-    found = {name: list(none) for name in names.values()}
-    for key in GROUPS & data.keys():
-        for place, (block, numbers) in enumerate(zip(mesh.cells, data[key], strict=True)):
-            for number in np.unique(np.asarray(numbers, np.int64)):
-                if number:
-                    name = names.get((int(number), block.dim), str(number))
-                    found.setdefault(name, list(none))[place] = np.flatnonzero(np.asarray(numbers) == number)
-    return found
-
-
-def _marked(values: np.ndarray) -> np.ndarray | None:
-    """Where an array of whole numbers has the larger of its two values 0 and 1, or -1 and 0; None for any other array."""
-    values = np.asarray(values)
-    if values.ndim != 1 or values.dtype.kind not in "biu":
-        return None
-    least, most = (int(values.min()), int(values.max())) if len(values) else (0, 0)
-    return np.flatnonzero(values == most) if (least, most) in ((0, 1), (-1, 0)) else None

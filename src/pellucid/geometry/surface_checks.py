@@ -7,11 +7,15 @@ import numpy as np
 from pellucid.geometry.cells import cut_in_two
 from pellucid.geometry.enclosure import signed_volume
 from pellucid.geometry.mesh import NO_QUADS, Mesh
+from pellucid.geometry.surface_holes import rims
 from pellucid.geometry.triangulation import directed_edges, pieces
 
 FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
 STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
 MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral, whose element is flat
+
+REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
+"""How a remedy ends that a program can apply."""
 
 Fault = tuple[str, str]
 
@@ -50,7 +54,7 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
         yield from holes
         if not (flipped or holes) and (volume := signed_volume(*mesh.triangulated())) < 0.0:
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
-            yield text, f"turn the {elements.many} round: of a file with `reverse`"
+            yield text, f"turn the {elements.many} round: of a file, `repair = true` or `reverse = true` does it"
 
 
 class _Elements:
@@ -97,24 +101,33 @@ def _lone(elements: _Elements) -> Iterator[Fault]:
     lone = np.flatnonzero(np.bincount(elements.edges[:, 0], minlength=len(elements.vertices)) == 0)
     if len(lone):
         text = f"{_count(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
-        yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", "remove them"
+        yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", f"remove them: {REPAIR}"
 
 
 def _empty(elements: _Elements) -> Iterator[Fault]:
-    small = []
-    for corners in (elements.quads, elements.triangles):
-        places = elements.vertices[corners]
-        longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
-        small.append(np.linalg.norm(_vector_area(places), axis=1) <= FLATTEST * longest**2)
-    found = np.flatnonzero(np.concatenate(small))
+    empty = empty_elements(Mesh(elements.vertices, elements.quads, elements.triangles))
+    found = np.flatnonzero(empty)
     if len(found):
         text = f"{elements.count(len(found), 'has', 'have')} no area, the first is number {found[0]}"
-        yield text + _place(elements.corner(found[0])), "remove them, and join their corners where they are one"
-    collapsed = np.flatnonzero(np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~small[0])
+        yield text + _place(elements.corner(found[0])), f"remove them, and join their corners where they are one: {REPAIR}"
+    collapsed = np.flatnonzero(
+        np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~empty[: elements.first_triangle]
+    )
     if len(collapsed):
         text = f"{_count(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
         place = _place(elements.corner(collapsed[0]))
-        yield f"{text}, the first is number {collapsed[0]}{place}", "make triangles of them"
+        yield f"{text}, the first is number {collapsed[0]}{place}", f"make triangles of them: {REPAIR}"
+
+
+def empty_elements(mesh: Mesh, flattest: float = FLATTEST) -> np.ndarray:
+    """Which elements have no area, or less than `flattest` of the square of their longest side; quadrilaterals first, shape
+    (q + t,)."""
+    small = []
+    for corners in (mesh.quads, mesh.triangles):
+        places = mesh.vertices[corners]
+        longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+        small.append(np.linalg.norm(_vector_area(places), axis=1) <= flattest * longest**2)
+    return np.concatenate(small)
 
 
 def _repeated(elements: _Elements) -> Iterator[Fault]:
@@ -127,7 +140,7 @@ def _repeated(elements: _Elements) -> Iterator[Fault]:
     if found:
         one, other = found[0]
         text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
-        yield text + _place(elements.corner(other)), f"keep each {elements.one} once"
+        yield text + _place(elements.corner(other)), f"keep each {elements.one} once: {REPAIR}"
 
 
 def _once(corners: np.ndarray) -> np.ndarray:
@@ -145,29 +158,36 @@ def _crowded(elements: _Elements) -> Iterator[Fault]:
 
 def _crooked(elements: _Elements) -> Iterator[Fault]:
     """Quadrilaterals that are not convex, or far from flat."""
-    places = elements.vertices[elements.quads]
-    area = _vector_area(places)
-    size = np.linalg.norm(area, axis=1)
-    edge = np.roll(places, -1, axis=1) - places
-    at_corner = np.cross(np.roll(edge, 1, axis=1), edge)  # twice the vector area of the triangle at each corner
-    bent = np.einsum("ijk,ik->ij", at_corner, area).min(axis=1, initial=np.inf) <= STRAIGHTEST * size**2
+    bent, folds = crooked_quads(elements.vertices, elements.quads)
     found = np.flatnonzero(bent)
     if len(found):
         text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
         text += f"{_place(elements.corner(found[0]))}: it has a corner of 180 degrees or more, or its edges cross"
-        yield text, "order the corners round the element, or cut it into triangles"
-    both_ways = np.concatenate([elements.quads, np.roll(elements.quads, 1, axis=1)])
-    halves = _vector_area(elements.vertices[cut_in_two(both_ways)])
-    one, other = halves[0::2], halves[1::2]
-    length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
-    cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
-    fold = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1).max(axis=0)
+        yield text, f"order the corners round the element, or cut it into triangles: {REPAIR}, where its edges do not cross"
+    fold = folds.max(axis=0)
     found = np.flatnonzero((fold > MOST_FOLDED) & ~bent)
     if len(found):
         worst = found[np.argmax(fold[found])]
         text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
         text += f"{fold[worst]:.0f} degrees about a diagonal, which must be at most {MOST_FOLDED:g}"
-        yield text + _place(elements.corner(worst)), "make them finer there, or cut them into triangles"
+        yield text + _place(elements.corner(worst)), f"make them finer there, or cut them into triangles: {REPAIR}"
+
+
+def crooked_quads(vertices: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which quadrilaterals are not convex, shape (q,), and the angles between the halves of each where it is cut from the first
+    corner and from the second one [degrees], shape (2, q)."""
+    places = vertices[quads]
+    area = _vector_area(places)
+    size = np.linalg.norm(area, axis=1)
+    edge = np.roll(places, -1, axis=1) - places
+    at_corner = np.cross(np.roll(edge, 1, axis=1), edge)  # twice the vector area of the triangle at each corner
+    bent = np.einsum("ijk,ik->ij", at_corner, area).min(axis=1, initial=np.inf) <= STRAIGHTEST * size**2
+    both_ways = np.concatenate([quads, np.roll(quads, -1, axis=1)])
+    halves = _vector_area(vertices[cut_in_two(both_ways)])
+    one, other = halves[0::2], halves[1::2]
+    length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
+    return bent, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1)
 
 
 def _flipped(elements: _Elements) -> Iterator[Fault]:
@@ -178,7 +198,7 @@ def _flipped(elements: _Elements) -> Iterator[Fault]:
             directed = directed[::-1]
         one, other = elements.owner[np.all(elements.edges == directed, axis=1)]
         text = f"neighbouring {elements.many} face opposite sides at {_count(len(same), 'edge', 'edges')}, for example numbers"
-        remedy = f"let all {elements.many} turn the same way about the normal"
+        remedy = f"let all {elements.many} turn the same way about the normal: {REPAIR}"
         yield f"{text} {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
 
 
@@ -187,7 +207,9 @@ def _holes(elements: _Elements) -> Iterator[Fault]:
     if len(rim):
         loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
         text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
-        remedy = "close it, or declare it open with `closed = false`"
+        largest = max(map(len, rims(Mesh(elements.vertices, elements.quads, elements.triangles))), default=len(rim))
+        remedy = f"close it: of a file, `repair = true` with `close_holes = {largest}` does it, or `pellucid mesh FILE --repair"
+        remedy += f" --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
         yield f"{text}, one of them {_between(rim[0])}{elements.place(rim[0])}", remedy
 
 

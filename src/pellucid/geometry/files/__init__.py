@@ -1,0 +1,1 @@
+"""Files of meshes: one reader for each format, and what all of them give."""

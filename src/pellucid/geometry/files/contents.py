@@ -1,0 +1,75 @@
+"""What a file of a mesh holds, whatever its format."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+CORNERS = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+"""Corners of the kinds of elements that are known, in the order of VTK; further nodes of an element follow its corners."""
+_KIND = re.compile(rf"({'|'.join(CORNERS)})\d*")
+_LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"} | {
+    kind.upper(): kind for kind in ("hexahedron", "wedge", "pyramid")
+}
+
+
+class Damaged(ValueError):
+    """Why the text or the bytes of a file are not what its format asks for, without what is in it."""
+
+
+class Block(NamedTuple):
+    """Elements of one kind, such as "tetra10", and the numbers of their nodes from 0, shape (m, nodes of the kind)."""
+
+    kind: str
+    nodes: np.ndarray
+
+    @property
+    def base(self) -> str | None:
+        """The kind with nodes at its corners alone; None where it has no such corners, as polyhedra."""
+        if found := _KIND.fullmatch(self.kind):
+            return found[1]
+        return _LAGRANGE.get(self.kind.removeprefix("VTK_LAGRANGE_"))
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Points, shape (n, 3), in the unit of the file, elements and named sets.
+
+    cell_sets: by name, the numbers of the elements of each block; notes: what the reader has to tell beside.
+    """
+
+    format: str
+    points: np.ndarray
+    blocks: tuple[Block, ...]
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    cell_sets: Mapping[str, list[np.ndarray]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face") -> tuple[Block, ...]:
+    """Faces of any number of corners as quadrilaterals and triangles; those of more corners are cut. Raises Damaged."""
+    quads = [face for face in faces if len(face) == 4]
+    triangles = [face for face in faces if len(face) == 3]
+    for number, face in enumerate(faces):
+        if len(face) < 3:
+            raise Damaged(f"{where} {number}, counted from 0, has {len(face)} corners, and one has at least 3")
+        if len(face) > 4:
+            triangles += _cut(points, face, f"{where} {number}, counted from 0,")
+    found = (("quad", quads, 4), ("triangle", triangles, 3))
+    return tuple(Block(kind, np.array(some, np.int64).reshape(-1, corners)) for kind, some, corners in found if some)
+
+
+def _cut(points: np.ndarray, face: list[int], where: str) -> list[list[int]]:
+    """A polygon as a fan of triangles that all turn as it does. Raises Damaged where no corner sees all others."""
+    if not 0 <= min(face) <= max(face) < len(points):
+        raise Damaged(f"{where} has a corner that is none of the file's {len(points)} points")
+    for start in range(len(face)):
+        turned = face[start:] + face[:start]
+        corners = points[turned] - points[turned[0]]
+        areas = np.cross(corners[1:-1], corners[2:])
+        if (areas @ areas.sum(axis=0) > 0.0).all():
+            return [[turned[0], *pair] for pair in pairwise(turned[1:])]
+    raise Damaged(f"{where} has {len(face)} corners and is not convex: cut it into triangles")

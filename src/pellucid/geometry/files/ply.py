@@ -1,0 +1,206 @@
+"""PLY, text and binary: vertices, and faces of any number of corners; other elements and properties are left out."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
+from pellucid.geometry.files.words import text_of
+
+TYPES = {
+    "char": "i1",
+    "uchar": "u1",
+    "short": "i2",
+    "ushort": "u2",
+    "int": "i4",
+    "uint": "u4",
+    "float": "f4",
+    "double": "f8",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
+}
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+CORNERS = ("vertex_indices", "vertex_index")
+
+
+Column = np.ndarray | list[np.ndarray]
+"""Values of a property, shape (rows, values), or those of each row."""
+
+
+class _Property(NamedTuple):
+    name: str
+    type: str
+    """Of numpy, of the items where it is a list."""
+    length: str = ""
+    """Type of the length of a list; empty for a single value."""
+
+
+class _Element(NamedTuple):
+    name: str
+    rows: int
+    properties: list[_Property]
+
+
+def read_ply(data: bytes) -> Contents:
+    """What is in a PLY file. Raises Damaged."""
+    order, elements, start = _header(data)
+    source: _Words | _Bytes = _Bytes(data, start, order) if order else _Words(text_of(data[start:]).split())
+    columns = {element.name: _columns(source, element) for element in elements}
+    vertices, faces = columns.get("vertex", {}), columns.get("face", {})
+    if not {"x", "y", "z"} <= vertices.keys():
+        raise Damaged("its vertices have no x, y and z")
+    points = np.stack([np.asarray(vertices[axis], float).reshape(-1) for axis in "xyz"], axis=1)
+    corners = next((faces[name] for name in CORNERS if name in faces), [])
+    return Contents(f"PLY, {'binary' if order else 'text'}", points, _blocks(points, corners))
+
+
+def _blocks(points: np.ndarray, corners: Column) -> tuple[Block, ...]:
+    if isinstance(corners, np.ndarray) and corners.ndim == 2 and corners.shape[1] in (3, 4) and len(corners):
+        return (Block("triangle" if corners.shape[1] == 3 else "quad", corners.astype(np.int64)),)
+    return flat_blocks(points, [[int(corner) for corner in np.atleast_1d(face)] for face in corners])
+
+
+def _header(data: bytes) -> tuple[str, list[_Element], int]:
+    """The order of bytes, empty for text; the elements; where they begin."""
+    end = data.find(b"end_header")
+    if not data.startswith(b"ply") or end < 0:
+        raise Damaged("it has no header from `ply` to `end_header`")
+    start = data.find(b"\n", end) + 1 or len(data)
+    order: str | None = None
+    elements: list[_Element] = []
+    for words in map(str.split, text_of(data[:end]).splitlines()):
+        match words:
+            case ["format", name, *_] if name in ORDERS:
+                order = ORDERS[name]
+            case ["element", name, count] if count.isdecimal():
+                elements.append(_Element(name, int(count), []))
+            case ["property", "list", count, kind, name] if elements and count in TYPES and kind in TYPES:
+                elements[-1].properties.append(_Property(name, TYPES[kind], TYPES[count]))
+            case ["property", kind, name] if elements and kind in TYPES:
+                elements[-1].properties.append(_Property(name, TYPES[kind]))
+            case ["ply"] | ["comment", *_] | ["obj_info", *_] | []:
+                pass
+            case [word, *_]:
+                what = word if word in ("format", "element", "property") else "line"
+                raise Damaged(f"its header has a {what} that no PLY file has")
+    if order is None:
+        raise Damaged("its header does not say which format it has")
+    return order, elements, start
+
+
+class _Words:
+    """The values of a text file, one after the other."""
+
+    def __init__(self, words: list[str]) -> None:
+        self._words, self._at = words, 0
+
+    @property
+    def left(self) -> int:
+        """An upper bound of the values that are left."""
+        return len(self._words) - self._at
+
+    def take(self, kind: str, count: int) -> np.ndarray:
+        """The next `count` values."""
+        if not 0 <= count <= self.left:
+            raise Damaged("it ends before its last element, or has a list of less than no values")
+        words = self._words[self._at : self._at + count]
+        self._at += count
+        try:
+            return np.array(words, float) if kind[0] == "f" else np.array(words, np.int64)
+        except (ValueError, OverflowError):
+            raise Damaged("something else stands where a number belongs") from None
+
+    def table(self, layout: list[tuple[str, int]], rows: int) -> list[np.ndarray] | None:
+        """Columns of rows that all have so many values of these types, shape (rows, values) each; None without them."""
+        widths = [width for _, width in layout]
+        if rows * sum(widths) > self.left:
+            return None
+        words = np.array(self._words[self._at : self._at + rows * sum(widths)], object).reshape(rows, sum(widths))
+        parts = np.split(words, np.cumsum(widths)[:-1], axis=1)
+        try:
+            return [part.astype(float if kind[0] == "f" else np.int64) for part, (kind, _) in zip(parts, layout, strict=True)]
+        except (ValueError, OverflowError):
+            return None  # rows of other lengths, or damaged: row by row it will be known
+
+    def skip(self, layout: list[tuple[str, int]], rows: int) -> None:
+        """Go on behind what `table` gave."""
+        self._at += rows * sum(width for _, width in layout)
+
+
+class _Bytes:
+    """The values of a binary file, one after the other."""
+
+    def __init__(self, data: bytes, start: int, order: str) -> None:
+        self._data, self._at, self._order = data, start, order
+
+    @property
+    def left(self) -> int:
+        """An upper bound of the values that are left."""
+        return len(self._data) - self._at
+
+    def take(self, kind: str, count: int) -> np.ndarray:
+        """The next `count` values."""
+        found = np.dtype(self._order + kind)
+        if not 0 <= count * found.itemsize <= self.left:
+            raise Damaged("it ends before its last element, or has a list of less than no values")
+        values = np.frombuffer(self._data, found, count, self._at)
+        self._at += count * found.itemsize
+        return values
+
+    def _row(self, layout: list[tuple[str, int]]) -> np.dtype:
+        return np.dtype([(f"f{place}", self._order + kind, (width,)) for place, (kind, width) in enumerate(layout)])
+
+    def table(self, layout: list[tuple[str, int]], rows: int) -> list[np.ndarray] | None:
+        """See `_Words`."""
+        row = self._row(layout)
+        if rows * row.itemsize > self.left:
+            return None
+        table = np.frombuffer(self._data, row, rows, self._at)
+        return [table[f"f{place}"] for place in range(len(layout))]
+
+    def skip(self, layout: list[tuple[str, int]], rows: int) -> None:
+        """See `_Words`."""
+        self._at += rows * self._row(layout).itemsize
+
+
+def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
+    """The values of an element's properties by name; at once where all lists are as long as those of the first row."""
+    if element.rows > source.left:
+        raise Damaged(f"its header counts {element.rows} of `{element.name}`, more than the file has room for")
+    if not element.rows:
+        return {one.name: [] for one in element.properties}
+    first = [_next(source, one) for one in element.properties]
+    layout = [
+        part
+        for one, values in zip(element.properties, first, strict=True)
+        for part in ([(one.length, 1)] if one.length else []) + [(one.type, len(values))]
+    ]
+    rest = element.rows - 1
+    columns = source.table(layout, rest)
+    if columns is not None:
+        found, at, even = dict[str, Column](), 0, True
+        for one, values in zip(element.properties, first, strict=True):
+            even &= not one.length or bool((columns[at] == len(values)).all())
+            at += bool(one.length)
+            found[one.name] = np.concatenate([values[None], columns[at]])
+            at += 1
+        if even:
+            source.skip(layout, rest)
+            return found
+    lists: dict[str, list[np.ndarray]] = {one.name: [values] for one, values in zip(element.properties, first, strict=True)}
+    for _ in range(rest):
+        for one in element.properties:
+            lists[one.name].append(_next(source, one))
+    return dict(lists)
+
+
+def _next(source: _Words | _Bytes, one: _Property) -> np.ndarray:
+    return source.take(one.type, int(source.take(one.length, 1)[0]) if one.length else 1)

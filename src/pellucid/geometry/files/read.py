@@ -1,0 +1,92 @@
+"""Any file of a mesh, by its ending and its first bytes."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from pellucid.findings import Refusal, hint
+from pellucid.geometry.files.contents import Contents, Damaged
+from pellucid.geometry.files.gmsh1 import is_gmsh1, read_gmsh1
+from pellucid.geometry.files.obj import read_obj
+from pellucid.geometry.files.ply import read_ply
+from pellucid.geometry.files.stl import read_stl
+from pellucid.geometry.files.through_meshlane import read_through_meshlane
+from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
+from pellucid.geometry.files.vtp import read_vtp
+from pellucid.input_files import file_bytes
+
+SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
+SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
+ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
+HEAD = 1000
+"""Bytes that tell formats of one ending apart."""
+FARTHEST = 1e30
+"""Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
+
+Read = Callable[[bytes], Contents]
+BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".vtp": read_vtp}
+BY_BEGINNING: dict[str, tuple[Callable[[bytes], bool], Read]] = {
+    ".msh": (is_gmsh1, read_gmsh1),
+    ".vtk": (is_polydata, read_polydata),
+}
+
+
+def read_file(path: str, what: str, readable: str) -> Contents:
+    """What is in a file. Raises Refusal where it cannot be read as `what`, with its article.
+
+    readable: kinds of files that can be.
+    """
+    check_there(path)
+    ending = Path(path).suffix.lower()
+    try:
+        contents = _read(path, ending)
+        _check(contents)
+    except Damaged as error:
+        again = "" if "ending" in str(error) else "write the file again with the program that made it, or "
+        raise Refusal(f"{path} cannot be read as {what}: {error}", f"{again}save it as one of {readable}") from None
+    except (MemoryError, OSError) as error:
+        reason = "it needs more memory than there is" if isinstance(error, MemoryError) else error.strerror or str(error)
+        raise Refusal(f"{path} cannot be read as {what}: {reason}", "mend this, or name another file") from None
+    return contents
+
+
+def _read(path: str, ending: str) -> Contents:
+    with Path(path).open("rb") as file:
+        head = file.read(HEAD)
+    if not head.strip():
+        raise Damaged("it is empty")
+    read = BY_ENDING.get(ending)
+    applies, of_beginning = BY_BEGINNING.get(ending, (None, None))
+    if applies is not None and applies(head):
+        read = of_beginning
+    return read_through_meshlane(path) if read is None else read(file_bytes(path))
+
+
+def _check(contents: Contents) -> None:
+    """Raise Damaged for points nowhere, and for elements with corners that are no points of the file."""
+    points, n = contents.points, len(contents.points)
+    nowhere = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
+    if len(nowhere):
+        where = ", ".join(f"{x:.6g}" for x in points[nowhere[0]])
+        raise Damaged(f"point {nowhere[0]}, counted from 0, is at ({where}): coordinates are numbers up to {FARTHEST:g}")
+    for block in contents.blocks:
+        if block.nodes.dtype.kind not in "iu":
+            continue
+        if block.nodes.size and not 0 <= block.nodes.min() <= block.nodes.max() < n:
+            wrong = int(np.argmax(((block.nodes < 0) | (block.nodes >= n)).reshape(len(block.nodes), -1).any(axis=1)))
+            raise Damaged(f"{block.kind} {wrong}, counted from 0, has a corner that is none of the file's {n} points")
+    for name, nodes in contents.node_sets.items():
+        if len(nodes) and not 0 <= nodes.min() <= nodes.max() < n:
+            raise Damaged(f"the set `{name[:60]}` has a node that is none of the file's {n} points")
+
+
+def check_there(path: str) -> None:
+    """Raise Refusal for a missing file, or for what is none."""
+    if Path(path).exists() and not Path(path).is_file():
+        what = "a folder" if Path(path).is_dir() else "a pipe or a device"
+        raise Refusal(f"{path} is {what}, not a file", "name a file")
+    if not Path(path).is_file():
+        there = [found.name for found in Path(path).parent.glob("*")]
+        remedy = hint(Path(path).name, there) or "a relative path starts from the folder of the case file"
+        raise Refusal(f"there is no file {path}", remedy)

@@ -1,0 +1,59 @@
+"""Named sets of what meshlane reads: those of the file, its groups of elements, and what arrays mark."""
+
+from typing import Any
+
+import numpy as np
+
+GMSH = "gmsh:physical"
+GROUPS = {GMSH, "nastran:ref", "medit:ref"}
+"""Arrays that give each cell the number of its group: in Gmsh's files, Nastran's properties, Medit's references; 0 is none."""
+OF_THE_READER = "gmsh:"
+"""How names begin that are no sets, though they look like some."""
+
+
+def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
+    """By name, the numbers of nodes."""
+    sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
+    for name, values in (mesh.point_data or {}).items():
+        if (marked := _marked(values)) is not None:
+            sets.setdefault(name, marked)
+    return sets
+
+
+def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
+    """By name, the numbers of elements of each block."""
+    found = _groups(mesh)
+    for name, parts in (mesh.cell_sets or {}).items():
+        if not name.startswith(OF_THE_READER):
+            found[name] = [np.asarray([] if part is None else part, np.int64) for part in parts]
+    for name, blocks in (mesh.cell_data or {}).items():
+        if name not in GROUPS and (marked := _marked(np.concatenate(blocks))) is not None:
+            ends = np.cumsum([len(block) for block in blocks])
+            parts = np.split(marked, np.searchsorted(marked, ends[:-1]))
+            found.setdefault(name, [part - start for part, start in zip(parts, [0, *ends[:-1]], strict=True)])
+    return found
+
+
+def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
+    """Numbered groups of elements by their names, or by their numbers where they have none."""
+    data = mesh.cell_data or {}
+    named = (mesh.field_data or {}) if GMSH in data else {}
+    names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}
+    none = [np.zeros(0, np.int64) for _ in mesh.cells]
+    found = {name: list(none) for name in names.values()}
+    for key in sorted(GROUPS & data.keys()):
+        for place, (block, numbers) in enumerate(zip(mesh.cells, data[key], strict=True)):
+            for number in np.unique(np.asarray(numbers, np.int64)):
+                if number:
+                    name = names.get((int(number), block.dim), str(number))
+                    found.setdefault(name, list(none))[place] = np.flatnonzero(np.asarray(numbers) == number)
+    return found
+
+
+def _marked(values: np.ndarray) -> np.ndarray | None:
+    """Where an array of whole numbers has the larger of its two values 0 and 1, or -1 and 0; None for any other array."""
+    values = np.asarray(values)
+    if values.ndim != 1 or values.dtype.kind not in "biu":
+        return None
+    least, most = (int(values.min()), int(values.max())) if len(values) else (0, 0)
+    return np.flatnonzero(values == most) if (least, most) in ((0, 1), (-1, 0)) else None

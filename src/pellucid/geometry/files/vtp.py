@@ -1,0 +1,145 @@
+"""VTK's XML files of polygons (.vtp), text, binary and appended, packed by zlib or not; their data are left out."""
+
+import base64
+import binascii
+import re
+import zlib
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
+from pellucid.geometry.files.vtk_polydata import triangles_of_strip
+from pellucid.geometry.files.words import floats, integers
+
+TYPES = {f"{kind}{bits}": f"{letter}{bits // 8}" for kind, letter in (("Int", "i"), ("UInt", "u")) for bits in (8, 16, 32, 64)}
+TYPES |= {"Float32": "f4", "Float64": "f8"}
+PACKERS = ("", "vtkZLibDataCompressor")
+APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_")
+PACKED = 1000
+"""What is unpacked is at most so many times as long as it was: zlib packs no better."""
+
+
+def read_vtp(data: bytes) -> Contents:
+    """What is in such a file. Raises Damaged."""
+    return _Reader(data).contents()
+
+
+class _Reader:
+    """The tree of a file, and what is appended to it."""
+
+    def __init__(self, data: bytes) -> None:
+        self._appended = b""
+        found = APPENDED.search(data)
+        if found:  # raw bytes are no XML
+            end = data.rfind(b"</AppendedData>")
+            self._appended = data[found.end() : end if end > found.end() else len(data)]
+            data = data[: found.end() - 1] + b"</AppendedData></VTKFile>"
+        if b"<!DOCTYPE" in data[:1000] or b"<!ENTITY" in data:
+            raise Damaged("it declares entities, which no VTK file does")
+        try:
+            self._root = ElementTree.fromstring(data)
+        except ElementTree.ParseError as error:
+            raise Damaged(f"it is no XML from line {error.position[0]} on") from None
+        if self._root.tag != "VTKFile" or self._root.get("type") != "PolyData":
+            raise Damaged("it is no VTKFile of type PolyData")
+        if (packer := self._root.get("compressor", "")) not in PACKERS:
+            raise Damaged("it is packed in another way than by zlib" if packer else "it does not say how it is packed")
+        self._packed = bool(self._root.get("compressor"))
+        self._order = ">" if self._root.get("byte_order") == "BigEndian" else "<"
+        self._header = np.dtype(self._order + TYPES.get(self._root.get("header_type", "UInt32"), "u4"))
+        encoding = self._root.find("AppendedData")
+        self._raw = encoding is not None and encoding.get("encoding") == "raw"
+
+    def contents(self) -> Contents:
+        """Points and polygons of all pieces."""
+        points, faces, n = [np.zeros((0, 3))], list[list[int]](), 0
+        for piece in self._root.findall("PolyData/Piece"):
+            table = piece.find("Points/DataArray")
+            if table is None:
+                continue
+            here = self._values(table).astype(float)
+            if len(here) % 3:
+                raise Damaged("its points have not three coordinates each")
+            for name in ("Polys", "Strips"):
+                lists = self._lists(piece.find(name))
+                lists = [t for strip in lists for t in triangles_of_strip(strip)] if name == "Strips" else lists
+                faces += [[n + corner for corner in corners] for corners in lists]
+            points.append(here.reshape(-1, 3))
+            n += len(points[-1])
+        places = np.concatenate(points)
+        blocks: tuple[Block, ...] = flat_blocks(places, faces, "polygon")
+        return Contents("VTK polydata, XML", places, blocks)
+
+    def _lists(self, group: ElementTree.Element | None) -> list[list[int]]:
+        tables = {table.get("Name"): table for table in group.findall("DataArray")} if group is not None else {}
+        if not {"connectivity", "offsets"} <= tables.keys():
+            return []
+        corners, ends = (self._values(tables[name]).astype(np.int64) for name in ("connectivity", "offsets"))
+        if len(ends) and not ((np.diff(ends, prepend=0) >= 0).all() and ends[-1] == len(corners)):
+            raise Damaged("the places where its lists end do not ascend to their end")
+        return [part.tolist() for part in np.split(corners, ends[:-1])] if len(ends) else []
+
+    def _values(self, table: ElementTree.Element) -> np.ndarray:
+        kind = TYPES.get(table.get("type", ""))
+        if kind is None:
+            raise Damaged("a table has a type of numbers that VTK has not")
+        form = table.get("format", "ascii")
+        if form == "ascii":
+            words = (table.text or "").split()
+            return floats(words, "its points") if kind[0] == "f" else integers(words, "its lists")
+        if form == "appended":
+            offset = table.get("offset", "")
+            if not offset.isdecimal() or int(offset) >= len(self._appended):
+                raise Damaged("a table begins behind the end of the file")
+            source = _Bytes(self._appended[int(offset) :], self._raw)
+        else:
+            source = _Bytes((table.text or "").strip().encode(), raw=False)
+        data = self._unpacked(source) if self._packed else source.take_behind_count(self._header)
+        found = np.dtype(self._order + kind)
+        if len(data) % found.itemsize:
+            raise Damaged("a table ends within a number")
+        return np.frombuffer(data, found).astype(found.newbyteorder("="))
+
+    def _unpacked(self, source: "_Bytes") -> bytes:
+        """Blocks behind their count, their length, that of the last one, and the length of each when packed."""
+        head = np.frombuffer(source.take(3 * self._header.itemsize, peek=True), self._header)
+        n = int(head[0])
+        sizes = np.frombuffer(source.take((3 + n) * self._header.itemsize), self._header)[3:].astype(np.int64)
+        packed = source.take(int(sizes.sum()))
+        parts, at = [], 0
+        for size in sizes.tolist():
+            unpacker = zlib.decompressobj()
+            try:
+                parts.append(unpacker.decompress(packed[at : at + size], PACKED * max(size, 1)))
+            except zlib.error:
+                raise Damaged("a packed table is damaged") from None
+            at += size
+        return b"".join(parts)
+
+
+class _Bytes:
+    """Bytes, or their text in base 64, whose parts are encoded each by itself."""
+
+    def __init__(self, data: bytes, raw: bool) -> None:
+        self._data, self._raw, self._at = data, raw, 0
+
+    def take_behind_count(self, header: np.dtype) -> bytes:
+        """What follows its length in bytes; in base 64 both are encoded together."""
+        count = int(np.frombuffer(self.take(header.itemsize, peek=True), header)[0])
+        return self.take(header.itemsize + count)[header.itemsize :]
+
+    def take(self, count: int, peek: bool = False) -> bytes:
+        """The next `count` bytes. Raises Damaged."""
+        if count < 0:
+            raise Damaged("a table has a length below 0")
+        length = count if self._raw else -(-count // 3) * 4
+        part = self._data[self._at : self._at + length]
+        try:
+            found = part if self._raw else base64.b64decode(part[: len(part) // 4 * 4])[:count]
+        except (binascii.Error, ValueError):
+            raise Damaged("a table in base 64 is damaged") from None
+        if len(found) != count:
+            raise Damaged("a table ends before its end")
+        self._at += 0 if peek else length
+        return found

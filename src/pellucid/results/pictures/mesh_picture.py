@@ -1,0 +1,132 @@
+"""The picture of a mesh by itself: elements with their sides, coloured by their shape, and what is wrong marked."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.cells import cut_in_two, outer_faces_of_cells
+from pellucid.geometry.mesh import Mesh as SurfaceMesh
+from pellucid.geometry.mesh_survey import surface_qualities
+from pellucid.geometry.quality import tetrahedron_qualities
+from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.surface_holes import rims
+from pellucid.geometry.triangulation import directed_edges
+from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
+from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
+from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
+from pellucid.results.pictures.rendering.render import render
+from pellucid.results.pictures.style import SEQUENTIAL, house_style, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FRONT, BELOW = View(-50.0, 22.0), View(130.0, -22.0)
+MOST_PIXELS = 1000  # of a view, along and across
+PANEL, LOWEST = 4.6, 2.6  # width of a view and the most of its height, the least of its height [inch]
+INK, RIM, BACK = (0.13, 0.13, 0.2), (0.84, 0.1, 0.1), (0.93, 0.55, 0.35)
+FINEST = 5.0  # pixels of a mean side: of smaller elements no sides are drawn
+AHEAD = 2e-3  # of the width of the picture, by which sides lie before their elements
+STEP = 0.8  # pixels between the dots that make a side
+
+
+def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> "Figure":
+    """Two views of a mesh whose unit has so many metres, for its caller to save: a surface from both sides, a solid whole and
+    cut open.
+
+    Elements are coloured by their shape; in red are sides that have one element only, in orange elements of a surface that are
+    seen from the side that their normals turn away from.
+    """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    is_solid = isinstance(mesh, SimplexMesh)
+    views = [_whole(mesh), _opened(mesh)] if isinstance(mesh, SimplexMesh) else [_surface(mesh)] * 2
+    words = ("from the front", "cut open") if is_solid else ("from the front and above", "from behind and below")
+    places = metres * views[0].vertices
+    cameras = [_camera(view, places) for view in ((FRONT, FRONT) if is_solid else (FRONT, BELOW))]
+    tallest = max(camera.shape[0] / camera.shape[1] for camera in cameras)
+    with house_style():
+        height = max(PANEL * min(tallest, 1.4), LOWEST)
+        figure = new_figure(2.0 * PANEL + 1.0, height + 0.4, layout="compressed")
+        for axes, camera, shown, word in zip(figure.subplots(1, 2), cameras, views, words, strict=True):
+            drawn = _drawables(shown._replace(vertices=places), camera, both_sides=not is_solid)
+            show(axes, render(drawn, camera), camera)
+            scale_bar(axes, camera)
+            corner_words(axes, "", word)
+        bar = figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), SEQUENTIAL), ax=figure.axes, shrink=0.7, pad=0.01, aspect=25)
+        bar.set_label("shape (1 regular, 0 flat)")
+        bar.outline.set_visible(False)
+        marks = [] if is_solid else ["orange: from the inner side"]
+        figure.suptitle(" · ".join([title, *["red: sides of one element"] * bool(len(views[0].rim)), *marks]))
+    return figure
+
+
+class _Shown(NamedTuple):
+    """Vertices, triangles, the shape of the element of each, the sides and the rim that are drawn."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    quality: np.ndarray
+    sides: np.ndarray
+    rim: np.ndarray
+
+
+def _surface(mesh: SurfaceMesh) -> _Shown:
+    quality, n = surface_qualities(mesh), len(mesh.quads)
+    rim = [pair for ring in rims(mesh) for pair in zip(ring, ring[1:] + ring[:1], strict=True)]
+    return _Shown(
+        mesh.vertices,
+        np.concatenate([cut_in_two(mesh.quads), mesh.triangles]),
+        np.concatenate([np.repeat(quality[:n], 2), quality[n:]]),
+        np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)]),
+        np.array(rim, int).reshape(-1, 2),
+    )
+
+
+def _whole(mesh: SimplexMesh) -> _Shown:
+    triangles, owner = outer_faces_of_cells(mesh.cells)
+    quality = tetrahedron_qualities(mesh.nodes, mesh.cells[owner])
+    return _Shown(mesh.nodes, triangles, quality, directed_edges(triangles), np.zeros((0, 2), int))
+
+
+def _opened(mesh: SimplexMesh) -> _Shown:
+    """The tetrahedra whose middle lies behind that of the mesh."""
+    depth = mesh.nodes[mesh.cells].mean(axis=1)[:, 1]
+    behind = depth >= 0.5 * (mesh.nodes[:, 1].min() + mesh.nodes[:, 1].max())
+    return _whole(SimplexMesh(mesh.nodes, mesh.cells[behind]))
+
+
+def _camera(view: View, places: np.ndarray) -> Camera:
+    rows, columns = camera_for(view, places, MOST_PIXELS, margin=0.06).shape
+    return camera_for(view, places, max(int(MOST_PIXELS * min(columns / rows, 1.0)), 1), margin=0.06)
+
+
+def _drawables(shown: _Shown, camera: Camera, both_sides: bool) -> list[Drawable]:
+    vertices, triangles, quality, sides, rim = shown
+    eye = camera.axes[2]
+    places = vertices[triangles]
+    away = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]) @ eye < 0.0
+    colours = coloured(quality, (0.0, 1.0), SEQUENTIAL)
+    colours = 0.25 + 0.75 * colours  # paler, so that sides stand out
+    if both_sides:
+        colours[away] = BACK
+    flat = np.arange(triangles.size).reshape(-1, 3)  # corners of their own: plane elements, each of one colour
+    drawn: list[Drawable] = [Mesh(places.reshape(-1, 3), flat, np.repeat(colours, 3, axis=0), np.zeros(triangles.size, bool))]
+    ahead = AHEAD * float((camera.high - camera.low)[0]) * eye
+    sides = np.unique(np.sort(sides, axis=1), axis=0)
+    lengths = np.linalg.norm(vertices[sides[:, 0]] - vertices[sides[:, 1]], axis=1) * camera.scale
+    if len(lengths) and lengths.mean() >= FINEST:
+        drawn.append(_dots(vertices + ahead, sides, camera, INK, 0.75))
+    if len(rim):
+        drawn.append(_dots(vertices + 2.0 * ahead, rim, camera, RIM, 2.0))
+    return drawn
+
+
+def _dots(vertices: np.ndarray, sides: np.ndarray, camera: Camera, colour: tuple[float, float, float], radius: float) -> Balls:
+    """Lines between vertices as balls side by side, with a radius in pixels."""
+    start, end = vertices[sides[:, 0]], vertices[sides[:, 1]]
+    counts = np.maximum((np.linalg.norm(end - start, axis=1) * camera.scale / STEP).astype(int), 1) + 1
+    which = np.repeat(np.arange(len(sides)), counts)
+    share = (np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)) / (counts[which] - 1)
+    centres = start[which] + share[:, None] * (end - start)[which]
+    return Balls(centres, np.full(len(centres), radius / camera.scale), np.tile(colour, (len(centres), 1)), lit=False)

@@ -1,0 +1,318 @@
+"""Readers of the package: what the formats allow is read, and what is damaged is named with its line or place."""
+
+import numpy as np
+import pytest
+from vtp_files import vtp
+
+from pellucid.geometry.files.contents import Damaged
+from pellucid.geometry.files.gmsh1 import read_gmsh1
+from pellucid.geometry.files.obj import read_obj
+from pellucid.geometry.files.ply import read_ply
+from pellucid.geometry.files.stl import FACET, read_stl
+from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
+from pellucid.geometry.files.vtp import read_vtp
+
+SQUARE = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+SPIRAL = "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 1 3 0\nv 1 2 0\nv 3 2 0\nv 3 1 0\nv 0 1 0\n"
+FACET_TEXT = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n"
+
+
+def elements(contents):
+    return {block.kind: block.nodes.tolist() for block in contents.blocks}
+
+
+@pytest.mark.parametrize(
+    ("faces", "found"),
+    [
+        ("f 1 2 3 4", {"quad": [[0, 1, 2, 3]]}),
+        ("vt 0 0\nf 1/1 2/1 3/1 4/1", {"quad": [[0, 1, 2, 3]]}),
+        ("vn 0 0 1\nf 1//1 2//1 3//1", {"triangle": [[0, 1, 2]]}),
+        ("vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1", {"triangle": [[0, 1, 2]]}),
+        ("f 1 2 3\nf -4 -2 -1", {"triangle": [[0, 1, 2], [0, 2, 3]]}),
+        ("g lid\nusemtl red\ns off\nf 1 2 \\\n3 # a comment\nl 1 2", {"triangle": [[0, 1, 2]]}),
+        ("v 0.5 2 0\nf 1 2 3 5 4", {"triangle": [[0, 1, 2], [0, 2, 4], [0, 4, 3]]}),
+    ],
+)
+def test_faces_of_obj_in_all_their_forms(faces, found):
+    contents = read_obj((VERTICES + faces).encode())
+    assert elements(contents) == found
+    assert np.array_equal(contents.points[:4], SQUARE)
+
+
+def test_obj_with_colours_and_weights_at_vertices():
+    assert np.array_equal(read_obj(b"v 1 2 3 0.5 0.5 1\nv 0 0 0 1\nv 1 0 0\nf 1 2 3").points[0], (1, 2, 3))
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("v 0 0\n", "line 1 has 2 of 3 numbers"),
+        (VERTICES + "f 0 1 2", "line 5 names a vertex before the first one; they count from 1"),
+        (VERTICES + "f -5 1 2", "line 5 names a vertex before"),
+        (VERTICES + "f 1 2", "line 5 has 2 corners, and one has at least 3"),
+        (VERTICES + "f 1 b 2", "line 5 has something else where a whole number belongs"),
+        (VERTICES + "v 0.5 0.2 0\nf 1 2 3 4 5", ""),
+        (
+            "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 1 3 0\nv 1 2 0\nv 3 2 0\nv 3 1 0\nv 0 1 0\nf 1 2 3 4 5 6 7 8",
+            "8 corners and is not convex",
+        ),
+        ("cstype bezier\n", "line 1 begins a free-form curve or surface"),
+    ],
+)
+def test_what_is_wrong_with_an_obj_file_is_named(text, reason):
+    if reason:
+        with pytest.raises(Damaged, match=reason):
+            read_obj(text.encode())
+    else:
+        assert len(read_obj(text.encode()).blocks[0].nodes) == 3, "a polygon that one of its corners sees all of is cut there"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "solid a\n" + FACET_TEXT + "endsolid a\n",
+        "solid\n" + FACET_TEXT.replace("endloop", "end loop").replace("endfacet", "end facet") + "end solid",
+        ("solid a\n" + FACET_TEXT + "endsolid a").upper(),
+        "solid a\n" + FACET_TEXT.replace("\n", " ") + "\nendsolid",
+        "solid a\n" + FACET_TEXT.replace("1 0 0", "1.0D0 0 0") + "endsolid",
+        "solid a\r\n" + FACET_TEXT.replace("\n", "\r\n") + "endsolid a\r\n",
+    ],
+    ids=["plain", "end loop", "upper case", "one line", "Fortran", "Windows"],
+)
+def test_stl_text_in_all_its_forms(text):
+    contents = read_stl(text.encode())
+    assert contents.format == "STL, text"
+    assert np.array_equal(contents.points, SQUARE[:3])
+    assert contents.notes == ()
+
+
+def binary_stl(count=2, header=b"made by hand", there=2):
+    facets = np.zeros(there, FACET)
+    facets["corners"] = SQUARE[[[0, 1, 2], [0, 2, 3]]][:there]
+    return header.ljust(80) + np.uint32(count).tobytes() + facets.tobytes()
+
+
+def test_binary_stl_also_of_a_header_that_begins_with_solid():
+    for header in (b"made by hand", b"solid of a program that should not"):
+        contents = read_stl(binary_stl(header=header))
+        assert contents.format == "STL, binary"
+        assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
+    assert read_stl(binary_stl() + b"end").notes == ("3 bytes after its last facet were not read",)
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (b"a poem", "neither text that begins with `solid`"),
+        (b"solid as a rock\n" + 200 * b"-", "it holds no facet"),
+        (binary_stl(count=4_000_000_000), "counts 4000000000 facets, and 2 are there"),
+        (("solid\n" + FACET_TEXT[:60]).encode(), "breaks off within a facet, in line 6"),
+        (("solid\n" + FACET_TEXT.replace("endloop", "vertex 0 1 0\nendloop")).encode(), "ends in line 8 has 4 corners, not 3"),
+    ],
+    ids=["poem", "rock", "count", "cut", "four corners"],
+)
+def test_what_is_wrong_with_an_stl_file_is_named(data, reason):
+    with pytest.raises(Damaged, match=reason):
+        read_stl(data)
+
+
+def test_stl_without_its_end_is_read_with_a_note():
+    assert read_stl(("solid\n" + FACET_TEXT).encode()).notes == ("it has no `endsolid`: it may be cut off",)
+
+
+PLY = """ply
+format ascii 1.0
+comment by hand
+element vertex 5
+property float x
+property float y
+property float z
+property uchar red
+element face 2
+property list uchar int vertex_index
+element edge 1
+property int vertex1
+property int vertex2
+end_header
+0 0 0 9
+1 0 0 9
+1 1 0 9
+0 1 0 9
+0.5 2 0 9
+4 0 1 2 3
+3 3 2 4
+0 1
+"""
+MIXED = {"quad": [[0, 1, 2, 3]], "triangle": [[3, 2, 4]]}
+
+
+def test_ply_text_keeps_quadrilaterals_beside_other_elements():
+    contents = read_ply(PLY.encode())
+    assert elements(contents) == MIXED
+    assert np.array_equal(contents.points[:4], SQUARE)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("mixed", [True, False])
+def test_binary_ply_of_both_orders_of_bytes(order, mixed):
+    name = "little" if order == "<" else "big"
+    faces = [[0, 1, 2, 3], [3, 2, 4]] if mixed else [[0, 1, 2], [0, 2, 3]]
+    head = PLY[: PLY.index("end_header")].replace("ascii", f"binary_{name}_endian").replace("element edge 1", "element edge 0")
+    data = f"{head}end_header\n".encode()
+    for place in (*SQUARE, (0.5, 2, 0)):
+        data += np.array(place, f"{order}f4").tobytes() + b"\x09"
+    for face in faces:
+        data += bytes([len(face)]) + np.array(face, f"{order}i4").tobytes()
+    contents = read_ply(data)
+    assert elements(contents) == (MIXED if mixed else {"triangle": faces})
+    assert np.array_equal(contents.points[:4], SQUARE)
+    with pytest.raises(Damaged, match="it ends before its last element"):
+        read_ply(data[:-3])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("vertex 5", "vertex 500000000000", "counts 500000000000 of `vertex`, more than the file has room for"),
+        ("property float z", "property quad z", "header has a property that no PLY file has"),
+        ("property float z\n", "", "no x, y and z|something else stands|less than no values"),
+        ("end_header", "end", "no header from `ply` to `end_header`"),
+        ("format ascii 1.0\n", "", "does not say which format"),
+        ("4 0 1 2 3", "-4 0 1 2 3", "a list of less than no values"),
+        ("0.5 2 0 9", "0.5 x 0 9", "something else stands where a number belongs"),
+    ],
+)
+def test_what_is_wrong_with_a_ply_file_is_named(old, new, reason):
+    with pytest.raises(Damaged, match=reason):
+        read_ply(PLY.replace(old, new, 1).encode())
+
+
+GMSH_1 = """$NOD
+5
+7 0 0 0
+3 1 0 0
+4 0 1 0
+9 0 0 1
+20 5 5 5
+$ENDNOD
+$ELM
+3
+1 4 12 1 4 7 3 4 9
+2 2 0 1 3 7 3 4
+3 15 0 1 1 20
+$ENDELM
+"""
+
+
+def test_the_first_format_of_gmsh():
+    contents = read_gmsh1(GMSH_1.encode())
+    assert elements(contents) == {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 1, 2]], "vertex": [[4]]}
+    assert {name: [part.tolist() for part in parts] for name, parts in contents.cell_sets.items()} == {"12": [[0], [], []]}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("$NOD\n5", "$NOD\n6", "counts 6 nodes, and has 5 lines"),
+        ("$ELM\n3", "$ELM\n4", "counts 4 elements, and has 3"),
+        ("7 3 4 9", "7 3 4 8", "element 0, counted from 0, has a corner that is none of the file's nodes"),
+        ("3 1 0 0", "7 1 0 0", "1 numbers of nodes are there twice"),
+        ("1 4 12 1 4 7", "1 99 12 1 4 7", "is of kind 99"),
+        ("2 2 0 1 3 7", "2 2 0 1 900 7", "element 1, counted from 0, breaks off"),
+        ("$ENDELM", "", "no section from \\$ELM to \\$ENDELM"),
+    ],
+)
+def test_what_is_wrong_with_a_gmsh_1_file_is_named(old, new, reason):
+    with pytest.raises(Damaged, match=reason):
+        read_gmsh1(GMSH_1.replace(old, new, 1).encode())
+
+
+POLYDATA = """# vtk DataFile Version 3.0
+by hand
+ASCII
+DATASET POLYDATA
+POINTS 5 float
+0 0 0 1 0 0 1 1 0
+0 1 0 0.5 2 0
+METADATA
+INFORMATION 0
+
+VERTICES 1 2
+1 0
+POLYGONS 2 9
+4 0 1 2 3
+3 3 2 4
+POINT_DATA 5
+SCALARS s float
+LOOKUP_TABLE default
+1 2 3 4 5
+"""
+NEW_LISTS = "OFFSETS vtktypeint64\n0 4 7\nCONNECTIVITY vtktypeint64\n0 1 2 3\n3 2 4\n"
+
+
+def test_vtk_polydata_of_old_and_new_versions():
+    new = POLYDATA.replace("4 0 1 2 3\n3 3 2 4\n", NEW_LISTS).replace("VERTICES 1 2\n1 0\n", "")
+    new = new.replace("Version 3.0", "Version 5.1").replace("POLYGONS 2 9", "POLYGONS 3 7")
+    for text in (POLYDATA, new, POLYDATA.lower().replace("# vtk datafile version", "# vtk DataFile Version")):
+        assert is_polydata(text.encode())
+        assert elements(read_polydata(text.encode())) == MIXED
+
+
+def test_strips_of_triangles_of_vtk_polydata():
+    text = POLYDATA.replace("POLYGONS 2 9\n4 0 1 2 3\n3 3 2 4", "TRIANGLE_STRIPS 1 6\n5 0 1 3 2 4")
+    assert elements(read_polydata(text.encode())) == {"triangle": [[0, 1, 3], [3, 1, 2], [3, 2, 4]]}
+
+
+def test_binary_vtk_polydata():
+    head = b"# vtk DataFile Version 3.0\nx\nBINARY\nDATASET POLYDATA\nPOINTS 4 double\n"
+    data = head + SQUARE.astype(">f8").tobytes() + b"\nPOLYGONS 1 5\n" + np.array([4, 0, 1, 2, 3], ">i4").tobytes() + b"\n"
+    contents = read_polydata(data)
+    assert elements(contents) == {"quad": [[0, 1, 2, 3]]}
+    assert np.array_equal(contents.points, SQUARE)
+    with pytest.raises(Damaged, match="it ends within 5 values"):
+        read_polydata(data[:-9])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("POINTS 5", "POINTS 500000000", "has not the 1500000000 values"),
+        ("POINTS 5 float", "POINTS 5 quad", "a type of numbers that VTK has not"),
+        ("POLYGONS 2 9", "POLYGONS 3 9", "a list of corners breaks off"),
+        ("3 3 2 4", "3 3 x 4", "something else stands where a whole number belongs"),
+        ("POINTS 5 float\n", "", "it has no points"),
+    ],
+)
+def test_what_is_wrong_with_vtk_polydata_is_named(old, new, reason):
+    with pytest.raises(Damaged, match=reason):
+        read_polydata(POLYDATA.replace(old, new, 1).encode())
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary", "appended", "zipped"])
+def test_vtk_polydata_in_xml(form):
+    data = vtp([*SQUARE, (0.5, 2, 0)], [[0, 1, 2, 3], [3, 2, 4]], form)
+    contents = read_vtp(data)
+    assert elements(contents) == MIXED
+    assert np.array_equal(contents.points[:4], SQUARE)
+
+
+@pytest.mark.parametrize(
+    ("form", "old", "new", "reason"),
+    [
+        ("ascii", b"<Points>", b"<Point>", "it is no XML from line 4 on"),
+        ("ascii", b'type="PolyData"', b'type="ImageData"', "no VTKFile of type PolyData"),
+        ("ascii", b"0 1 2 3", b"0 1 2 x", "something else stands where a whole number belongs"),
+        ("ascii", b"<?xml", b"<!DOCTYPE a><?xml", "it declares entities"),
+        ("ascii", b"4 7", b"4 9", "the places where its lists end do not ascend to their end"),
+        ("binary", b'"Float64"', b'"Float63"', "a type of numbers that VTK has not"),
+        ("appended", b'offset="0"', b'offset="99999"', "a table begins behind the end of the file"),
+        ("zipped", b"vtkZLibDataCompressor", b"vtkLZ4DataCompressor", "packed in another way than by zlib"),
+        ("zipped", b"x\x9c", b"x\x00", "a packed table is damaged"),
+    ],
+)
+def test_what_is_wrong_with_vtk_polydata_in_xml_is_named(form, old, new, reason):
+    data = vtp([*SQUARE, (0.5, 2, 0)], [[0, 1, 2, 3], [3, 2, 4]], form)
+    assert old in data
+    with pytest.raises(Damaged, match=reason):
+        read_vtp(data.replace(old, new, 1))
