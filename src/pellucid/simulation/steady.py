@@ -96,8 +96,8 @@ class SteadyClock(Clock):
             self.missed = (
                 f"step {self.n_steps}, load step {self._equilibria + 1} of {self.steady.load_steps}: no steady state in "
                 f"steady.most_steps = {self.steady.most_steps} steps: the estimated error is {self.error:.3g} of the largest "
-                f"displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} of all forces are out "
-                "of balance; its last state is kept: `pellucid resume` with `--set steady.most_steps=...` or "
+                f"displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} of all forces "
+                "are out of balance; its last state is kept: `pellucid resume` with `--set steady.most_steps=...` or "
                 "`steady.tolerance=...` goes on from there, and `where` of a support holds what can still move"
             )
             self._reach()

@@ -14,6 +14,7 @@ from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
 CLOSE = 1e-13  # of Σ p_a (x - x_a), in the lengths by which the offsets are divided; one more step squares it off the faces
+ROUNDED = 1e-7  # of the same, taken where no more can be had: on edges of coordinates in single precision, as STL has
 FLAT = 1e-15  # of tr J, added to its diagonal: on a face of the convex hull J has no inverse
 EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
 ON_PLANE = 1e-11  # height over a face, in the lengths of the offsets, up to which a node lies on its plane
@@ -87,10 +88,11 @@ def entropy_weights(n, flat, offset, log_prior, p):
     if highest == -inf:
         return NO_PRIOR
     l0 = l1 = l2 = 0.0
-    least = _weigh(n, offset, log_prior, l0, l1, l2, p)
+    least, left = _weigh(n, offset, log_prior, l0, l1, l2, p), inf
     for _ in range(MOST_ITERATIONS):
         (r0, r1, r2), (xx, yy, zz), (yz, xz, xy) = _moments(n, offset, p, flat)
-        last = sqrt(r0 * r0 + r1 * r1 + r2 * r2) < CLOSE
+        left = sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+        last = left < CLOSE
         d0 = -(xx * r0 + xy * r1 + xz * r2)
         d1 = -(xy * r0 + yy * r1 + yz * r2)
         d2 = -(xz * r0 + yz * r1 + zz * r2)
@@ -105,7 +107,7 @@ def entropy_weights(n, flat, offset, log_prior, p):
         l0, l1, l2, least = l0 + t * d0, l1 + t * d1, l2 + t * d2, found
         if last:
             return OK
-    return NOT_CONVERGED
+    return OK if left < ROUNDED else NOT_CONVERGED
 
 
 @pointwise
@@ -178,6 +180,9 @@ def keep_face(n, normal, offset, log_prior):
         height = offset[a, 0] * normal[0] + offset[a, 1] * normal[1] + offset[a, 2] * normal[2]
         if abs(height) > ON_PLANE:
             log_prior[a] = -inf
+        else:  # without this rounding, which no λ makes up for
+            for d in range(3):
+                offset[a, d] -= height * normal[d]
 
 
 @pointwise
