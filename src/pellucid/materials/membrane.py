@@ -55,7 +55,7 @@ def largest_strain(law: Law, shape: Shape) -> float:
 
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
-    """Fastest wave in the plane [m/s]."""
+    """Fastest small wave on the membrane as it is [m/s]: along the surface or across it, with what its tension does."""
 
 
 @generic

@@ -25,11 +25,10 @@ MOST_ITERATIONS = 50
 
 
 class NeoHookeanMembrane(NamedTuple):
-    """Lamé's constants [Pa] and the initial density [kg/m³]."""
+    """Lamé's constants [Pa]."""
 
     lam: float
     mu: float
-    rho0: float
 
 
 class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
@@ -38,8 +37,8 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
     kind: Literal["neo-hookean-membrane"] = "neo-hookean-membrane"
 
     def elastic_law(self) -> NeoHookeanMembrane:
-        """Its Lamé constants and density."""
-        return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio), self.density)
+        """Its Lamé constants."""
+        return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio))
 
 
 @point_function(initial_shape, NeoHookeanMembrane)
@@ -140,10 +139,14 @@ def _plane_wave_speed(law, shape, density):
     F = shape
     area = F[0] * F[3] - F[1] * F[2]
     c = _thickness_squared(law, area)
-    # the bulk wave at this stretch, which no wave in the plane outruns
-    stretch = F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3]
-    stiffness = law.lam + law.mu - law.lam * log(area * sqrt(c)) + law.mu * stretch
-    return sqrt(max(stiffness, law.mu * stretch) / law.rho0)
+    # no stress across leaves μ - λ ln J = μ c, and the tangent of the Kirchhoff stress, λ I⊗I + 2(μ - λ ln J) 𝕀, becomes that of
+    # plane stress: isotropic, E/(1-ν²) at rest. Pressure waves along the larger stretch have its tension beside it
+    m = law.mu * c
+    plane = max(4.0 * m * (law.lam + m) / (law.lam + 2.0 * m), m)
+    half = 0.5 * (F[0] * F[0] + F[1] * F[1] - F[2] * F[2] - F[3] * F[3])
+    b12 = F[0] * F[2] + F[1] * F[3]
+    stretch = 0.5 * (F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3]) + sqrt(half * half + b12 * b12)
+    return sqrt((plane + max(law.mu * stretch - m, 0.0)) / (area * sqrt(c) * density))
 
 
 @pointwise

@@ -125,9 +125,7 @@ def _respond(law, control, thickness, n, dt, c):
         R1 = resisted(control, Q1, q1, dt, stiffness, impedance)
         R2 = resisted(control, Q2, q2, dt, stiffness, impedance)
         warped += half * ((Q1 + R1) * q1 + (Q2 + R2) * q2)
-        tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
-        tension = tension if tension > 0.0 else 0.0
-        signal = sqrt(bound * (wave * wave + tension * volume / m))
+        signal = wave * sqrt(bound)
         magnitude = abs(s11 + s22 + s12 + signal + volume)
         over = over if ratio > 0.0 else 1.0
         put(c, q + HOURGLASS * WIDTH, ((R1, R2), warped))

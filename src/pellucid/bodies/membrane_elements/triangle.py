@@ -74,10 +74,7 @@ def strain_triangle(surface, x, v, e, dt):
         + g22 * (b12 * b12 + b22 * b22 + b32 * b32)
         + 2.0 * g12 * (b11 * b12 + b21 * b22 + b31 * b32)
     )
-    m = state.element_mass[e]
-    wave = plane_wave_speed(law, shape, m / volume)
-    tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
-    signal = sqrt(bound * (wave * wave + max(tension, 0.0) * volume / m))
+    signal = sqrt(bound) * plane_wave_speed(law, shape, state.element_mass[e] / volume)
     turn = cross(m1, m2)
     h1 = (f1[0] - dt * r1[0], f1[1] - dt * r1[1], f1[2] - dt * r1[2])
     h2 = (f2[0] - dt * r2[0], f2[1] - dt * r2[1], f2[2] - dt * r2[2])
