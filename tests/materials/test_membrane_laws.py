@@ -66,7 +66,7 @@ def test_the_bound_of_a_neo_hookean_membrane_is_its_fastest_wave(ratio, stretche
 @every_ratio
 @pytest.mark.parametrize("stretches", [(1.2, 1.0), (1.2, 0.9), (1.1, 1.1), (0.9, 0.9), (1.0, 0.85)])
 def test_no_wave_outruns_the_bound_at_moderate_strains(kind, ratio, stretches):
-    """The linear law grows thicker where it is compressed, which its wave speed leaves out: 6 % at a strain of 0.15, ν = 0.49."""
+    """The linear law is stiffer where it is compressed and thick, which its speed leaves out: 6 % at 0.15 with ν = 0.49."""
     assert bound_over_fastest(kind, ratio, stretches) > 0.93
 
 

@@ -139,8 +139,8 @@ def _plane_wave_speed(law, shape, density):
     F = shape
     area = F[0] * F[3] - F[1] * F[2]
     c = _thickness_squared(law, area)
-    # no stress across leaves μ - λ ln J = μ c, and the tangent of the Kirchhoff stress, λ I⊗I + 2(μ - λ ln J) 𝕀, becomes that of
-    # plane stress: isotropic, E/(1-ν²) at rest. Pressure waves along the larger stretch have its tension beside it
+    # no stress across leaves μ - λ ln J = μ c; with that the tangent of the Kirchhoff stress, λ I⊗I + 2(μ - λ ln J) 𝕀, becomes
+    # one of plane stress, isotropic, E/(1-ν²) at rest. Pressure waves along the larger stretch have its tension beside it
     m = law.mu * c
     plane = max(4.0 * m * (law.lam + m) / (law.lam + 2.0 * m), m)
     half = 0.5 * (F[0] * F[0] + F[1] * F[1] - F[2] * F[2] - F[3] * F[3])
