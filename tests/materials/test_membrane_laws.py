@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, shape_of
+from pellucid.materials.membrane import initial_shape, plane_response, plane_wave_speed, shape_of, wave_in_shape
 from pellucid.materials.membrane_material import MEMBRANE_MATERIALS
 
 E, RHO = 2e6, 1100.0
@@ -74,4 +74,4 @@ def bound_over_fastest(kind, ratio, stretches):
     law = material(kind, ratio).law()
     shape = shape_of(law, (1.0, -1.0, 0.0), *stretches)
     density = RHO / (stretches[0] * stretches[1] * plane_response(law, shape)[3])
-    return plane_wave_speed(law, shape, density) / fastest_wave(law, stretches)
+    return wave_in_shape(law, shape, density) / fastest_wave(law, stretches)

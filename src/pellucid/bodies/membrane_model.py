@@ -16,7 +16,7 @@ from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.membrane import plane_diffusivity, plane_wave_speed
+from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
 from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.part import Parts
@@ -70,7 +70,7 @@ class MembraneCase(DampedModel):
         """Speed of waves in its plane [m/s] and kinematic viscosity [m²/s] under its tension at the start."""
         law, density = self.material.law(), self.material.density
         shape = prestretch(law, self.tension, self.thickness).shape
-        return plane_wave_speed(law, shape, density), plane_diffusivity(law, shape, density)
+        return wave_in_shape(law, shape, density), plane_diffusivity(law, shape, density)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Initial fields that it cannot have."""

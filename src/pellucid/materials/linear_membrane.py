@@ -81,12 +81,7 @@ def _largest_strain(law, shape):
 
 @point_function(plane_wave_speed, LinearMembrane)
 def _plane_wave_speed(law, shape, density):
-    # pressure waves along the surface; at strains beyond those that it is for, the tension makes waves across it faster
-    C = law.E / (1.0 - law.nu * law.nu)
-    half = 0.5 * (shape[0] - shape[1])
-    radius = sqrt(half * half + shape[2] * shape[2])
-    tension = 0.5 * C * (1.0 + law.nu) * (shape[0] + shape[1]) + law.E / (1.0 + law.nu) * radius
-    return sqrt(max(C, tension) / density)
+    return sqrt(law.E / ((1.0 - law.nu * law.nu) * density))
 
 
 @point_function(unwrinkled, LinearMembrane)

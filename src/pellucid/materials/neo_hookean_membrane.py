@@ -140,13 +140,10 @@ def _plane_wave_speed(law, shape, density):
     area = F[0] * F[3] - F[1] * F[2]
     c = _thickness_squared(law, area)
     # no stress across leaves μ - λ ln J = μ c; with that the tangent of the Kirchhoff stress, λ I⊗I + 2(μ - λ ln J) 𝕀, becomes
-    # one of plane stress, isotropic, E/(1-ν²) at rest. Pressure waves along the larger stretch have its tension beside it
+    # one of plane stress, isotropic, E/(1-ν²) at rest
     m = law.mu * c
-    plane = max(4.0 * m * (law.lam + m) / (law.lam + 2.0 * m), m)
-    half = 0.5 * (F[0] * F[0] + F[1] * F[1] - F[2] * F[2] - F[3] * F[3])
-    b12 = F[0] * F[2] + F[1] * F[3]
-    stretch = 0.5 * (F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3]) + sqrt(half * half + b12 * b12)
-    return sqrt((plane + max(law.mu * stretch - m, 0.0)) / (area * sqrt(c) * density))
+    stiffness = max(4.0 * m * (law.lam + m) / (law.lam + 2.0 * m), m)
+    return sqrt(stiffness / (area * sqrt(c) * density))
 
 
 @pointwise

@@ -197,7 +197,7 @@ class BodyModel(Part):
         raise ValueError(f"body {self.name} has no plane waves")
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """The largest stable step at the start, in cells of this edge [m] if there are any, that a fixed one must not pass; None
+        """The largest stable step at the start, in cells of this edge [m] if there are any: a fixed one must not pass it. None
         where only the body that is built knows one.
 
         is_driven: whether the whole body follows a prescribed motion along every axis.
