@@ -77,7 +77,7 @@ def test_what_takes_time_is_counted_by_kind():
 @pytest.mark.parametrize(
     ("each", "words"),
     [
-        (None, "time: not known before a run with bodies of these kinds on this machine; one tells on the way"),
+        (None, "time: bodies of these kinds have not run on this machine yet; a run tells it after its first second"),
         (0.01, "time: about 2.0 s on this machine, beside set-up, compilation and report"),
     ],
 )

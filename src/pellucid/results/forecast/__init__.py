@@ -17,7 +17,7 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
     from pellucid.results.forecast.words import lines, pace_of
 
     each, ahead = pace_of(simulation.case), of_simulation(simulation, until)
-    for line in lines(simulation.case, ahead, each):
+    for line in lines(simulation.case, ahead, each, runs=True):
         progress.note(line)
     return ToldOnTheWay(progress) if each is None and simulation.case.steady is None else progress
 

@@ -21,8 +21,8 @@ def pace_of(case: "Case") -> float | None:
     return Paces().seconds_of_a_step(case)
 
 
-def lines(case: "Case", foretold: Foretold, each: float | None) -> list[str]:
-    """Two lines; each: the time of a step [s], if it is known."""
+def lines(case: "Case", foretold: Foretold, each: float | None, runs: bool = False) -> list[str]:
+    """Two lines; each: the time of a step [s], if it is known; runs: whether these are of a run that begins."""
     settling = "some to settle, then " if case.settle is not None else ""
     if isnan(foretold.number):
         steps = f"steps: {settling}{foretold.why}"
@@ -30,7 +30,8 @@ def lines(case: "Case", foretold: Foretold, each: float | None) -> list[str]:
         about = "" if case.time.step is not None else "about "
         steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, bounded by {foretold.why}"
     if each is None:
-        return [steps, "time: not known before a run with bodies of these kinds on this machine; one tells on the way"]
+        later = "it is told after a second of steps" if runs else "a run tells it after its first second"
+        return [steps, f"time: bodies of these kinds have not run on this machine yet; {later}"]
     if isnan(foretold.number):
         return [steps, f"time: about {1e3 * each:.2g} ms a step on this machine"]
     return [steps, f"time: about {clock(each * foretold.number)} on this machine, beside set-up, compilation and report"]
