@@ -31,38 +31,40 @@ CASES = [
 
 
 def run(case):
-    """Steps of a run and how long they took [s], those of the settling included."""
+    """Steps of a run, those of the settling included and not, and how long they took [s]."""
     summary = pellucid.run(case, report=False).summary
     return summary["steps"] + summary.get("settled", {}).get("steps", 0), summary["steps"], summary["wall_seconds"]
+
+
+def foretold(runs, cases, name):
+    """The time of the steps of a case [s], by what some runs taught; not a number where that is nothing."""
+    with tempfile.TemporaryDirectory() as folder:
+        paces = Paces(Path(folder))
+        for known, (in_all, _, seconds) in runs.items():
+            paces.learn(cases[known], in_all, seconds)
+        each = paces.seconds_of_a_step(cases[name])
+    return float("nan") if each is None else each * of_case(cases[name]).number
 
 
 def main(names):
     warnings.simplefilter("ignore")
     cases = {name: pellucid.load(name).quick_variant() for name in names}
-    for case in cases.values():
+    earlier, later = {}, {}
+    for name, case in cases.items():
         run(case)  # its kernels are compiled
-    first = {name: run(case) for name, case in cases.items()}
+        earlier[name], later[name] = run(case), run(case)
     print(
-        "| case | steps foretold | taken | over | time taken | foretold by an earlier run | over | by the other cases | over |"
+        "| case | steps foretold | taken | ratio | time taken | foretold by an earlier run | ratio | by other cases | ratio |"
     )
     print("|---|---|---|---|---|---|---|---|---|")
     for name, case in cases.items():
-        with tempfile.TemporaryDirectory() as folder:
-            known, others = Paces(Path(folder) / "known"), Paces(Path(folder) / "others")
-            for other, (in_all, _, seconds) in first.items():
-                known.learn(cases[other], in_all, seconds)
-                if other != name:
-                    others.learn(cases[other], in_all, seconds)
-            ahead = of_case(case)
-            each, guess = known.seconds_of_a_step(case), others.seconds_of_a_step(case)
-        in_all, steps, seconds = run(case)
-        number = ahead.number * in_all / steps  # settling is not foretold, but takes time
-        of_known = each * number if each is not None else float("nan")
-        of_others = guess * number if guess is not None else float("nan")
+        number, (in_all, steps, seconds) = of_case(case).number, later[name]
+        settling = in_all / steps  # these steps are not foretold, but take time
+        known = foretold(earlier, cases, name) * settling
+        others = foretold({other: it for other, it in earlier.items() if other != name}, cases, name) * settling
         print(
-            f"| `{name}` | {ahead.number:.0f} | {steps} | {ahead.number / steps:.2f} | {seconds:.2f} s "
-            f"| {of_known:.2f} s | {of_known / seconds:.2f} | {of_others:.2f} s | {of_others / seconds:.2f} |",
-            flush=True,
+            f"| `{name}` | {number:.0f} | {steps} | {number / steps:.2f} | {seconds:.2f} s "
+            f"| {known:.2f} s | {known / seconds:.2f} | {others:.2f} s | {others / seconds:.2f} |"
         )
 
 

@@ -40,6 +40,12 @@ def test_bodies_of_other_kinds_teach_nothing(tmp_path):
     assert taught(tmp_path, [block(2)], [1e-3]).seconds_of_a_step(block(2, GAS)) is None
 
 
+def test_far_fewer_points_teach_nothing(tmp_path):
+    paces = taught(tmp_path, [block(2)], [1e-3])
+    assert paces.seconds_of_a_step(block(4)) is not None
+    assert paces.seconds_of_a_step(block(8)) is None
+
+
 def test_short_runs_teach_nothing(tmp_path):
     paces = Paces(tmp_path)
     paces.learn(block(2), 5, 100.0)

@@ -24,6 +24,8 @@ FEWEST_STEPS, LEAST_SECONDS = 20, 0.2
 """Of a run that teaches something."""
 KEPT = 6
 """Runs of the same kernels that are remembered, the last ones."""
+REACH = 10.0
+"""Times as many points as a run had, of which its time tells something."""
 STEP, BODY = "step", "body"
 
 
@@ -53,14 +55,14 @@ class Paces:
             part.replace(self.folder / f"{key}.json")
 
     def seconds_of_a_step(self, case: "Case") -> float | None:
-        """About how long a step of a case takes [s]; None where no run had bodies of the same kinds."""
+        """About how long a step of a case takes [s]; None where no run had bodies of its kinds and not far fewer points."""
         key, counts = kernel_key(case), counts_of(case)
         with suppress(OSError):
             known = {path.stem: self._read(path) for path in sorted(self.folder.glob("*.json"))}
             samples = [sample for of_key in known.values() for sample in of_key]
-            names = sorted({name for sample in samples for name in sample.counts})
-            if samples and counts.keys() <= set(names):
-                cost = _fitted(samples, names)
+            largest = {name: max(sample.counts.get(name, 0.0) for sample in samples) for name in counts} if samples else {}
+            if samples and all(count <= REACH * largest[name] for name, count in counts.items()):
+                cost = _fitted(samples, sum(counts.values()))
                 same = [sample.seconds / _time(cost, sample.counts) for sample in known.get(key, ())]
                 return _time(cost, counts) * (median(same) if same else 1.0)
         return None
@@ -86,14 +88,21 @@ def counts_of(case: "Case") -> dict[str, float]:
     return counts
 
 
-def _fitted(samples: list[Sample], names: list[str]) -> dict[str, float]:
-    """The times [s] of one of each that come nearest to those of the samples, relative to these; none is negative."""
+def _fitted(samples: list[Sample], size: float) -> dict[str, float]:
+    """The times [s] of one of each that come nearest to those of the samples, relative to these; none is negative.
+
+    Samples count less that are larger or smaller than a size: where there are few points, other things take the time.
+    """
+    names = sorted({name for sample in samples for name in sample.counts})
+    ratio = np.array([sum(sample.counts.values()) / size for sample in samples])
+    weight = np.sqrt(np.minimum(ratio, 1.0 / ratio))
     rows = np.array([[sample.counts.get(name, 0.0) / sample.seconds for name in names] for sample in samples])
+    rows *= weight[:, None]
     scale = np.where(rows.any(axis=0), np.linalg.norm(rows, axis=0), 1.0)
     cost, takes = np.zeros(len(names)), np.ones(len(names), bool)
     while takes.any():
         cost[:] = 0.0
-        cost[takes] = np.linalg.lstsq(rows[:, takes] / scale[takes], np.ones(len(samples)), rcond=1e-9)[0] / scale[takes]
+        cost[takes] = np.linalg.lstsq(rows[:, takes] / scale[takes], weight, rcond=1e-9)[0] / scale[takes]
         if cost.min() >= 0.0:
             break
         takes &= cost > 0.0
