@@ -87,3 +87,17 @@ def test_until_an_earlier_time_there_are_fewer_steps():
     for _ in range(3):
         simulation.step()
     assert of_simulation(simulation, until=0.05).number == 2
+
+
+def test_a_meshless_solid_tells_when_it_is_set_up_without_compiling(monkeypatch):
+    """So that `validate` sets up small ones, and refers to the run where that would take long."""
+    drop = load("basics/elastic-block-drop").quick_variant()
+    simulation = Simulation(drop)  # its kernels are compiled
+    body = simulation.bodies[0]
+    assert body.step_limit().step == pytest.approx(1.0 / body.totals.rate)
+    words = r"body `block` \(wave\): waves in it of 10 m/s cross its closest nodes, in effect 0.0166 m apart"
+    for ahead in (of_simulation(simulation), of_case(drop)):
+        assert ahead.number == 73
+        assert re.search(words, ahead.why)
+    monkeypatch.setattr("pellucid.results.forecast.quick_set_up.MOST_POINTS", 100)
+    assert "body `block` tells what bounds the step when it is set up" in of_case(drop).why

@@ -75,7 +75,8 @@ def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: floa
     if rows <= time.courant * limit.step:
         text = "a row of the history is due; bodies with steps of their own take them within these, as their `accuracy` asks"
         return _counted(left, rows, text)
-    return _counted(left, time.courant * limit.step, f"{because}; time.courant = {time.courant:g}")
+    courant = "" if limit.cause == "contact" else f"; time.courant = {time.courant:g}"
+    return _counted(left, time.courant * limit.step, f"{because}{courant}")
 
 
 def _counted(left: float, step: float, why: str) -> Foretold:
