@@ -36,36 +36,22 @@ def run(case):
     return summary["steps"] + summary.get("settled", {}).get("steps", 0), summary["steps"], summary["wall_seconds"]
 
 
-def foretold(runs, cases, name):
-    """The time of the steps of a case [s], by what some runs taught; not a number where that is nothing."""
-    with tempfile.TemporaryDirectory() as folder:
-        paces = Paces(Path(folder))
-        for known, (in_all, _, seconds) in runs.items():
-            paces.learn(cases[known], in_all, seconds)
-        each = paces.seconds_of_a_step(cases[name])
-    return float("nan") if each is None else each * of_case(cases[name]).number
-
-
 def main(names):
     warnings.simplefilter("ignore")
-    cases = {name: pellucid.load(name).quick_variant() for name in names}
-    earlier, later = {}, {}
-    for name, case in cases.items():
+    print("| case | steps foretold | taken | ratio | time foretold | taken | ratio |")
+    print("|---|---|---|---|---|---|---|")
+    for name in names:
+        case = pellucid.load(name).quick_variant()
         run(case)  # its kernels are compiled
-        earlier[name], later[name] = run(case), run(case)
-    print(
-        "| case | steps foretold | taken | ratio | time taken | foretold by an earlier run | ratio | by other cases | ratio |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|")
-    for name, case in cases.items():
-        number, (in_all, steps, seconds) = of_case(case).number, later[name]
-        settling = in_all / steps  # these steps are not foretold, but take time
-        known = foretold(earlier, cases, name) * settling
-        others = foretold({other: it for other, it in earlier.items() if other != name}, cases, name) * settling
-        print(
-            f"| `{name}` | {number:.0f} | {steps} | {number / steps:.2f} | {seconds:.2f} s "
-            f"| {known:.2f} s | {known / seconds:.2f} | {others:.2f} s | {others / seconds:.2f} |"
-        )
+        with tempfile.TemporaryDirectory() as folder:
+            paces = Paces(Path(folder))
+            in_all, _, seconds = run(case)
+            paces.learn(case, in_all, seconds)
+            each, number = paces.seconds_of_a_step(case), of_case(case).number
+        in_all, steps, seconds = run(case)
+        known = (each or float("nan")) * number * in_all / steps  # steps to settle are not foretold, but take time
+        print(f"| `{name}` | {number:.0f} | {steps} | {number / steps:.2f}", end=" ")
+        print(f"| {known:.2f} s | {seconds:.2f} s | {known / seconds:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

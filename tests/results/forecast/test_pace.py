@@ -4,13 +4,15 @@ import pytest
 from small_cases import GAS, SOLID, box, case
 
 from pellucid.results.forecast.on_the_way import ToldOnTheWay
-from pellucid.results.forecast.pace import STEP, Paces, counts_of
+from pellucid.results.forecast.pace import Paces, size_of
 from pellucid.results.forecast.steps import Foretold
 from pellucid.results.forecast.words import lines
 
 
-def block(edge, material=SOLID, **more):
-    return case(box((0, 0, 0), (edge, edge, edge), material), counts=(10, 10, 10), **more)
+def block(per_axis, material=SOLID, name="block"):
+    """A block of so many points along each axis."""
+    points = (per_axis, per_axis, per_axis)
+    return case(box((0, 0, 0), (1, 1, 1), material, points, name), counts=(2, 2, 2))
 
 
 def taught(folder, cases, seconds):
@@ -22,73 +24,74 @@ def taught(folder, cases, seconds):
 
 
 def test_nothing_is_known_at_first(tmp_path):
-    assert Paces(tmp_path / "paces").seconds_of_a_step(block(2)) is None
+    assert Paces(tmp_path / "paces").seconds_of_a_step(block(10)) is None
 
 
 def test_the_same_case_takes_the_same_time(tmp_path):
-    assert taught(tmp_path, [block(2)], [3e-3]).seconds_of_a_step(block(2)) == pytest.approx(3e-3)
+    assert taught(tmp_path, [block(10)], [3e-3]).seconds_of_a_step(block(10, name="other")) == pytest.approx(3e-3)
 
 
-def test_steps_and_points_have_times_of_their_own(tmp_path):
-    overhead, point = 4e-4, 1e-7
-    known = [block(edge) for edge in (1, 2, 4)]
-    paces = taught(tmp_path, known, [overhead + point * 8 * edge**3 for edge in (1, 2, 4)])
-    assert paces.seconds_of_a_step(block(8)) == pytest.approx(overhead + point * 8 * 8**3, rel=0.01)
+def test_a_size_between_two_takes_a_time_between_theirs(tmp_path):
+    paces = taught(tmp_path, [block(10), block(20)], [1e-3, 8e-3])
+    assert paces.seconds_of_a_step(block(15)) == pytest.approx(1e-3 * 1.5**3, rel=0.02)
 
 
-def test_bodies_of_other_kinds_teach_nothing(tmp_path):
-    assert taught(tmp_path, [block(2)], [1e-3]).seconds_of_a_step(block(2, GAS)) is None
+@pytest.mark.parametrize(("points", "least", "most"), [(12, 1.0, 1.2**3), (8, 0.8**3, 1.0)])
+def test_a_little_more_or_less_takes_a_little_more_or_less_time(tmp_path, points, least, most):
+    found = taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(points))
+    assert least < found / 1e-3 < most
 
 
-def test_far_fewer_points_teach_nothing(tmp_path):
-    paces = taught(tmp_path, [block(2)], [1e-3])
-    assert paces.seconds_of_a_step(block(4)) is not None
-    assert paces.seconds_of_a_step(block(8)) is None
+@pytest.mark.parametrize("points", [5, 20])
+def test_far_larger_and_smaller_cases_tell_nothing(tmp_path, points):
+    assert taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(points)) is None
+
+
+def test_bodies_of_other_kinds_tell_nothing(tmp_path):
+    assert taught(tmp_path, [block(10)], [1e-3]).seconds_of_a_step(block(10, GAS)) is None
 
 
 def test_short_runs_teach_nothing(tmp_path):
     paces = Paces(tmp_path)
-    paces.learn(block(2), 5, 100.0)
-    paces.learn(block(2), 1000, 0.01)
-    assert paces.seconds_of_a_step(block(2)) is None
+    paces.learn(block(10), 5, 100.0)
+    paces.learn(block(10), 1000, 0.01)
+    assert paces.seconds_of_a_step(block(10)) is None
 
 
 def test_the_last_runs_count(tmp_path):
-    times = [1.0] * 3 + [1e-3] * 6
-    assert taught(tmp_path, [block(2)] * 9, times).seconds_of_a_step(block(2)) == pytest.approx(1e-3)
+    times = [1.0] * 9 + [1e-3, 3e-3, 2e-3]
+    assert taught(tmp_path, [block(10)] * 12, times).seconds_of_a_step(block(10)) == pytest.approx(2e-3)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "[[-1.0, {}]]", '[[1.0, {"step": "a"}]]', '[["x", {"step": 1}]]'])
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "[[-1.0, 1.0]]", "[[1.0, 0.0]]", '[["x", 1]]', "[[1, 2, 3]]", "null"])
 def test_a_damaged_memory_is_none(tmp_path, text):
-    paces = taught(tmp_path, [block(2)], [1e-3])
+    paces = taught(tmp_path, [block(10)], [1e-3])
     next(tmp_path.glob("*.json")).write_text(text)
-    assert paces.seconds_of_a_step(block(2)) is None
-    paces.learn(block(2), 1000, 2.0)
-    assert paces.seconds_of_a_step(block(2)) == pytest.approx(2e-3)
+    assert paces.seconds_of_a_step(block(10)) is None
+    paces.learn(block(10), 1000, 2.0)
+    assert paces.seconds_of_a_step(block(10)) == pytest.approx(2e-3)
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
     (tmp_path / "file").write_text("")
     paces = Paces(tmp_path / "file" / "paces")
-    paces.learn(block(2), 1000, 1.0)
-    assert paces.seconds_of_a_step(block(2)) is None
+    paces.learn(block(10), 1000, 1.0)
+    assert paces.seconds_of_a_step(block(10)) is None
 
 
-def test_what_takes_time_is_counted_by_kind():
-    counts = counts_of(block(2))
-    assert counts[STEP] == 1.0
-    assert counts["material-points neo-hookean trilinear 3-D"] == 64.0
+def test_the_size_goes_with_the_points():
+    assert size_of(block(20)) / size_of(block(10)) == pytest.approx(8.0, rel=0.05)
 
 
 @pytest.mark.parametrize(
     ("each", "words"),
     [
-        (None, "time: bodies of these kinds have not run on this machine yet; a run tells it after its first second"),
+        (None, "time: no run like it on this machine tells; one tells after its first second"),
         (0.01, "time: about 2.0 s on this machine, beside set-up, compilation and report"),
     ],
 )
 def test_steps_and_time_are_said_in_two_lines(each, words):
-    steps, time = lines(block(2), Foretold(5e-3, 200, "body `block` (wave): waves"), each)
+    steps, time = lines(block(10), Foretold(5e-3, 200, "body `block` (wave): waves"), each)
     assert steps == "steps: about 200 of 0.005 s, bounded by body `block` (wave): waves"
     assert time == words
 

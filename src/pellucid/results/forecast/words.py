@@ -30,8 +30,8 @@ def lines(case: "Case", foretold: Foretold, each: float | None, runs: bool = Fal
         about = "" if case.time.step is not None else "about "
         steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, bounded by {foretold.why}"
     if each is None:
-        later = "it is told after a second of steps" if runs else "a run tells it after its first second"
-        return [steps, f"time: bodies of these kinds have not run on this machine yet; {later}"]
+        later = "it is told after a second of steps" if runs else "one tells after its first second"
+        return [steps, f"time: no run like it on this machine tells; {later}"]
     if isnan(foretold.number):
         return [steps, f"time: about {1e3 * each:.2g} ms a step on this machine"]
     return [steps, f"time: about {clock(each * foretold.number)} on this machine, beside set-up, compilation and report"]
