@@ -49,7 +49,7 @@ def main(names):
             paces.learn(case, in_all, seconds)
             each, number = paces.seconds_of_a_step(case), of_case(case).number
         in_all, steps, seconds = run(case)
-        known = (each or float("nan")) * number * in_all / steps  # steps to settle are not foretold, but take time
+        known = each.most * number * in_all / steps  # steps to settle are not foretold, but take time
         print(f"| `{name}` | {number:.0f} | {steps} | {number / steps:.2f}", end=" ")
         print(f"| {known:.2f} s | {seconds:.2f} s | {known / seconds:.2f} |", flush=True)
 

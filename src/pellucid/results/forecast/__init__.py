@@ -14,12 +14,13 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
     """Say it of a run that begins or goes on; the progress with which it does, which tells later what is not known yet."""
     from pellucid.results.forecast.on_the_way import ToldOnTheWay
     from pellucid.results.forecast.steps import of_simulation
-    from pellucid.results.forecast.words import lines, pace_of
+    from pellucid.results.forecast.words import WIDE, lines, pace_of
 
     each, ahead = pace_of(simulation.case), of_simulation(simulation, until)
     for line in lines(simulation.case, ahead, each, runs=True):
         progress.note(line)
-    return ToldOnTheWay(progress) if each is None and simulation.case.steady is None else progress
+    known = each is not None and each.most <= WIDE * each.least
+    return progress if known or simulation.case.steady is not None else ToldOnTheWay(progress)
 
 
 @contextmanager

@@ -26,9 +26,13 @@ KEPT = 12
 """Runs of the same kernels that are remembered, the last ones."""
 SAME = 1.02
 """Times as large: a case that is taken for one of the same size. Of these the last three runs count."""
-REACH = 2.0
-"""Times as large, or as small, as any that ran: beyond, nothing is told. Between a time that does not depend on the size, as in
-small cases, and one that goes with it, as in large ones, the root of the size is wrong by the root of this at the most."""
+
+
+class Pace(NamedTuple):
+    """The time of a step lies between these [s]: they are equal where it is known."""
+
+    least: float
+    most: float
 
 
 class Sample(NamedTuple):
@@ -56,21 +60,27 @@ class Paces:
             part.write_text(json.dumps(samples), encoding="utf-8")
             part.replace(file)
 
-    def seconds_of_a_step(self, case: "Case") -> float | None:
-        """About how long a step of a case takes [s]; None where no run like it tells."""
+    def seconds_of_a_step(self, case: "Case") -> Pace | None:
+        """How long a step of a case takes; None where no run like it tells.
+
+        Of a case that is larger, or smaller, than all that ran, it may go with the size, as in large cases, or not, as in small
+        ones.
+        """
         samples, size = self._read(self._file(case)), size_of(case)
         same = [sample.seconds for sample in samples if size / SAME <= sample.size <= size * SAME]
         if same:
-            return median(same[-3:])
+            return Pace(median(same[-3:]), median(same[-3:]))
         below = max((sample for sample in samples if sample.size < size), default=None)
         above = min((sample for sample in samples if sample.size > size), default=None)
         if below and above:
             share = log(size / below.size) / log(above.size / below.size)
-            return exp((1.0 - share) * log(below.seconds) + share * log(above.seconds))
+            between = exp((1.0 - share) * log(below.seconds) + share * log(above.seconds))
+            return Pace(between, between)
         near = below or above
-        if near is None or not near.size / REACH <= size <= near.size * REACH:
+        if near is None:
             return None
-        return near.seconds * (size / near.size) ** 0.5
+        with_size = near.seconds * size / near.size
+        return Pace(min(near.seconds, with_size), max(near.seconds, with_size))
 
     def _file(self, case: "Case") -> Path:
         return self.folder / f"{kernel_key(case)}.json"

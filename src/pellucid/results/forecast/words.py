@@ -1,14 +1,17 @@
 """What `validate` and the first lines of a run say of the steps ahead."""
 
-from math import isnan
+from math import isnan, sqrt
 from typing import TYPE_CHECKING
 
 from pellucid.progress import clock
-from pellucid.results.forecast.pace import Paces
+from pellucid.results.forecast.pace import Pace, Paces
 from pellucid.results.forecast.steps import Foretold, of_case
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+
+WIDE = 2.0
+"""Times as long as the least: up to then the mean is told, by their ratio."""
 
 
 def foretell_case(case: "Case") -> list[str]:
@@ -16,13 +19,13 @@ def foretell_case(case: "Case") -> list[str]:
     return lines(case, of_case(case), pace_of(case))
 
 
-def pace_of(case: "Case") -> float | None:
-    """The time of a step on this machine [s], if it is known."""
+def pace_of(case: "Case") -> Pace | None:
+    """The time of a step on this machine, if runs tell it."""
     return Paces().seconds_of_a_step(case)
 
 
-def lines(case: "Case", foretold: Foretold, each: float | None, runs: bool = False) -> list[str]:
-    """Two lines; each: the time of a step [s], if it is known; runs: whether these are of a run that begins."""
+def lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool = False) -> list[str]:
+    """Two lines; each: the time of a step, if runs tell it; runs: whether these are of a run that begins."""
     settling = "some to settle, then " if case.settle is not None else ""
     if isnan(foretold.number):
         steps = f"steps: {settling}{foretold.why}"
@@ -33,5 +36,7 @@ def lines(case: "Case", foretold: Foretold, each: float | None, runs: bool = Fal
         later = "it is told after a second of steps" if runs else "one tells after its first second"
         return [steps, f"time: no run like it on this machine tells; {later}"]
     if isnan(foretold.number):
-        return [steps, f"time: about {1e3 * each:.2g} ms a step on this machine"]
-    return [steps, f"time: about {clock(each * foretold.number)} on this machine, beside set-up, compilation and report"]
+        return [steps, f"time: about {1e3 * sqrt(each.least * each.most):.2g} ms a step on this machine"]
+    least, most = each.least * foretold.number, each.most * foretold.number
+    taken = f"about {clock(sqrt(least * most))}" if most <= WIDE * least else f"between {clock(least)} and {clock(most)}"
+    return [steps, f"time: {taken} on this machine, beside set-up, compilation and report"]
