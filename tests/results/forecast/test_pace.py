@@ -3,10 +3,11 @@
 import pytest
 from small_cases import GAS, SOLID, box, case
 
+from pellucid.errors import UsageError
 from pellucid.results.forecast.on_the_way import ToldOnTheWay
 from pellucid.results.forecast.pace import Pace, Paces, size_of
 from pellucid.results.forecast.steps import Foretold
-from pellucid.results.forecast.words import lines
+from pellucid.results.forecast.words import lines, pace_of
 
 
 def block(per_axis, material=SOLID, name="block"):
@@ -74,6 +75,14 @@ def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
     paces = Paces(tmp_path / "file" / "paces")
     paces.learn(block(10), 1000, 1.0)
     assert paces.seconds_of_a_step(block(10)) is None
+
+
+def test_without_a_folder_nothing_is_known(monkeypatch):
+    def homeless():
+        raise UsageError("there is no home folder")
+
+    monkeypatch.setattr("pellucid.results.forecast.pace.cache_folder", homeless)
+    assert pace_of(block(10)) is None
 
 
 def test_the_size_goes_with_the_points():

@@ -1,9 +1,10 @@
 """What a run will take, told before it begins: what bounds its step, how many steps that makes, and how long they take here."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
+from pellucid.errors import UsageError
 from pellucid.progress import Progress
 
 if TYPE_CHECKING:
@@ -36,4 +37,5 @@ def pace_learned(simulation: Any, recorder: "Recorder") -> Iterator[None]:
     finally:
         settled = simulation.facts().get("settled", {}).get("steps", 0) if steps == 0 else 0
         if not config.DISABLE_JIT:
-            Paces().learn(simulation.case, simulation.n_steps - steps + settled, recorder.wall_seconds() - seconds)
+            with suppress(UsageError):  # there is no folder
+                Paces().learn(simulation.case, simulation.n_steps - steps + settled, recorder.wall_seconds() - seconds)

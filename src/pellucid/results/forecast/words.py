@@ -1,8 +1,10 @@
 """What `validate` and the first lines of a run say of the steps ahead."""
 
+from contextlib import suppress
 from math import isnan, sqrt
 from typing import TYPE_CHECKING
 
+from pellucid.errors import UsageError
 from pellucid.progress import clock
 from pellucid.results.forecast.pace import Pace, Paces
 from pellucid.results.forecast.steps import Foretold, of_case
@@ -20,8 +22,10 @@ def foretell_case(case: "Case") -> list[str]:
 
 
 def pace_of(case: "Case") -> Pace | None:
-    """The time of a step on this machine, if runs tell it."""
-    return Paces().seconds_of_a_step(case)
+    """The time of a step on this machine, if runs tell it; without a folder for what they leave, none does."""
+    with suppress(UsageError):
+        return Paces().seconds_of_a_step(case)
+    return None
 
 
 def lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool = False) -> list[str]:
