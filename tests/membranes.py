@@ -41,13 +41,13 @@ def drive(grid, body, gradient, dt, steps):
         body.check(0, 0.0)
 
 
-def neo_hookean_stretch(stretches):
+def neo_hookean_stretch(stretches, nu=NU):
     """Principal stresses in the plane [Pa] and the thickness stretch of the three-dimensional neo-Hookean law.
 
     The thickness stretch is that which leaves no stress across, found by bisection.
     """
-    mu = E / (2.0 * (1.0 + NU))
-    lam = 2.0 * mu * NU / (1.0 - 2.0 * NU)
+    mu = E / (2.0 * (1.0 + nu))
+    lam = 2.0 * mu * nu / (1.0 - 2.0 * nu)
     low, high = 0.1, 2.0
     for _ in range(200):
         third = 0.5 * (low + high)

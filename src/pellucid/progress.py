@@ -195,6 +195,11 @@ class Pace:
         while len(self._samples) > 2 and self._samples[-1][0] - self._samples[1][0] >= WINDOW:
             self._samples.popleft()
 
+    def seconds(self) -> float:
+        """Of wall-clock time that are looked at."""
+        (begun, _, _), (now, _, _) = self._ends()
+        return now - begun
+
     def steps_per_second(self) -> float:
         """Steps in a second of wall-clock time; not a number where it is not known yet."""
         (begun, first, _), (now, last, _) = self._ends()

@@ -271,7 +271,12 @@ MISTAKES = {
         "courant = 0.5",
         "step = 5e-3",
         "",
-        ["time.step = 0.005", "above 0.00238 s", "stable step at the start: in body drop", "make time.step smaller"],
+        [
+            "time.step = 0.005",
+            "above 0.00238 s",
+            "stable step at the start, of body drop: waves in it of",
+            "make time.step smaller",
+        ],
     ),
     "a fluid without a sound speed": (
         'kind = "tait", sound_speed = 20.0',

@@ -26,6 +26,8 @@ def test_what_show_prints_is_valid_as_a_file(name: str, tmp_path: Path) -> None:
     assert result.exit_code == 0
     assert "is valid" in result.stdout
     assert "warning" not in result.output
+    assert "\nsteps: " in result.stdout
+    assert "\ntime: " in result.stdout
     assert CliRunner().invoke(app, ["show", str(file)]).stdout == shown.stdout
 
 
@@ -93,6 +95,19 @@ def test_validate_warns_of_a_coarse_indenter_and_refuses_one_within_the_tissue(t
     assert result.exit_code == 2
     assert "case.toml:" in result.stderr
     assert "start inside body" in result.stderr
+
+
+def test_validate_foretells_the_steps_of_quick_and_changed_cases() -> None:
+    quick = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--quick"])
+    assert (
+        "\nsteps: 1788 of 8e-05 s, bounded by time.step, 0.046 of the stable one, which body `driver` (wave): " in quick.stdout
+    )
+    changed = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--set", "time.step=1e-5"])
+    assert "\nsteps: 14300 of 1e-05 s, " in changed.stdout
+    wrong = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--set", "time.step=1"])
+    assert wrong.exit_code == 2
+    assert "--set time.step=1" in wrong.stderr
+    assert "the largest stable step at the start, of body driver: waves in it of 1.183 m/s cross cells" in wrong.stderr
 
 
 def test_schema_prints_json() -> None:

@@ -102,7 +102,7 @@ def test_in_the_report_the_results_are_whole(
         result = invoke("run", case, "--out", out)
     assert result.exit_code == status
     text = "interrupted while the report was drawn; the results are whole"
-    assert result.stderr == f"pellucid: {text}\n    `pellucid report {out}` draws it\n"
+    assert result.stderr.endswith(f"\npellucid: {text}\n    `pellucid report {out}` draws it\n")
     assert pellucid.Run(out).finished
     assert not [path for path in out.rglob("*") if path.name.endswith(".writing")]
     with monkeypatch.context() as patch:

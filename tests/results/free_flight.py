@@ -8,6 +8,7 @@ import numpy as np
 from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
 from pellucid.geometry.cells import Cells
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 CASE = """
 schema = 1
@@ -101,6 +102,9 @@ class FakeSimulation:
 
     def facts(self) -> dict:
         return {}
+
+    def step_limit(self) -> tuple[StepLimit, str]:
+        return NO_LIMIT, ""
 
     def run(self, recorder, until=None, progress=None) -> None:
         recorder.begin(self)

@@ -171,7 +171,7 @@ def test_artificial_viscosity_tightens_the_bound():
 def test_an_unstable_fixed_step_is_an_error_of_the_case():
     with pytest.raises(ValueError, match="largest stable step"):
         case(box((1, 1, 1), (2, 2, 2), GAS), step=2.0)
-    # a rotation is no part of the case's own check; the set-up finds it
+    # a rotation is no part of the case's own check, which knows no points; the set-up finds it
     spinning = box((1, 1, 1), (3, 3, 3), GAS, angular_velocity=(0, 0, 40.0))
     with pytest.raises(CaseError, match="largest stable step of body `block`"):
         simulation(spinning, step=0.5)

@@ -1,7 +1,7 @@
 """What the kinds of membranes share as the user describes them."""
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
+from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.part import Parts
 
@@ -32,6 +34,8 @@ class MembraneCase(DampedModel):
 
     surface: Surface = parameter("", "where the membrane is at the start")
     thickness: float = parameter("m", "initial thickness", gt=0)
+    if TYPE_CHECKING:  # each kind declares its own
+        material: MembraneMaterial
     tension: float = parameter(
         "N/m",
         "initial tension along all directions; thickness and density are those of the tense membrane",
@@ -61,6 +65,12 @@ class MembraneCase(DampedModel):
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
         return initial_velocity(self.velocity, self.name, self.initial, position)
+
+    def signals_at_start(self) -> tuple[float, float]:
+        """Speed of waves in its plane [m/s] and kinematic viscosity [m²/s] under its tension at the start."""
+        law, density = self.material.law(), self.material.density
+        shape = prestretch(law, self.tension, self.thickness).shape
+        return wave_in_shape(law, shape, density), plane_diffusivity(law, shape, density)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Initial fields that it cannot have."""

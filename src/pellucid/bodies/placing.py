@@ -1,14 +1,11 @@
 """What kinds of bodies share: that they lie in the grid, what bounds their step there, what probes read of them."""
 
 from collections.abc import Iterator, Sequence
-from math import hypot, inf
 
 import numpy as np
 
 from pellucid.findings import Finding, Path
 from pellucid.grid.model import GridCase
-from pellucid.model import Vector
-from pellucid.parts.body_model import StepLimit
 
 SLACK = 1e-9  # of the extent of the grid, for rounding
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
@@ -37,15 +34,6 @@ def place_problems(
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
         elif low >= grid_high or high <= grid_low:
             yield Finding(path, f"{reach}: `cut_at` leaves nothing of it", "move the body, or the grid")
-
-
-def limit_in_cells(name: str, signals: tuple[float, float], velocity: Vector, cell: float) -> StepLimit:
-    """The step [s] in which signals of a body cross a cell [m] at the start; `signals`: their speed [m/s] and the kinematic
-    viscosity [m²/s]."""
-    speed, spread = signals
-    fastest = speed + hypot(*velocity)
-    limit = min(cell / fastest if fastest else inf, cell * cell / (2.0 * spread) if spread else inf)
-    return StepLimit(limit, f"in body {name} signals move at {fastest:.4g} m/s through cells of {cell:g} m")
 
 
 def longest_edge(places: np.ndarray) -> float:

@@ -41,6 +41,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.families import GridBody, TransferLoss
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.reductions import ordered_sum
 from pellucid.state import of_owner, with_owner
 
@@ -296,6 +297,17 @@ class PointsOnGrid(GridBody):
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
         swing = getattr(self.constraint, "swing", 0.0)  # of a rigid body on springs
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
+
+    def step_limit(self) -> StepLimit:
+        """What leads it, or signals in it: of these the one that bounds its totals now."""
+        prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
+        swing = getattr(self.constraint, "swing", 0.0)
+        led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
+        return told(self.totals.rate, [self.signal_limit(), *led])
+
+    def signal_limit(self) -> StepLimit:
+        """How signals in it bound the step, what leads it left out."""
+        return super().step_limit()
 
     def complete(self) -> None:
         """The totals, which depend on what leads the points."""

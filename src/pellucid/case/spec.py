@@ -85,7 +85,7 @@ class TimeCase(Part):
         for body in parts.of(BodyModel):
             limit = body.step_limit(parts.grid.cell, is_driven(body.name, parts))
             if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
-                text = f"above {limit.step:.3g} s, the largest stable step at the start: {limit.reason}"
+                text = f"above {limit.step:.3g} s, the largest stable step at the start, of body {body.name}: {limit.reason}"
                 remedy = "make time.step smaller, or leave it out and let time.courant choose"
                 yield Finding((*path, "step"), text, remedy)
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pellucid.commands.arguments import CaseArgument
+from pellucid.commands.arguments import CaseArgument, Quick, Settings, read_case
 from pellucid.commands.table import print_table
 
 
@@ -47,22 +47,29 @@ def show(case: CaseArgument) -> None:
 
 def validate(
     file: Annotated[str, typer.Argument(metavar="FILE.toml", help="The case file, or a gallery id.")],
+    quick: Quick = False,
+    settings: Settings = None,
 ) -> None:
-    """Check a case file without running it: keys, types, units, limits, names, places, memory. Status 2 if any is wrong."""
-    from pellucid.case import check_memory, load, located
+    """Check a case file without running it: keys, types, units, limits, names, places, memory. Status 2 if any is wrong.
+    Tells what bounds the step, how many steps a run takes, and how long."""
+    from pellucid.case import check_memory, located
     from pellucid.errors import CaseError
+    from pellucid.results.forecast.words import foretell_case
     from pellucid.set_up.first_look import look
 
-    case = load(file)
+    case = read_case(file, quick, settings)
     try:
         check_memory(case)
         for text in look(case):
             warnings.warn(text, stacklevel=2)
+        ahead = foretell_case(case)
     except CaseError as error:
-        raise located(error, file) from None
+        raise located(error, file, quick, settings or ()) from None
     cells = f"grid of {' x '.join(map(str, case.grid.counts()))} cells" if case.grid_or_none else "no grid"
     bodies = ", ".join(body.name for body in case.body)
     typer.echo(f"{file} is valid: {case.title}; {cells}; bodies {bodies}; to t = {case.time.end:g} s")
+    for line in ahead:
+        typer.echo(line)
 
 
 def schema(

@@ -74,7 +74,8 @@ def run(
 
     try:
         with watching() as progress, resumable(folder):
-            finished = run_case(chosen, folder, threads=threads, until=end, progress=progress, report=not no_report)
+            wanted = {"report": not no_report, "foretell": True}
+            finished = run_case(chosen, folder, threads=threads, until=end, progress=progress, **wanted)
     except CaseError as error:  # what only the set-up of the run can find
         raise located(error, case, quick, settings or ()) from None
     conclude(finished, folder)
@@ -95,7 +96,7 @@ def resume(
 
     with watching() as progress, resumable(dir_):
         changes = read_settings(settings)
-        finished = resume_case(dir_, end, threads, progress, report=not no_report, settings=changes)
+        finished = resume_case(dir_, end, threads, progress, not no_report, changes, foretell=True)
     conclude(finished, dir_)
 
 

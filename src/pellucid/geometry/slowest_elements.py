@@ -19,14 +19,20 @@ class Slowest(NamedTuple):
     times: float  # larger
 
 
-def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """Of quadrilaterals and triangles, each of which bounds the step by its own frequency, c √Σ|∇N_K|² but for a factor."""
+def rates_of_surface(mesh: Mesh) -> np.ndarray:
+    """Half the largest eigenfrequency of each quadrilateral, then triangle, over the speed c of waves in it [1/m], shape (m,):
+    each bounds the step by its own, c √Σ|∇N_K|² but for a factor."""
     quads, triangles = mesh.vertices[mesh.quads], mesh.vertices[mesh.triangles]
     one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
     edges = triangles - np.roll(triangles, 1, axis=1)
-    of_quads = 0.5 * (_squares(one) + _squares(other)) / (0.25 * _squares(np.cross(one, other)))
+    of_quads = 2.0 * (_squares(one) + _squares(other)) / _squares(np.cross(one, other))
     of_triangles = 0.75 * _squares(edges).sum(axis=1) / _squares(np.cross(edges[:, 0], edges[:, 1]))
-    rates = np.sqrt(np.concatenate([of_quads, of_triangles]))
+    return np.sqrt(np.concatenate([of_quads, of_triangles]))
+
+
+def slowest_of_surface(mesh: Mesh) -> Slowest | None:
+    """Of quadrilaterals and triangles, by their own frequencies."""
+    rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 

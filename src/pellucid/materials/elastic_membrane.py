@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from math import sqrt
 from typing import Self
 
 from pydantic import model_validator
@@ -45,6 +46,11 @@ class ElasticMembraneMaterial(ElasticMaterial, MembraneMaterial):
     def _law_is_whole(self) -> Self:
         try_membrane(self)
         return self
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Speeds of pressure and shear waves in the plane at the start [m/s]: the thickness is free to change."""
+        plane = self.young_modulus / (1.0 - self.poisson_ratio**2)
+        return sqrt(plane / self.density), super().wave_speeds()[1]
 
     def damage_law(self) -> Elastodamage | Undamaged:
         """The law of damage as kernels take it."""

@@ -89,10 +89,10 @@ def _plane_response(law, shape):
 
 @point_function(plane_wave_speed, FluidMembrane)
 def _plane_wave_speed(law, shape, density):
-    # along the surface by the change of tension with area, A dσ/dA = K/A; across it by the tension itself
+    # with the tension σ beside it: along the surface by the change of tension with area, A dσ/dA = K/A, across it by σ itself
     area = shape[0]
     across = law.gamma + law.K * (1.0 - 1.0 / area)
-    return sqrt(max(law.K / area, across) * area / density)
+    return sqrt(max(law.K / area - max(across, 0.0), 0.0) * area / density)
 
 
 @point_function(plane_diffusivity, FluidMembrane)

@@ -19,6 +19,8 @@ from pellucid.materials.point_state import PointState
 from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
 AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+SQUEEZED = (-1e-300, 0.0, 0.0, 0.0, -1e-300, 0.0, 0.0, 0.0, -1e-300)
+"""Velocity gradients [1/s]: none, and one of which only the sign counts."""
 
 
 class Law(Protocol):

@@ -55,7 +55,26 @@ def largest_strain(law: Law, shape: Shape) -> float:
 
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
-    """Fastest wave in the plane [m/s]."""
+    """Fastest wave in the plane by the stiffness alone [m/s], of the tangent of the Kirchhoff stress; tension adds to it."""
+
+
+@pointwise
+def principal_tension(s11, s22, s12):
+    """The larger principal stress in the plane [Pa], 0 where that is compression."""
+    larger = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
+    return larger if larger > 0.0 else 0.0
+
+
+@pointwise
+def fastest_wave(wave, tension, density):
+    """Fastest small wave on a membrane [m/s]: by its stiffness alone, with the principal tension [Pa] beside it."""
+    return sqrt(wave * wave + tension / density)
+
+
+def wave_in_shape(law: Law, shape: Shape, density: float) -> float:
+    """Fastest small wave on a membrane of this shape and density [m/s]."""
+    s11, s22, s12, _ = plane_response(law, shape)
+    return float(fastest_wave(plane_wave_speed(law, shape, density), principal_tension(s11, s22, s12), density))
 
 
 @generic

@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.materials.contract import BodyMaterial
 from pellucid.materials.damage import Elastodamage, Undamaged
 from pellucid.materials.law import Law
-from pellucid.materials.membrane import initial_shape, plane_diffusivity, plane_wave_speed
+from pellucid.materials.membrane import initial_shape, plane_diffusivity, wave_in_shape
 from pellucid.registry import Family
 
 
@@ -34,8 +34,8 @@ class MembraneMaterial(BodyMaterial):
 
     def signals(self, length: float) -> tuple[float, float]:
         """Speed of waves in the plane [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
-        law = self.law()
-        return plane_wave_speed(law, initial_shape(law), self.density), plane_diffusivity(law, initial_shape(law), self.density)
+        law, density = self.law(), self.density
+        return wave_in_shape(law, initial_shape(law), density), plane_diffusivity(law, initial_shape(law), density)
 
 
 MEMBRANE_MATERIALS = Family("material of a membrane", MembraneMaterial)

@@ -25,11 +25,10 @@ MOST_ITERATIONS = 50
 
 
 class NeoHookeanMembrane(NamedTuple):
-    """Lamé's constants [Pa] and the initial density [kg/m³]."""
+    """Lamé's constants [Pa]."""
 
     lam: float
     mu: float
-    rho0: float
 
 
 class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
@@ -38,8 +37,8 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
     kind: Literal["neo-hookean-membrane"] = "neo-hookean-membrane"
 
     def elastic_law(self) -> NeoHookeanMembrane:
-        """Its Lamé constants and density."""
-        return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio), self.density)
+        """Its Lamé constants."""
+        return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio))
 
 
 @point_function(initial_shape, NeoHookeanMembrane)
@@ -140,10 +139,11 @@ def _plane_wave_speed(law, shape, density):
     F = shape
     area = F[0] * F[3] - F[1] * F[2]
     c = _thickness_squared(law, area)
-    # the bulk wave at this stretch, which no wave in the plane outruns
-    stretch = F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3]
-    stiffness = law.lam + law.mu - law.lam * log(area * sqrt(c)) + law.mu * stretch
-    return sqrt(max(stiffness, law.mu * stretch) / law.rho0)
+    # no stress across leaves μ - λ ln J = μ c; with that the tangent of the Kirchhoff stress, λ I⊗I + 2(μ - λ ln J) 𝕀, becomes
+    # one of plane stress, isotropic, E/(1-ν²) at rest
+    m = law.mu * c
+    stiffness = max(4.0 * m * (law.lam + m) / (law.lam + 2.0 * m), m)
+    return sqrt(stiffness / (area * sqrt(c) * density))
 
 
 @pointwise

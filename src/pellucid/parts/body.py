@@ -24,6 +24,7 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.named import Named
 from pellucid.parts.relaxable import SLOWER_LOADS
 from pellucid.parts.standing import Standing
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 from pellucid.parts.surface_load import Traction
 
 
@@ -141,6 +142,17 @@ class Body(ABC):
         return self.arrays["volume"]
 
     # the step
+
+    def step_limit(self) -> StepLimit:
+        """The largest stable step of the state as it is, that of its totals, and why."""
+        if self.totals.rate <= 0.0:
+            return NO_LIMIT
+        return StepLimit(1.0 / self.totals.rate, "wave", "its fastest signal")
+
+    def fastest(self) -> float:
+        """The largest speed of its points or nodes [m/s]."""
+        velocity = self.arrays["velocity"]
+        return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1), initial=0.0)))
 
     load_rate = 1.0
     """How fast the loads change over the coming step, in simulated time over that of the step: another in steady states."""

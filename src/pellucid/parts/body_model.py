@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
@@ -15,18 +15,12 @@ from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, name_parameter
 from pellucid.parts.part import Part, Parts
 from pellucid.parts.standing import Standing
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
 
 FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
-
-
-class StepLimit(NamedTuple):
-    """The largest stable step at the start [s], and why."""
-
-    step: float
-    reason: str
 
 
 class BodyModel(Part):
@@ -202,12 +196,28 @@ class BodyModel(Part):
         """Speeds of plane pressure and shear waves at the start [m/s], of a body that such waves cross."""
         raise ValueError(f"body {self.name} has no plane waves")
 
-    def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
-        """The largest stable step at the start in cells of this edge [m], None where the cells do not bound it.
+    def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
+        """The largest stable step at the start, in cells of this edge [m] if there are any: a fixed one must not pass it. None
+        where only the body that is built knows one.
 
         is_driven: whether the whole body follows a prescribed motion along every axis.
         """
-        return None
+        return None if self.moves else NO_LIMIT
+
+    def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
+        """What is likely to bound the step once the body moves: as near as its model tells."""
+        return self.step_limit(cell, is_driven)
+
+    def fastest_at_start(self, places: np.ndarray) -> float:
+        """The largest speed at the start [m/s] at places [m], shape (n, 3)."""
+        velocity = self.initial_velocity(places)
+        return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1))))
+
+    def places_between_bounds(self) -> np.ndarray:
+        """A lattice of places where it may be at the start [m], shape (n, 3)."""
+        lower, upper = self.bounds()
+        share = np.stack(np.meshgrid(*3 * [np.linspace(0.0, 1.0, 9)], indexing="ij"), axis=-1).reshape(-1, 3)
+        return np.asarray(lower + share * (upper - lower))
 
 
 def is_alone(body: BodyModel, parts: Parts) -> bool:

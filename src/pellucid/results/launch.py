@@ -12,6 +12,7 @@ from pellucid.jit import set_threads
 from pellucid.processes import helped
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.registry import Registry
+from pellucid.results.forecast import foretold, pace_learned
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import explained
 from pellucid.results.storage.identity import check_bodies, check_case, check_start, with_changes
@@ -32,12 +33,14 @@ def run_case(
     until: float | None = None,
     progress: Progress | None = None,
     report: bool = True,
+    foretell: bool = False,
 ) -> Run:
     """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
 
-    `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report; an earlier
-    run in `out` is replaced. Raises `UsageError` for what is no case, for a folder with other files in it or in use,
-    `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full disk.
+    `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report, `foretell`
+    says before it begins how many steps it will take. An earlier run in `out` is replaced. Raises `UsageError` for what is no
+    case, for a folder with other files in it or in use, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint,
+    `OutputError` for a full disk.
     """
     from pellucid.case.spec import required
 
@@ -57,7 +60,7 @@ def run_case(
             if folder.case.is_file():
                 progress.note(f"replacing the earlier run in {folder.path}")
             folder.start(case)
-            return _finish(simulation, recorder, until, progress, report, temporary=out is None)
+            return _finish(simulation, recorder, until, progress, report, foretell, temporary=out is None)
 
 
 def resume_case(
@@ -67,6 +70,7 @@ def resume_case(
     progress: Progress | None = None,
     report: bool = True,
     settings: Mapping[str, object] | None = None,
+    foretell: bool = False,
 ) -> Run:
     """Go on with the run in `out` from its last checkpoint, bit for bit; from the start where it has none yet.
 
@@ -76,7 +80,7 @@ def resume_case(
     progress = progress or WarningsOnly()
     folder = RunFolder(out)
     with explained(folder.path), folder.held():
-        return _go_on(folder, until, threads, progress, report, settings or {})
+        return _go_on(folder, until, threads, progress, report, settings or {}, foretell)
 
 
 def _go_on(
@@ -86,6 +90,7 @@ def _go_on(
     progress: Progress,
     report: bool,
     settings: Mapping[str, object],
+    foretell: bool,
 ) -> Run:
     try:
         case = folder.read_case()
@@ -103,7 +108,7 @@ def _go_on(
             folder.start(case)
             if settings:
                 folder.write_case(case)
-            return _finish(simulation, recorder, until, progress, report)
+            return _finish(simulation, recorder, until, progress, report, foretell)
     arrays, numbers = found
     recorded = numbers["recorder"]
     kept = recorded.get("identity", {})
@@ -122,7 +127,7 @@ def _go_on(
         recorder = Recorder(folder, case, compiling, recorded, start)
         if not recorder.resumes_record:
             folder.discard_record(case)
-        return _finish(simulation, recorder, until, progress, report)
+        return _finish(simulation, recorder, until, progress, report, foretell)
 
 
 def _check_until(until: float | None, case: "Case") -> None:
@@ -208,11 +213,15 @@ def _finish(
     until: float | None,
     progress: Progress,
     report: bool,
+    foretell: bool,
     temporary: bool = False,
 ) -> Run:
     folder = recorder.folder
+    if foretell:
+        progress = foretold(simulation, until, progress)
     try:
-        simulation.run(recorder, until=until, progress=progress)
+        with pace_learned(simulation, recorder):
+            simulation.run(recorder, until=until, progress=progress)
     except RunStopped as error:
         if recorder.facts:  # it stopped itself in a step, not while it was set up
             folder.write_summary(recorder.facts, {})

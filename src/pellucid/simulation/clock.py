@@ -9,6 +9,7 @@ import numpy as np
 from pellucid.case.spec import MOST_STEPS, STEP_MARGIN
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.body import Body
+from pellucid.parts.step_limit import StepLimit, fall_through_cells
 from pellucid.simulation.fastest import fastest_point
 
 if TYPE_CHECKING:
@@ -70,6 +71,14 @@ class Clock:
         """The largest stable step [s], and the body that bounds it."""
         body = max(bodies, key=lambda body: body.totals.rate)
         return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
+
+    def limit(self, bodies: Sequence[Body]) -> tuple[StepLimit, str]:
+        """What bounds the stable step of the state as it is, and the name of the body: none where it is no body."""
+        body = max(bodies, key=lambda body: body.totals.rate)
+        found = body.step_limit()
+        if self.longest < found.step:
+            return fall_through_cells(self.longest), ""
+        return found, body.name
 
     def check_collapse(self, dt: float, name: str, bodies: Sequence[Body]) -> None:
         """Raise RunStopped where the step that a body allows is nothing beside the largest so far."""

@@ -35,6 +35,7 @@ from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
 from pellucid.named import Named
 from pellucid.parts.families import GridBody, NodalBody
+from pellucid.parts.step_limit import StepLimit
 from pellucid.processes import free_cores
 from pellucid.progress import Progress
 from pellucid.set_up.first_look import refuse, warnings_of
@@ -365,6 +366,10 @@ class Simulation:
                 error.add_note(f"the state in which it stopped could not be recorded: {trouble}")
             raise
         recorder.begin(self)
+
+    def step_limit(self) -> tuple[StepLimit, str]:
+        """What bounds the stable step of the state as it is, and the name of the body, none where it is no body."""
+        return self.clock.limit(self.bodies)
 
     def show(self, progress: Progress | None) -> None:
         """How far it is, now and then."""

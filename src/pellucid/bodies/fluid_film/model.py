@@ -26,6 +26,7 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance
@@ -194,6 +195,15 @@ class FluidFilmCase(BodyModel):
         aware = self.model_copy()
         aware._is_shared = sum(body.field == self.field for body in bodies) > 1
         return aware
+
+    def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
+        """Alone it takes steps of its own; with others signals cross no more than a cell."""
+        if not self._is_shared or cell is None:
+            return NO_LIMIT
+        from pellucid.bodies.fluid_film.signals import Signals
+
+        signals = Signals(self.physics(), self.material, np.array([self.initial_density]))
+        return signals.limit(cell, self.fastest_at_start(self.positions()))
 
     def owns_nodes(self, alone: bool) -> bool:
         """Where no other body shares its velocity field: the nodes of the grid move it then."""

@@ -7,7 +7,6 @@ so the cells bound the step, not the elements.
 """
 
 from collections.abc import Mapping
-from math import sqrt
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +15,7 @@ from pellucid.approximants import grid_functions
 from pellucid.bodies.fluid_film.film_forces import BuildableFilm, FilmForces, in_space
 from pellucid.bodies.fluid_film.forms import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
+from pellucid.bodies.fluid_film.signals import Signals
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
@@ -25,6 +25,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.step_limit import StepLimit
 from pellucid.parts.surface_load import Traction
 from pellucid.state import of_owner
 
@@ -160,7 +161,8 @@ class FilmOnGrid(PointsOnGrid):
         self.totals.half_power = 0.5 * self._slice * power(force, velocity)
         self.totals.stored = self._slice * self.forces.stored_energy(self._o, film["part_mass"])
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
-        self._bound_rate(self._signals() + fastest * self.grid.lattice.inverse_cell)
+        h = self.grid.lattice.inverse_cell
+        self._bound_rate(self._signals().rate(h) + fastest * h)
 
     def _spread(self, moved: np.ndarray) -> None:
         """Move nodes along the film; what flows between them takes its mass along, and momentum in all stays what it was."""
@@ -189,14 +191,13 @@ class FilmOnGrid(PointsOnGrid):
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
         return found
 
-    def _signals(self) -> float:
-        """How fast the film's own waves and its viscosity cross a cell [1/s], by its own inertia."""
-        physics, material, h = self.forces.physics, self.forces.material, self.grid.lattice.inverse_cell
-        density = self.forces.densities(self._o, self._film["part_mass"])
-        tension, least = -material.pressure(density), float(density.min())
-        wave = sqrt(float(np.max((density * material.pressure_slope(density) + np.maximum(tension, 0.0)) / density)))
-        spread = (2.0 * physics.viscosity + physics.dilatational_viscosity) / least
-        return max(h * wave, 2.0 * h * h * spread, 2.0 * h * h * sqrt(physics.bending_rigidity / least))
+    def _signals(self) -> Signals:
+        """In the film as it is."""
+        return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
+
+    def signal_limit(self) -> StepLimit:
+        """How its waves, its viscosity and its bending bound the step."""
+        return self._signals().limit(self.grid.lattice.cell, self.fastest())
 
     def work(self) -> StepWork:
         """The heat of its viscosity."""

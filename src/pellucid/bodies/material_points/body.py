@@ -28,6 +28,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 from pellucid.model import Vector
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, swings, tightest
 from pellucid.reductions import ordered_sum
 
 NOBODY = np.zeros(0, dtype=bool)
@@ -111,6 +112,14 @@ class MaterialPoints(PointsOnGrid):
             self.contact_surface = None
         if self.contact_surface is not None:
             self.totals.rate = max(self.totals.rate, self.contact_surface.least_rate)
+
+    def signal_limit(self) -> StepLimit:
+        """Signals in what the grid strains, else how it moves and swings on what it touches."""
+        cell, fastest = self.grid.lattice.cell, self.fastest()
+        if self._strains:
+            return signals_seen(cell, self.totals.rate, self.material.signals(cell)[1], fastest)
+        swing = self.contact_surface.contact_rate() if self.contact_surface is not None else 0.0
+        return tightest([motion_in_cells(cell, fastest), swings(swing, "contact")])
 
     @property
     def filling(self) -> Filling | None:

@@ -1,6 +1,7 @@
 """Bodies of material points as the user describes them."""
 
 from collections.abc import Iterator
+from math import hypot
 from typing import TYPE_CHECKING, Literal
 
 from pellucid.bodies.initial.state import initial_problems
@@ -13,13 +14,13 @@ from pellucid.bodies.material_points.checks import (
     stress_problems,
 )
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, place_problems
+from pellucid.bodies.placing import COMMON_FIELDS, place_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.rotation import plane_problems
 from pellucid.model import parameter
-from pellucid.parts.body_model import StepLimit
 from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_in_cells
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -65,11 +66,22 @@ class MaterialPointsCase(SeededBody):
         """Solids touch walls by their surface, fluids by their points."""
         return None
 
-    def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
+    def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Signals cross no more than a cell in a step; a rigid body has no waves."""
-        if self.rigid or is_driven or any(self.material.problems()):
+        if cell is None or self.rigid or is_driven or any(self.material.problems()):
             return None
-        return limit_in_cells(self.name, self.material.signals(cell), self.velocity, cell)
+        return signals_in_cells(cell, *self.material.signals(cell), hypot(*self.velocity))
+
+    def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
+        """With all that moves it at the start, and the artificial viscosity of a fluid, which speeds signals up wherever it is
+        compressed."""
+        if cell is None:
+            return None
+        if self.rigid or is_driven:
+            return motion_in_cells(cell, self.fastest_at_start(self.places_between_bounds()))
+        (wave, spread), compressed = self.material.signals(cell), self.material.signals_compressed(cell)
+        found = signals_in_cells(cell, compressed, spread, self.fastest_at_start(self.places_between_bounds()))
+        return found._replace(reason=f"{found.reason} where artificial viscosity acts") if compressed > wave else found
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """What does not fit the grid, other bodies, supports."""

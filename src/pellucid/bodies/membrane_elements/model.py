@@ -12,7 +12,7 @@ from pellucid.bodies.membrane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.mesh import Mesh
-from pellucid.geometry.slowest_elements import slowest_of_surface, step_warning
+from pellucid.geometry.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
 from pellucid.geometry.surface_checks import mesh_faults
 from pellucid.geometry.surfaces import Elements
 from pellucid.grid.model import GridCase
@@ -21,6 +21,7 @@ from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -76,6 +77,12 @@ class MembraneElementsCase(MembraneCase):
         mesh = self.mesh()
         if found := slowest_of_surface(mesh):
             yield step_warning(self.name, found, mesh.centres())
+
+    def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
+        """Waves in its plane cross none of its elements in a step, and its nodes no cell."""
+        wave, _ = self.signals_at_start()
+        in_elements = waves_in_elements(wave * float(rates_of_surface(self.mesh()).max()), wave)
+        return tightest([in_elements, *([motion_in_cells(cell, self.fastest_at_start(self.mesh().vertices))] if cell else [])])
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""

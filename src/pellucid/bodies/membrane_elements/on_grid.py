@@ -13,6 +13,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.step_limit import StepLimit
 
 
 class ElementsOnGrid(PointsOnGrid):
@@ -111,6 +112,10 @@ class ElementsOnGrid(PointsOnGrid):
         self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell))
+
+    def signal_limit(self) -> StepLimit:
+        """Waves in its elements, and how its nodes cross cells."""
+        return self.surface.step_limit(self.grid, self.fastest())
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node, where a kernel found a fault in this step."""

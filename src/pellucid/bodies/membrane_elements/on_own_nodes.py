@@ -11,6 +11,7 @@ from pellucid.bodies.own_nodes.kernels import CHUNK
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.parts.body import Placement
+from pellucid.parts.step_limit import StepLimit, told
 
 
 class MembraneElements(ExplicitNodes):
@@ -45,6 +46,10 @@ class MembraneElements(ExplicitNodes):
         self._find_forces()
         self._count_power()
         self.totals.rate = max(rate, self.motion.crossing)
+
+    def step_limit(self) -> StepLimit:
+        """Waves in its elements, and how its nodes cross cells."""
+        return told(self.totals.rate, [self.surface.step_limit(self.grid, max(self.fastest(), self.motion.top_speed))])
 
     def _find_forces(self) -> None:
         self.motion.internal.fill(0.0)

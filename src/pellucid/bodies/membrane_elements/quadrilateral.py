@@ -29,7 +29,7 @@ from pellucid.bodies.membrane_elements.hourglass import resisted
 from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import WIDTH, put, take
-from pellucid.materials.membrane import plane_response, plane_wave_speed, stretched_midway
+from pellucid.materials.membrane import plane_response, plane_wave_speed, principal_tension, stretched_midway
 from pellucid.tensors import ZERO_VECTOR
 
 SPANS = ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR
@@ -125,9 +125,7 @@ def _respond(law, control, thickness, n, dt, c):
         R1 = resisted(control, Q1, q1, dt, stiffness, impedance)
         R2 = resisted(control, Q2, q2, dt, stiffness, impedance)
         warped += half * ((Q1 + R1) * q1 + (Q2 + R2) * q2)
-        tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
-        tension = tension if tension > 0.0 else 0.0
-        signal = sqrt(bound * (wave * wave + tension * volume / m))
+        signal = sqrt(bound * (wave * wave + principal_tension(s11, s22, s12) * volume / m))
         magnitude = abs(s11 + s22 + s12 + signal + volume)
         over = over if ratio > 0.0 else 1.0
         put(c, q + HOURGLASS * WIDTH, ((R1, R2), warped))

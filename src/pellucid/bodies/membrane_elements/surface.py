@@ -30,6 +30,8 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.membrane import wave_in_shape
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
 from pellucid.reductions import ordered_sum
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
@@ -67,6 +69,7 @@ class ElementSurface:
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""
         self.areal_density = case.material.density * case.thickness
+        self._wave = wave_in_shape(self.law, tense.shape, case.material.density)  # at the start
         self._control = case.hourglass.control()
         mesh = case.mesh()
         self.vertices = mesh.vertices
@@ -147,6 +150,11 @@ class ElementSurface:
         totals.parts["hourglass"] = float(sums[HOURGLASS])
         totals.stored = float(sums[STRAIN]) + totals.parts["hourglass"]
         return float(self._sums[:, FREQUENCY].max())
+
+    def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
+        """How its elements as they were strained last bound the step, and its nodes at a speed [m/s] the cells of a grid."""
+        in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
+        return tightest([waves_in_elements(float(self._sums[:, FREQUENCY].max()), self._wave), *in_cells])
 
     def fault(self) -> tuple[int, int] | None:
         """What is wrong with an element after a step: a code of `pellucid.grid.points` and the place of its first node."""

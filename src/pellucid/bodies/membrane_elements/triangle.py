@@ -13,7 +13,7 @@ from math import inf, sqrt
 from pellucid.bodies.membrane_elements.geometry import cross, dot, edges, in_space
 from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
 from pellucid.jit import kernel, pointwise
-from pellucid.materials.membrane import plane_response, plane_wave_speed, shape_of, smoothed, turned_to
+from pellucid.materials.membrane import plane_response, plane_wave_speed, principal_tension, shape_of, smoothed, turned_to
 
 NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wide, and what bears compression has collapsed
 
@@ -76,8 +76,7 @@ def strain_triangle(surface, x, v, e, dt):
     )
     m = state.element_mass[e]
     wave = plane_wave_speed(law, shape, m / volume)
-    tension = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
-    signal = sqrt(bound * (wave * wave + max(tension, 0.0) * volume / m))
+    signal = sqrt(bound * (wave * wave + principal_tension(s11, s22, s12) * volume / m))
     turn = cross(m1, m2)
     h1 = (f1[0] - dt * r1[0], f1[1] - dt * r1[1], f1[2] - dt * r1[2])
     h2 = (f2[0] - dt * r2[0], f2[1] - dt * r2[1], f2[2] - dt * r2[2])

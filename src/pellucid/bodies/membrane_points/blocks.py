@@ -15,7 +15,14 @@ from pellucid.jit import pointwise
 from pellucid.jit.columns import WIDTH, put, take
 from pellucid.jit.vector import LANES
 from pellucid.materials.damage import dissipate, driving_strain, has_failed, upright, weaken
-from pellucid.materials.membrane import plane_diffusivity, plane_response, plane_wave_speed, stretched
+from pellucid.materials.membrane import (
+    fastest_wave,
+    plane_diffusivity,
+    plane_response,
+    plane_wave_speed,
+    principal_tension,
+    stretched,
+)
 from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, end_stress_power
 
 NO_SHAPE = (0.0, 0.0, 0.0, 0.0)
@@ -159,7 +166,8 @@ def respond_to_shapes(law, lattice, thickness, dt, n, c):
         bad = 1.0 if ratio <= 0.0 else bad
         bad = bad if bears > 0.0 else 0.0
         bad = bad if magnitude < inf else 1.0
-        rate, viscous = h * (wave + speed), 2.0 * h * h * diffusivity
+        fastest = fastest_wave(wave, principal_tension(s11, s22, s12), m / V)
+        rate, viscous = h * (fastest + speed), 2.0 * h * h * diffusivity
         viscous = viscous if bears > 0.0 else 0.0
         sums = bad, m * energy, new_power if bears > 0.0 else 0.0
         put(c, q + ENERGY * WIDTH, energy)

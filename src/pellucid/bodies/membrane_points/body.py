@@ -23,6 +23,7 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane_material import MembraneMaterial
+from pellucid.parts.step_limit import StepLimit, signals_seen
 
 
 class MembraneOfPoints(Protocol):
@@ -114,6 +115,11 @@ class MembranePoints(PointsOnGrid):
             record=self._record,
         )
         self._surface = Bundle(strained)
+
+    def signal_limit(self) -> StepLimit:
+        """Signals in its plane."""
+        cell = self.grid.lattice.cell
+        return signals_seen(cell, self.totals.rate, self.material.signals(cell)[1], self.fastest(), "membrane")
 
     def cells(self) -> Cells:
         """Its triangles."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_model import MembraneCase
 from pellucid.bodies.membrane_slice import slice_problems
-from pellucid.bodies.placing import COMMON_FIELDS, limit_in_cells, longest_edge, place_problems
+from pellucid.bodies.placing import COMMON_FIELDS, longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.surface_checks import faults
 from pellucid.geometry.triangulation import Triangulation
@@ -16,9 +16,9 @@ from pellucid.grid.model import GridCase
 from pellucid.materials import AnyMembraneMaterial
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.model import parameter
-from pellucid.parts.body_model import StepLimit
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
+from pellucid.parts.step_limit import StepLimit, signals_in_cells
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body, Placement
@@ -64,9 +64,12 @@ class MembranePointsCase(MembraneCase):
         """Number of points."""
         return len(self.surface.triangulate().vertices)
 
-    def step_limit(self, cell: float, is_driven: bool) -> StepLimit | None:
+    def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Signals in its plane cross no more than a cell in a step."""
-        return limit_in_cells(self.name, self.material.signals(cell), self.velocity, cell)
+        if cell is None:
+            return None
+        fastest = self.fastest_at_start(self.surface.triangulate().vertices)
+        return signals_in_cells(cell, *self.signals_at_start(), fastest, "membrane")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """What does not fit the grid."""

@@ -28,6 +28,7 @@ from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_meshes
 from pellucid.state import with_owner
 
 HELD = 1e-9  # of the extent of a body: a displacement that is rounding
@@ -45,6 +46,7 @@ class SolidOfNodes(Approximation, Protocol):
     def wave_speeds(self) -> tuple[float, float]: ...
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
     def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None: ...
+    def wave_speeds(self) -> tuple[float, float]: ...
 
 
 class MeshlessSolid(ExplicitNodes):
@@ -181,6 +183,13 @@ class MeshlessSolid(ExplicitNodes):
 
     def _bound_step(self) -> None:
         self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing)
+
+    def step_limit(self) -> StepLimit:
+        """Waves in its mesh, and how its nodes cross cells."""
+        modes = waves_in_meshes(0.5 * OVERESTIMATE * self._fastest.frequency, self._case.wave_speeds()[0])
+        crossing = self.motion.crossing
+        moves = [motion_in_cells(self.grid.lattice.cell, crossing * self.grid.lattice.cell)] if self.grid else []
+        return told(self.totals.rate, [modes, *moves])
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is, and its largest frequency from the start."""

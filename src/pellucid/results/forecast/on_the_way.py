@@ -1,0 +1,59 @@
+"""How long a run takes, told once it has run for a second, where nothing was known before."""
+
+from time import monotonic
+
+from pellucid.progress import Pace, Progress, clock
+
+ENOUGH = 1.0
+"""Seconds of steps from which it is told."""
+RUNNING = "running"
+
+
+class ToldOnTheWay:
+    """A progress that tells it, and hands all else on."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._pace = progress, Pace()
+        self._phase, self._end, self._since, self._told = "", 0.0, 0.0, False
+
+    def begin(self, phase: str, total: float | None = None) -> None:
+        """A phase begins."""
+        self._phase, self._end, self._pace = phase, total or 0.0, Pace()
+        self._progress.begin(phase, total)
+
+    def compiling(self, kernel: str, number: int, expected: int) -> None:
+        """A kernel is compiled."""
+        self._since = monotonic()
+        self._progress.compiling(kernel, number, expected)
+
+    def compiled(self) -> None:
+        """The phase goes on: the pace begins anew."""
+        self._pace.leave_out(monotonic() - self._since)
+        self._progress.compiled()
+
+    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
+        """The run stands after `step` steps at simulated time `time`."""
+        self._progress.update(step=step, time=time, dt=dt, points=points, energy_error=energy_error)
+        if self._told or self._phase != RUNNING:
+            return
+        self._pace.add(monotonic(), step, time)
+        if self._pace.seconds() >= ENOUGH:
+            self._told = True
+            left = clock(self._pace.time_left(self._end))
+            self._progress.note(f"time: about {left} more, at the pace of the first {step} steps")
+
+    def count(self, done: int) -> None:
+        """So many parts are done."""
+        self._progress.count(done)
+
+    def message(self, text: str) -> None:
+        """Something that the user should know in any case."""
+        self._progress.message(text)
+
+    def note(self, text: str) -> None:
+        """Something that whoever gave the command should know."""
+        self._progress.note(text)
+
+    def stop(self) -> None:
+        """Everything has ended."""
+        self._progress.stop()
