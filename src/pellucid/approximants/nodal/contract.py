@@ -58,8 +58,8 @@ class NodalApproximant(Model):
     """Its key for how far functions reach, where they need neighbours enough."""
     follows_cells: ClassVar[bool] = False
     """Whether its functions are linear in each cell, so that one flat cell makes them steep and the step small."""
-    remedy: ClassVar[str] = "make the tetrahedra there less flat, or use another approximant"
-    """What to do where it has no functions."""
+    remedy: ClassVar[str | None] = None
+    """What to do where it has no functions; None where it has some wherever tetrahedra have a volume."""
 
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:

@@ -5,6 +5,7 @@ p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the le
 """
 
 from math import exp, inf, log, sqrt
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,8 @@ SHORTEST = 1e-10  # of a step of the line search
 
 class MaximumEntropyModel(NodalApproximant):
     """What maximum-entropy approximants share, whose priors can have distances from faces."""
+
+    remedy: ClassVar[str | None] = 'leave `approximant` out: "cell-based-least-squares" has functions there'
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
         """With priors of these nodes that fall to nothing towards the faces."""

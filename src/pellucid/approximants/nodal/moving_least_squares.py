@@ -30,7 +30,7 @@ class LeastSquaresModel(NodalApproximant):
     terms: ClassVar[int]
     """Of the basis in space."""
     reach: ClassVar[str | None] = "dilatation"
-    remedy: ClassVar[str] = "raise it, so that supports have more neighbours, or use another approximant"
+    remedy: ClassVar[str | None] = "raise it, so that supports have more neighbours, or use another approximant"
 
     dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
 

@@ -49,7 +49,7 @@ def refused(case: Approximation, key: str | None = None) -> Iterator[None]:
         reach = approximant.reach
         where = f"{body}.approximant.{reach}" if reach else f"{body}.{case.place}"
         value = getattr(approximant, reach) if reach else None
-        raise CaseError(Problem(str(error), where, value, approximant.remedy)) from None
+        raise CaseError(Problem(str(error), where, value, approximant.remedy or "")) from None
     except Refusal as error:
         text, remedy = error.reason
         raise CaseError(Problem(text, f"{body}.{key or case.place}", remedy=remedy)) from None

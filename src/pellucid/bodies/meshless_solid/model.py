@@ -133,11 +133,11 @@ class MeshlessSolidCase(DampedModel):
         return Finding(("material", "kind"), text, "give the body its `elastic` material, which bears the load at rest")
 
     def check_set_up(self) -> None:
-        """Too few neighbours for the functions of least squares, on meshes of up to 10 000 cells."""
+        """Places without functions, on meshes of up to 10 000 cells, where the approximant does not have them everywhere."""
         from pellucid.bodies.meshless_solid.functions import check_functions
 
         mesh = self.mesh.mesh()
-        if self.approximant.reach and len(mesh.cells) <= MOST_TRIED:
+        if self.approximant.remedy and len(mesh.cells) <= MOST_TRIED:
             check_functions(self, mesh)
 
     def start_warnings(self) -> Iterator[str]:
