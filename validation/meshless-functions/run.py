@@ -18,7 +18,7 @@ import pellucid
 HERE = Path(__file__).parent
 FUNCTIONS = ("cell-based-least-squares", "cell-based-maximum-entropy", "modified-moving-least-squares", "linear-simplex")
 KUHN = [(0, 1, 3, 7), (0, 1, 5, 7), (0, 2, 3, 7), (0, 2, 6, 7), (0, 4, 5, 7), (0, 4, 6, 7)]
-BEAM, COOK = -0.49741, {0.3333333: 7.7850, 0.4999: 6.955}  # reference.csv
+BEAM, COOK = -0.4974, {1 / 3: 7.785, 0.4999: 6.955}  # reference.csv, to the difference of its finest meshes
 
 
 def written(path: Path, nodes: np.ndarray, cells: np.ndarray) -> str:
@@ -114,17 +114,10 @@ def lame(kind: str, n: int, folder: Path) -> dict:
         {"body": "body", "where": {"box": {"lower": [-1e-6] * 3, "upper": upper}}, "fix": ["xyz"[k]]}
         for k, upper in enumerate(planes)
     ]
-    load = {
-        "kind": "pressure",
-        "body": "body",
-        "where": {"sphere": {"centre": [0, 0, 0], "radius": 1.01}},
-        "pressure": 0.1,
-        "rise": 1.0,
-    }
+    pressure = {"body": "body", "where": {"sphere": {"centre": [0, 0, 0], "radius": 1.01}}, "value": 0.1, "rise": 1.0}
     probe = {"component": "x", "at": [1, 0, 0]}
-    return case(
-        solid({"file": {"path": path}}, kind, 1000.0, 0.3), supports, [load], probe, {"load_steps": 1, "tolerance": 1e-5}
-    )
+    body = solid({"file": {"path": path}}, kind, 1000.0, 0.3)
+    return case(body, supports, [], probe, {"load_steps": 1, "tolerance": 1e-5}) | {"pressure": [pressure]}
 
 
 def lame_displacement(young: float = 1000.0, nu: float = 0.3, pressure: float = 0.1, a: float = 1.0, b: float = 2.0) -> float:
@@ -132,17 +125,12 @@ def lame_displacement(young: float = 1000.0, nu: float = 0.3, pressure: float = 
     return pressure * a**3 / (young * (b**3 - a**3)) * ((1 - 2 * nu) * a + (1 + nu) * b**3 / (2 * a**2))
 
 
-def gallery(name: str, kind: str, metric: str) -> Any:
-    """A metric of a quick case of the gallery."""
-    return name, kind, metric
-
-
 def problems(kind: str, folder: Path) -> Iterator[tuple[str, dict, float]]:
     """Name, case and what is right, of each."""
     yield "beam, 2 across", beam(kind, 2, folder), BEAM
     yield "beam, 4 across", beam(kind, 4, folder), BEAM
     for nu, right in COOK.items():
-        for n in (6, 12):
+        for n in (6, 12, 24):
             yield f"Cook, nu {nu:.4g}, {n} cells", cook(kind, n, nu, folder), right
     for n in (3, 6):
         yield f"thick sphere, {n} cells", lame(kind, n, folder), lame_displacement()

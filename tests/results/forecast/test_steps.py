@@ -95,9 +95,9 @@ def test_a_meshless_solid_tells_when_it_is_set_up_without_compiling(monkeypatch)
     simulation = Simulation(drop)  # its kernels are compiled
     body = simulation.bodies[0]
     assert body.step_limit().step == pytest.approx(1.0 / body.totals.rate)
-    words = r"body `block` \(wave\): waves in it of 10 m/s cross its closest nodes, in effect 0.0166 m apart"
+    words = r"body `block` \(wave\): waves in it of 10 m/s cross its closest nodes, in effect 0.0108 m apart"
     for ahead in (of_simulation(simulation), of_case(drop)):
-        assert ahead.number == 73
+        assert ahead.number == 112
         assert re.search(words, ahead.why)
     monkeypatch.setattr("pellucid.results.forecast.quick_set_up.MOST_POINTS", 100)
     assert "body `block` tells what bounds the step when it is set up" in of_case(drop).why
