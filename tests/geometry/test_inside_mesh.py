@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from closed_surfaces import CLOSED, red_cell
 from boundaries import boundary_edges
 from pydantic import ValidationError
 from scipy.spatial import cKDTree
@@ -98,16 +99,6 @@ def test_flat_parts_that_a_file_rounds_are_filled(tmp_path, name, digits):
     assert list(solid_faults(mesh)) == []
 
 
-CLOSED = {
-    "icosphere": {"centre": (0, 0, 0), "radius": 1e-5, "refinements": 2},
-    "ellipsoid": {"centre": (0, 0, 0), "radii": (1, 0.5, 0.3), "refinements": 3},
-    "sphere": {"centre": (0, 0, 0), "radius": 2.0, "divisions": 4},
-    "box": {"lower": (0, 0, 0), "upper": (1, 2, 3), "points": (4, 5, 6)},
-    "cylinder": {"start": (0, 0, 0), "end": (1, 1, 1), "radius": 0.4, "rings": 4, "along": 7},
-    "cushion": {"centre": (0, 0, 0), "sides": (1, 1), "height": 0.3, "points": (9, 9)},
-}
-
-
 @pytest.mark.parametrize("name", CLOSED)
 def test_every_closed_surface_is_filled(name):
     pytest.importorskip("tetgen")
@@ -133,11 +124,7 @@ def test_a_fine_sphere_of_quadrilaterals_is_filled():
 
 
 def test_a_biconcave_surface_of_a_file_of_single_precision_is_filled(filled):
-    """A red cell (Evans & Fung 1972, Microvascular Research 4, 335) in micrometres."""
-    vertices, triangles = ball(3, 1.0)
-    away = np.hypot(vertices[:, 0], vertices[:, 1])
-    half = 0.5 * np.sqrt(np.maximum(1.0 - away**2, 0.0)) * (0.207 + 2.003 * away**2 - 1.123 * away**4)
-    cell = Triangulation(3.91 * np.column_stack([vertices[:, :2], np.sign(vertices[:, 2]) * half]), triangles)
+    cell = red_cell(3)
     mesh = filled(cell, 0.8e-6, unit="um")
     assert mesh.volumes.sum() == pytest.approx(1e-18 * enclosed_volume(*cell), rel=1e-6)
     assert list(solid_faults(mesh)) == []
