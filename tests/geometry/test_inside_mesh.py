@@ -4,8 +4,8 @@ import sys
 
 import numpy as np
 import pytest
-from closed_surfaces import CLOSED, red_cell
 from boundaries import boundary_edges
+from closed_surfaces import CLOSED, red_cell
 from pydantic import ValidationError
 from scipy.spatial import cKDTree
 

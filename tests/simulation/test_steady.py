@@ -191,6 +191,18 @@ def test_an_inertia_of_volume_changes_no_equilibrium(monkeypatch):
     assert abs(soon.conservation()["energy"]) < 0.01
 
 
+@pytest.mark.parametrize("ratio", [0.3, 0.4999])
+def test_supports_let_go_in_a_load_step_stay_away(ratio):
+    """Also while loads stand still; those that are let go under stress set out at once, in steps as small as it needs."""
+    side = {"body": "block", "where": {"normal": (-1, 0, 0)}, "fix": ["x"], "until": 0.5}
+    table = {"body": {"material": TISSUE | {"poisson_ratio": ratio}}, "support": [LOW, side]}
+    released, free = finished(pulled({"load_steps": 2}, **table)), finished(pulled({}, body=table["body"]))
+    energies = [run.energies()["strain"] for run in (released, free)]
+    assert energies[0] == pytest.approx(energies[1], rel=0.05), "but for faces on which functions vanish still"
+    moved = released.bodies[0].arrays["position"][:, 0] - released.bodies[0].mesh.nodes[:, 0]
+    assert abs(moved[released.bodies[0].mesh.nodes[:, 0] == 0.0]).max() > 0.02 * EDGE
+
+
 def test_a_relaxation_with_an_inertia_of_volume_goes_on_bit_for_bit():
     whole = Simulation(nearly_incompressible(0.4999), threads=1)
     for _ in range(600):

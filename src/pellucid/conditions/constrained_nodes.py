@@ -48,9 +48,9 @@ class Released(ActiveCondition):
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
-        """Let nodes go; while time stands still, as when bodies settle, all are held."""
+        """Let nodes go; while time stands still at theirs, as when bodies settle at the start, they are held."""
         untils = [(number, support.until) for number, support in enumerate(self._supports)]
-        gone = {number for number, until in untils if until is not None and time >= until and dt > 0.0}
+        gone = {n for n, until in untils if until is not None and (time > until or (time == until and dt > 0.0))}
         if gone != self._gone:
             self._gone = gone
             for actions in self._actions:

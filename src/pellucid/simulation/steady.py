@@ -28,6 +28,7 @@ ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states th
 AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
 CROSSINGS = 16.0  # of a body by shear waves while all loads grow
 ALL_LOADS, FEWEST = 800, 100  # steps for that, and for a load step, at least
+BEGINNING = 1e-3  # of a step, the first of a load step: in it supports let go, after it steps are chosen for what is free
 QUIET = 100  # steps in which the estimated error stays below the tolerance
 
 
@@ -66,6 +67,7 @@ class SteadyClock(Clock):
         if self._step == 0:
             whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt)
             self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps))
+            dt *= BEGINNING
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:

@@ -102,6 +102,8 @@ class MeshlessSolid(ExplicitNodes):
         if not self._functions.prescribes_nodes:
             motion.impose_on_field(self._functions.correction(self.arrays["position"], motion.inertia, motion.motion_rows))
         self._fastest.free = motion.free
+        if self._volume_inertia:
+            self._volume_inertia.release(motion.free)
         if (number != before).any():  # and not in a run that goes on, whose nodes are free already
             self._find_fastest()
 
@@ -126,7 +128,7 @@ class MeshlessSolid(ExplicitNodes):
         self.prescribed.displacement += dt * self.motion.rows
         iterate = dt > 0.0 and self._fastest.is_due()
         self._find_forces(dt, iterate)
-        if self._volume_inertia and self._volume_inertia.is_worn():
+        if self._volume_inertia and dt > 0.0 and self._volume_inertia.wears(dt, self._fastest.frequency):
             self._volume_inertia.renew()
             self._fastest.renew()
         self._count_power()
@@ -181,7 +183,8 @@ class MeshlessSolid(ExplicitNodes):
             self.totals.stored += lost
 
     def _bound_step(self) -> None:
-        self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing)
+        wear = self._volume_inertia.rate if self._volume_inertia else 0.0
+        self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing, wear)
 
     def step_limit(self) -> StepLimit:
         """Waves in its mesh, and how its nodes cross cells."""
@@ -285,7 +288,7 @@ class MeshlessSolid(ExplicitNodes):
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
         history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
-        of_volume = {"volume_inertia": self._volume_inertia.displacement} if self._volume_inertia else {}
+        of_volume = self._volume_inertia.state_arrays() if self._volume_inertia else {}
         return {**super().state_arrays(), **history, **skin, **of_volume, **prescribed, **self._fastest.state_arrays()}
 
     def take_up(self, state: Mapping[str, np.ndarray]) -> None:
@@ -320,7 +323,7 @@ class MeshlessSolid(ExplicitNodes):
             self.skin.restore(arrays)
         if self._volume_inertia:
             self._forces.find(arrays["volume_inertia"], self.motion.internal, 0.0)
-            self._volume_inertia.renew()
+            self._volume_inertia.restore(arrays)
         self._find_forces()
 
     def cells(self) -> Cells:

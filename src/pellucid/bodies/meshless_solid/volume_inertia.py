@@ -7,6 +7,8 @@ stiffness against changes of the volumes about the nodes, B = ∂(V_a J̄_a)/∂
 one row to a node, which is factored once and again where the deformation has made it a poor one.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
@@ -23,6 +25,8 @@ from pellucid.tensors import cofactor
 SOFT = 100.0  # U'' over the shear modulus up to which factors cost more than the steps that they save
 MOST_NODES = 10_000  # whose factors take some seconds and some 100 MB
 WORN = 1.0  # change of a deformation gradient, in roots of the shear modulus over U'', after which B is found anew
+CALMS = 0.9  # what is left of the rate of wear after a step in which there is less
+CALM = 0.1  # rate of wear over the largest frequency, below which it bounds steps no more
 STRAIN = 1e-6  # with which U'' is differenced
 
 
@@ -46,22 +50,45 @@ class VolumeInertia:
         self._compliance = squared * solid.volume / self._bulk
         self.displacement = np.zeros_like(free, float)
         """Of the nodes where B was found [m], shape (n, 3)."""
+        self._alone, self.rate = 0.5 * frequency, 0.0
+        """After nodes were let go, how often a second B is worn: it bounds the steps then [1/s]."""
         self._tolerated = WORN * (shear / self._bulk) ** 0.5
         self.renew()
 
     def renew(self) -> None:
         """Find B in the present state."""
         self.displacement[:] = self._solid.displacement
-        self._deformation = self._solid.deformation.copy()
+        self._deformation, self._change = self._solid.deformation.copy(), 0.0
         self._rates = self._found.find()
         self._rates.data *= self._free.ravel()[self._rates.indices]
         over = np.repeat(1.0 / self._inertia.ravel(), 3)
         system = sparse.diags_array(self._compliance) + (self._rates * over) @ self._rates.T
         self._factors: SuperLU = splu(sparse.csc_array(system), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
-    def is_worn(self) -> bool:
-        """Whether the solid has deformed so much since B was found that changes of volume pass for others."""
-        return float(abs(self._solid.deformation - self._deformation).max()) > self._tolerated
+    def wears(self, dt: float, frequency: float) -> bool:
+        """After a step dt [s], whether the solid has deformed so much since B was found that changes of volume pass for
+        others. frequency: the largest one now [rad/s]."""
+        before, self._change = self._change, float(abs(self._solid.deformation - self._deformation).max())
+        if self.rate:
+            wear = (self._change - before) / (self._tolerated * dt)
+            self.rate = max(wear, CALMS * self.rate)
+            if self.rate < CALM * frequency:
+                self.rate = 0.0
+        return self._change > self._tolerated
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """The displacements at which B was found, and its wear."""
+        return {"volume_inertia": self.displacement, "volume_wear": np.array([self._change, self.rate])}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays, with the solid at the displacements at which B was found."""
+        self.renew()
+        self._change, self.rate = arrays["volume_wear"].tolist()
+
+    def release(self, free: np.ndarray) -> None:
+        """Let nodes go: they move where `free` now, at first in steps as without this inertia, for they set out at once."""
+        self._free, self.rate = free, self._alone
+        self.renew()
 
     def shift(self, force: np.ndarray) -> np.ndarray:
         """By what forces on the nodes [N], shape (n, 3), change: -Bᵀ y."""
