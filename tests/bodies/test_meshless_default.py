@@ -69,6 +69,16 @@ def test_quadratic_fields_are_reproduced():
     assert found == pytest.approx(places[:, 0] * places[:, 2] - 2.0 * places[:, 1] ** 2, abs=1e-4)
 
 
+def test_a_lone_prescribed_node_is_warned_of():
+    """Others have a part in the material there."""
+    mesh = {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1), "cells": (2, 2, 2)}}
+    body = {"name": "block", "kind": "meshless-solid", "mesh": mesh, "material": RUBBER}
+    foot, pin = {"where": {"normal": (0, 0, -1)}}, {"where": {"box": {"lower": (0.4, 0.4, 0.9), "upper": (0.6, 0.6, 1.1)}}}
+    table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "body": [body], "support": [foot, pin | {"body": "block"}]}
+    with pytest.warns(UserWarning, match=r"take 1 of its nodes that make no whole face.*sebciem"):
+        Simulation(Case.model_validate(table), threads=1)
+
+
 def test_a_cantilever_of_two_cells_across_bends():
     """P L²/(E I) = 2: finite elements of second order have 0.4974 L at the tip, the elastica 0.4935
     (validation/meshless-functions). A mesh of two cells across leaves errors of (h/L)² = 0.0025."""

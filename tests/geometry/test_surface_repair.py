@@ -225,3 +225,10 @@ def test_surfaces_with_every_fault_at_once_are_mended(mesh, seed):
 
 def test_no_repair_of_nothing():
     assert rims(Mesh(np.zeros((0, 3)), NO_QUADS, NO_TRIANGLES)) == []
+
+
+def test_an_edge_from_a_vertex_to_itself_is_no_rim():
+    """Where two fans of elements meet at that vertex."""
+    places = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0], [-1, -1, 0], [0, 1, 1]], float)
+    mesh = Mesh(places, NO_QUADS, np.array([[0, 1, 2], [0, 3, 4], [0, 0, 5]]))
+    assert rims(mesh) == [[1, 0, 4, 3, 0, 2]]

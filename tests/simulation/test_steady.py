@@ -165,7 +165,7 @@ def test_it_goes_on_from_a_checkpoint_bit_for_bit(steps):
 
 def test_a_missed_tolerance_keeps_the_state_and_can_go_on(tmp_path):
     case = pulled({"loading": 100, "most_steps": 150})
-    with pytest.raises(RunStopped, match=r"load step 1 of 1: no steady state in steady.most_steps = 150 steps.*is kept"):
+    with pytest.raises(RunStopped, match=r"load step 1 of 1: no steady state in 150 steps, steady.most_steps = 150.*is kept"):
         run_case(case, tmp_path / "run", report=False)
     kept = Run(tmp_path / "run")
     assert kept.history["time"].tolist() == [0.0, 1.0]
@@ -175,6 +175,14 @@ def test_a_missed_tolerance_keeps_the_state_and_can_go_on(tmp_path):
     run_case(pulled({"loading": 100}), tmp_path / "once", report=False)
     one, other = ((tmp_path / name / "history.csv").read_bytes() for name in ("run", "once"))
     assert one == other
+
+
+def test_another_tolerance_ends_what_was_missed(tmp_path):
+    with pytest.raises(RunStopped, match=r"no steady state in \d+ steps, steady.most_steps = 300:"):
+        run_case(pulled({"loading": 100, "most_steps": 300}), tmp_path / "run", report=False)
+    run = resume_case(tmp_path / "run", report=False, settings={"steady.tolerance": 0.1})
+    assert run.summary["steady"]["estimated_error"] < 0.1
+    assert run.summary["steps"] <= 400, "a hundred steps below the tolerance"
 
 
 def nearly_incompressible(ratio, **steady):

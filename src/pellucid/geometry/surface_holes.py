@@ -59,6 +59,7 @@ def _parted(loop: list[int]) -> list[list[int]]:
 def rims(mesh: Mesh) -> list[list[int]]:
     """The vertices of each ring of edges that have one element only, against the turn of the elements: holes and rims."""
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+    edges = edges[edges[:, 0] != edges[:, 1]]  # of elements that name a vertex twice
     key = edges.min(axis=1) * len(mesh.vertices) + edges.max(axis=1)
     _, first, count = np.unique(key, return_index=True, return_counts=True)
     after: dict[int, list[int]] = {}

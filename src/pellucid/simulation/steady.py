@@ -94,20 +94,21 @@ class SteadyClock(Clock):
             self._estimate_damping(dt, since)
         if self._quiet >= QUIET:
             self._reach()
-        elif self._step >= self.steady.most_steps:
+        elif self._step >= self.steady.most_steps and not self._quiet:
             self.missed = (
                 f"step {self.n_steps}, load step {self._equilibria + 1} of {self.steady.load_steps}: no steady state in "
-                f"steady.most_steps = {self.steady.most_steps} steps: the estimated error is {self.error:.3g} of the largest "
-                f"displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} of all forces "
-                "are out of balance; its last state is kept: `pellucid resume` with `--set steady.most_steps=...` or "
-                "`steady.tolerance=...` goes on from there, and `where` of a support holds what can still move"
+                f"{self._step} steps, steady.most_steps = {self.steady.most_steps}: the estimated error is {self.error:.3g} "
+                f"of the largest displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} "
+                "of all forces are out of balance; its last state is kept: `pellucid resume` with "
+                "`--set steady.most_steps=...` or `steady.tolerance=...` goes on from there, and a support holds what can "
+                "still move"
             )
             self._reach()
 
     @property
     def is_last_try(self) -> bool:
         """Whether the coming step is the last one in which the state may become steady."""
-        return self._step == self.steady.most_steps - 1
+        return self._step == max(self.steady.most_steps - 1, self.loading) and not self._quiet
 
     def _loads_at(self, step: int) -> float:
         """The time of the loads after so many steps of this load step [s]."""

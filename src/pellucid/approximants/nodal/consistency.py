@@ -18,7 +18,7 @@ from pellucid.approximants.nodal.two_level import solve
 from pellucid.geometry.cells import outer_faces_of_cells, vector_areas
 from pellucid.geometry.simplex_mesh import SimplexMesh
 
-EXACT = 1e-14  # error of the divergence theorem, of the sums in it, that is round-off
+EXACT = 1e-14  # error of the divergence theorem that is round-off, of the sums in it and for each spacing in the extent
 
 
 def boundary_integrals(mesh: SimplexMesh, evaluator: Evaluator) -> np.ndarray:
@@ -36,7 +36,8 @@ def correct(mesh: SimplexMesh, evaluator: Evaluator, rows: PointRows, weights: n
     fits = make_fits(mesh.nodes, evaluator.active, rows, weights)
     sums, sizes = quadrature_sums(fits)
     error = boundary_integrals(mesh, evaluator) - sums
-    if abs(error).max() <= EXACT * sizes.max():
+    spacings = float(np.ptp(mesh.nodes, axis=0).max() / mesh.spacing.min())  # digits that differences of coordinates lose
+    if abs(error).max() <= EXACT * spacings * sizes.max():
         return
     matrix = system(fits)
     apply_correction(fits, solve(matrix, error, mesh.nodes))

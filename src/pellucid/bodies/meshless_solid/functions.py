@@ -1,5 +1,6 @@
 """The functions of a meshless solid, which are made when it is known where conditions prescribe the field."""
 
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
@@ -18,6 +19,9 @@ from pellucid.geometry.cells import cells_of_faces
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
+from pellucid.parts.body import in_metres
+
+MISSED = 0.01  # share of other nodes in a node that is prescribed
 
 
 class Approximation(Protocol):
@@ -80,6 +84,20 @@ class SolidFunctions:
             self.tables: Tables = make_tables(mesh, self.evaluator, law, *how)
             self.at_nodes = values_at_nodes(mesh, self.evaluator)
             self.residuals = prescribed.residuals(self.at_nodes, self.evaluator)
+        if self.prescribes_nodes:
+            self._warn_of_lone_nodes()
+
+    def _warn_of_lone_nodes(self) -> None:
+        nodes, missed = self._prescribed.lone(self.at_nodes)
+        if not len(nodes) or missed.max() < MISSED:
+            return
+        count, node = int((missed >= MISSED).sum()), int(nodes[missed.argmax()])
+        text = (
+            f"body {self._case.name}: supports or motions take {count} of its nodes that make no whole face, such as {node} at "
+            f"{in_metres(self._mesh.nodes[node])}; others have up to {missed.max():.2g} of what the material does there: "
+            'let their regions take whole faces, or, in a case without a grid, set `essential = "sebciem"`'
+        )
+        warnings.warn(text, stacklevel=2)
 
     def follow(self, prescribed: PrescribedField) -> None:
         """Other nodes are prescribed from now on. The functions stay what they are."""

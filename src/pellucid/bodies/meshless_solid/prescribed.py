@@ -53,6 +53,23 @@ class PrescribedField:
         corner = self.mesh.faces[0][self.faces[face], 0]
         return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
+    def lone(self, values: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes of the boundary that are prescribed along an axis but on no face that is, and the largest share of nodes of
+        other groups in the field there, of shape (k,). values: functions at all nodes, shape (n, n)."""
+        outer = np.zeros(self.number.shape, bool)
+        outer[self.mesh.faces[0][self.mesh.boundary].ravel()] = True
+        alone = outer & (self.number > 0)
+        for axis in range(3):
+            alone[self.mesh.faces[0][self.faces[self.held[:, axis]]].ravel(), axis] = False
+        nodes = np.flatnonzero(alone.any(axis=1))
+        rows = values[nodes].tocoo()
+        missed = np.zeros(len(nodes))
+        for axis in range(3):
+            like = self._group[rows.col, axis] == self._group[nodes[rows.row], axis]
+            followed = np.bincount(rows.row, rows.data * like, len(nodes))
+            missed = np.maximum(missed, np.where(alone[nodes, axis], abs(1.0 - followed), 0.0))
+        return nodes, missed
+
     def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
         """What finds the residuals; values: functions at all nodes, shape (n, n)."""
         on_boundary = np.intersect1d(self.nodes, self.mesh.faces[0][self.mesh.boundary])

@@ -138,7 +138,11 @@ class Run:
         """The number of the frame nearest to a time [s]."""
         times = self.times(body)
         slack = 0.5 * self.stored.output.frames_every(self.stored.time.end) * (1.0 + 1e-9)
-        if not times[0] - slack <= time <= times[-1] + slack:
+        try:
+            near = times[0] - slack <= time <= times[-1] + slack
+        except TypeError:
+            raise UsageError(f"{time!r} is no time of a frame of {body}: give a number of seconds") from None
+        if not near:
             raise UsageError(
                 f"there is no frame of {body} near t = {time:g} s: the first is at {times[0]:g} s, the last at {times[-1]:g} s"
             )
