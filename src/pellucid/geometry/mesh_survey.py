@@ -123,7 +123,7 @@ def _edges(nodes: np.ndarray, corners: list[np.ndarray]) -> list[tuple[str, str]
 
 def _about_solid(mesh: SimplexMesh) -> list[tuple[str, str]]:
     quality, angles = tetrahedron_qualities(mesh.nodes, mesh.cells), dihedral_angles(mesh.nodes, mesh.cells)
-    rows = [("quality", _worst(quality, mesh.nodes[mesh.cells].mean(axis=1), "tetrahedra, 1 regular, 0 flat"))]
+    rows = [("quality", _worst(quality, mesh.nodes[mesh.cells].mean(axis=1), "tetrahedra"))]
     rows.append(("angles", f"{angles.min():.3g} to {angles.max():.3g} degrees between faces"))
     rows.append(("volume", f"{mesh.volumes.sum():.6g} m^3"))
     rows.append(("surface", f"{len(outer_faces(mesh.cells))} triangles"))
@@ -132,7 +132,7 @@ def _about_solid(mesh: SimplexMesh) -> list[tuple[str, str]]:
 
 def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
     quality = surface_qualities(mesh)
-    rows = [("quality", _worst(quality, mesh.centres(), "elements, 1 regular, 0 flat"))]
+    rows = [("quality", _worst(quality, mesh.centres(), "elements"))]
     vertices, triangles = mesh.triangulated()
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     rows.append(("area", f"{0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum():.6g} m^2"))
@@ -169,7 +169,7 @@ def surface_qualities(mesh: Mesh) -> np.ndarray:
 def _worst(quality: np.ndarray, centres: np.ndarray, what: str) -> str:
     at = int(quality.argmin())
     text = f"{quality[at]:.3g} at the least, near {_at(centres[at])} m; mean {quality.mean():.3g}"
-    return f"{text}; {np.count_nonzero(quality < 0.1)} below 0.1 ({what})"
+    return f"{text}; {np.count_nonzero(quality < 0.1)} of {len(quality)} {what} below 0.1, where 1 is regular and 0 flat"
 
 
 def _at(place: np.ndarray) -> str:
