@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import Evaluator, FacedApproximant, shape_functions
 from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
 from pellucid.approximants.nodal.least_squares import QUADRATIC, least_squares
 from pellucid.geometry.simplex_mesh import SimplexMesh
@@ -25,7 +25,7 @@ class CellLeastSquares(NamedTuple):
     distances: FaceDistances
 
 
-class CellLeastSquaresModel(NodalApproximant):
+class CellLeastSquaresModel(FacedApproximant):
     """Least squares of a quadratic basis, with the support of rings of cells."""
 
     kind: Literal["cell-based-least-squares"] = "cell-based-least-squares"
@@ -45,12 +45,6 @@ class CellLeastSquaresModel(NodalApproximant):
         bounds, size = ring_boundaries(mesh, self.rings)
         distances = face_distances(mesh, self.shape, size, bounds)
         return Evaluator(nodes_of_cells(mesh, self.rings), CellLeastSquares(self.smoothness, mesh.nodes, distances), False)
-
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """With weights of these nodes that fall to nothing towards the faces."""
-        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
-
-        return with_faces(evaluator, mesh, nodes, faces)
 
 
 @pointwise

@@ -16,7 +16,7 @@ DROPPED = 1e100  # pivot of a term that has no part
 @pointwise
 def _basis(terms, x, y, z, p):
     p[0], p[1], p[2], p[3] = 1.0, x, y, z
-    if terms == 10:
+    if terms == QUADRATIC:
         p[4], p[5], p[6], p[7], p[8], p[9] = x * x, y * y, z * z, y * z, x * z, x * y
 
 

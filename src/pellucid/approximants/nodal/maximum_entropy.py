@@ -7,10 +7,7 @@ p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the le
 from math import exp, inf, log, sqrt
 from typing import ClassVar
 
-import numpy as np
-
-from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK, Evaluator, NodalApproximant
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK, FacedApproximant
 from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
@@ -22,16 +19,10 @@ ON_PLANE = 1e-11  # height over a face, in the lengths of the offsets, up to whi
 SHORTEST = 1e-10  # of a step of the line search
 
 
-class MaximumEntropyModel(NodalApproximant):
+class MaximumEntropyModel(FacedApproximant):
     """What maximum-entropy approximants share, whose priors can have distances from faces."""
 
     remedy: ClassVar[str | None] = 'leave `approximant` out: "cell-based-least-squares" has functions there'
-
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """With priors of these nodes that fall to nothing towards the faces."""
-        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
-
-        return with_faces(evaluator, mesh, nodes, faces)
 
 
 @pointwise

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, shape_functions
+from pellucid.approximants.nodal.contract import Evaluator, FacedApproximant, shape_functions
 from pellucid.approximants.nodal.face_distances import SHAPE, FaceDistances, face_distances, no_faces, share_before_faces
 from pellucid.approximants.nodal.least_squares import LINEAR, QUADRATIC, least_squares
 from pellucid.geometry.simplex_mesh import SimplexMesh
@@ -24,7 +24,7 @@ class MovingLeastSquares(NamedTuple):
     distances: FaceDistances  # in mean lengths of the edges at a node
 
 
-class LeastSquaresModel(NodalApproximant):
+class LeastSquaresModel(FacedApproximant):
     """What the approximants by moving least squares share."""
 
     terms: ClassVar[int]
@@ -47,12 +47,6 @@ class LeastSquaresModel(NodalApproximant):
         distances = face_distances(mesh, SHAPE, mesh.spacing, no_faces(len(mesh.nodes)))
         functions = MovingLeastSquares(self.terms, mesh.nodes, radius, distances)
         return Evaluator(nodes_in_reach(mesh, radius), functions, positive=False)
-
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """With weights of these nodes that fall to nothing towards the faces."""
-        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
-
-        return with_faces(evaluator, mesh, nodes, faces)
 
 
 class MovingLeastSquaresModel(LeastSquaresModel):
