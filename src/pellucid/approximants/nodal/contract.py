@@ -76,16 +76,6 @@ class NodalApproximant(Model):
         """About how many nodes are active in a tetrahedron within an irregular mesh: for estimates of memory."""
 
 
-class FacedApproximant(NodalApproximant):
-    """An approximant whose functions have `distances` from faces, towards which the weights of nodes can fall to nothing."""
-
-    def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """With distances of these nodes from these faces too."""
-        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
-
-        return with_faces(evaluator, mesh, nodes, faces)
-
-
 NODAL_APPROXIMANTS = Family("approximant", NodalApproximant)
 AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]
 

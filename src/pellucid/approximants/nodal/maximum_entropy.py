@@ -7,7 +7,8 @@ p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the le
 from math import exp, inf, log, sqrt
 from typing import ClassVar
 
-from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK, FacedApproximant
+from pellucid.approximants.nodal.contract import NO_PRIOR, NOT_CONVERGED, OK
+from pellucid.approximants.nodal.faced import FacedApproximant
 from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
