@@ -34,8 +34,8 @@ def disordered(functions="quadratic-bspline", body=None, seed=1, **more):
 
 def forces(sim):
     """Nodal forces of the points and of the mean pressures."""
-    sim.clear()
-    sim.find_pressures()
+    sim.clear_nodes()
+    sim.find_cell_pressures()
     for body in sim.bodies:
         body.particle_to_grid(inertia=True, force=True)
     return sim.grid.nodes.force
@@ -142,9 +142,11 @@ def test_the_shifted_volumes_of_a_cell_grow_as_it_does(functions):
     fluid.arrays["velocity"][:, :2] = generator.normal(size=(fluid.n_points, 2))
     forces(sim)
     sim.detect_contact(1e-3)
-    sim.advance(1e-3)
-    fluid.update_velocities(1e-3, remap=True)
-    sim.find_shifts(1e-3)
+    sim.advance_momentum(1e-3)
+    sim.apply_contact_impulses()
+    sim.sum_works(1e-3)
+    fluid.grid_to_particle(1e-3, remap=True)
+    sim.find_volume_corrections(1e-3)
     cells = sim._cell_pressures[0].cells
     volumes, grown = cells.sums[:, VOLUMES], cells.sums[:, RATES] + cells.found[:, SHIFT] * cells.sums[:, VOLUMES]
     scale = np.abs(grown).sum()

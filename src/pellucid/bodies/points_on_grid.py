@@ -1,4 +1,4 @@
-"""What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
+"""What every body of points on the grid shares: its arrays, sorting, and the stages of a step but for straining."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.bodies.grid_surface import GridSurface
-from pellucid.contact.surface import ContactBody
+from pellucid.contact.surface import ContactBody, TakesSecondImpulses
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
@@ -40,6 +40,7 @@ from pellucid.grid.velocities import update_velocities
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.reductions import ordered_sum
@@ -49,7 +50,7 @@ NO_ENERGY = np.zeros(0)
 HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
 
-class PointsOnGrid(GridBody):
+class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses):
     """Points whose unknowns live on the grid, sorted by their nodes whenever one leaves its slab, or where that saves time.
 
     A kind of body gives the initial arrays, `begin_stress` and `end_stress`, which ends with
@@ -122,8 +123,8 @@ class PointsOnGrid(GridBody):
         if self.contact_surface is not None:
             self.contact_surface.find_hosts()
 
-    def keep_forces_apart(self) -> None:
-        """Add internal forces to those that its velocity field keeps apart."""
+    def separate_forces(self) -> None:
+        """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
         rows = self.velocity_field.forces_apart()
         self._nodes = self.grid.nodes._replace(forces=rows.reshape(-1), force=rows[:, :3])
         self._make_bundles()
@@ -188,7 +189,7 @@ class PointsOnGrid(GridBody):
         if self._short_runs.sorting_pays or np.count_nonzero(self.slabs.left_slab):
             self.sort()
 
-    # the verbs of a step
+    # the stages of a step
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
         """Before the step, exactly: the velocity of each point fades as exp(-rate t)."""
@@ -213,13 +214,13 @@ class PointsOnGrid(GridBody):
         """Add external forces on the points [N] to those on the nodes."""
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
-    def begin_velocities(self, dt: float, remap: bool) -> None:
+    def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
         """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
         update_velocities(self.n_slabs, self.mapped, self.kept_energy(), dt, int(remap and self.constraint is None))
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
-    def end_velocities(self, remap: bool) -> None:
+    def end_grid_to_particle(self, remap: bool) -> None:
         """What else leads the points; totals."""
         if self.is_led(by_slabs=False):
             self._lead(remap)
@@ -245,11 +246,6 @@ class PointsOnGrid(GridBody):
         if remap:
             kernels.scatter_momentum(self.n_slabs, self.mapped)
 
-    @property
-    def takes_second_impulses(self) -> bool:
-        """Where what leads its points can do so again."""
-        return self.led_again
-
     def take_second_impulses(self, dt: float) -> float:
         """Add the second increments of its field to the velocities: the kinetic energy won [J]."""
         before, increment = self.totals.kinetic, self.velocity_field.second_increment
@@ -258,7 +254,7 @@ class PointsOnGrid(GridBody):
         self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         won = self.totals.kinetic - before
         if self.constraint is not None:
-            self.lead_again()
+            self.constrain_again()
             kernels.sum_momentum(self.n_slabs, self.mapped)
             self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         return won
@@ -357,19 +353,16 @@ class PointsOnGrid(GridBody):
             self.contact_surface.restore(arrays)
         self._follow_order()
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
-        self._take(state)
-        self._put_behind(self.arrays["mass"] == 0.0)
-        self.sort()
-        self._goes_on = True
-        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
-
-    def _take(self, state: Mapping[str, np.ndarray]) -> None:
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
             self.arrays[name][...] = state[name][self.arrays["id"]]
         for name, array in self.element_arrays.items():
             array[...] = state[f"elements/{name}"]
+        self._put_behind(self.arrays["mass"] == 0.0)
+        self.sort()
+        self._goes_on = True
+        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
 
     # results
 

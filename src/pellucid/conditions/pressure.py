@@ -10,6 +10,7 @@ from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -53,9 +54,11 @@ class Pressure(ChangesInTime, Condition):
 
     def active(self, assembly: "Assembly", number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
-        if assembly.bodies[self.body].body.is_surface:
-            return ActivePressure(self, assembly, number)
-        return ActiveFacePressure(self, assembly, number)
+        if not assembly.bodies[self.body].body.is_surface:
+            return ActiveFacePressure(self, assembly, number)
+        if isinstance(assembly.bodies[self.body].body, TakesTractions):
+            return ActiveFilmPressure(self, assembly, number)
+        return ActivePressure(self, assembly)
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
@@ -65,19 +68,27 @@ class Pressure(ChangesInTime, Condition):
 class ActivePressure(ActiveCondition):
     """A pressure on a membrane that is built."""
 
+    def __init__(self, pressure: Pressure, assembly: "Assembly") -> None:
+        self._body, self._pressure = assembly.bodies[pressure.body].offers(TakesPressure), pressure
+        self._column = assembly.load_column(pressure.body, pressure.load_channel())
+
+    def begin(self, time: float, dt: float) -> None:
+        """Its forces over the step."""
+        self._body.add_pressure(self._pressure.at(time), self._column)
+
+
+class ActiveFilmPressure(ActiveCondition):
+    """A pressure on a membrane that evaluates loads itself."""
+
     def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
-        self._body, self._pressure = assembly.bodies[pressure.body].body, pressure
+        self._body, self._pressure = assembly.bodies[pressure.body].offers(TakesTractions), pressure
         self._column = assembly.load_column(pressure.body, pressure.load_channel())
         self._label = f"pressure.{number}"
 
     def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
-        if self._body.asks_for_loads:
-            self._body.add_traction(
-                lambda points, after: self._pressure.at(time + after) * points.normal, self._column, self._label
-            )
-        else:
-            self._body.add_pressure(self._pressure.at(time), self._column)
+        """Its tractions over the step."""
+        at, column, label = self._pressure.at, self._column, self._label
+        self._body.add_traction(lambda points, after: at(time + after) * points.normal, column, label)
 
 
 class ActiveFacePressure(ActiveCondition):
@@ -90,4 +101,4 @@ class ActiveFacePressure(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        self._faces.body.add_external_force(self._faces.pressure(self._pressure.at(time)), self._column)
+        self._faces.add(self._faces.pressure(self._pressure.at(time)), self._column)

@@ -60,17 +60,16 @@ class RigidNodes:
         """All other impulses were given: what comes now is that of contact."""
         self._velocity, self._increment = self._nodes.velocity[self._at], self._nodes.velocity_increment[self._at]
 
-    def answer_contact(self) -> bool:
-        """Let the nodes have the velocities with which the body answers what contact gave it so far."""
+    def respond(self) -> None:
+        """Let the nodes have the velocities with which the body responds to what contact gave it so far."""
         velocity = self._pushed()
-        self._nodes.velocity[self._at] = velocity + self._answer(velocity) / self._m
-        return True
+        self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
-    def end_contact(self) -> None:
+    def finish(self) -> None:
         """Contact is resolved: make these velocities those of the nodes, with their impulses."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity
-        self._give(self._answer(velocity))
+        self._give(self._response(velocity))
 
     def count(self, done: StepWork) -> None:
         """Add what walls and clamps gave the nodes to the work and impulses of the step: the field counted their impulse as one
@@ -123,7 +122,7 @@ class RigidNodes:
         """Velocities with what contact gave the nodes so far, as if each could take it alone."""
         return self._velocity + self._nodes.velocity_increment[self._at] - self._increment
 
-    def _answer(self, velocity: np.ndarray) -> np.ndarray:
+    def _response(self, velocity: np.ndarray) -> np.ndarray:
         """Impulses on nodes with these velocities, beside those given before contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 

@@ -24,7 +24,7 @@ from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
-from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
+from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
@@ -39,13 +39,13 @@ class Pass:
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         m = len(self.one.place)
-        self._points = one.place[:m], one.normal[:m]
-        self._beside = Points(other.place, other.normal, other.size, other.reach)
-        self._bins = _bins(one, other, float(other.reach.max()))
+        bins = _bins(one, other, float(other.reach.max()))
         self.overlap: Overlap | None = None
-        if self._bins is None:
+        if bins is None:
             return False
-        proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
+        points = Points(other.place, other.normal, other.size, other.reach)
+        self._about = Neighbourhood(Asking(one.place[:m], one.normal[:m]), points, bins, self._meeting)
+        proximity.find_beside(m // CHUNK + 1, self._about, self._found)
         most = 0.0 if self.other.is_hard else NEAR * float(np.median(other.reach))
         at = np.flatnonzero(self._found[:, SHARE])
         depth = self.one.half_width + self.other.half_width - self._found[at, GAP]
@@ -75,16 +75,13 @@ class Pass:
     def _at_feet(self, at: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Places or velocities of the other surface, shape (q, 3), at the feet of listed points, shape (n, 3)."""
         found = np.empty((len(at), 3))
-        proximity.means_at_feet(at, *self._about(), values, found)
+        proximity.means_at_feet(self._about, self._found, at, values, found)
         return found
 
-    def _about(self) -> tuple[object, ...]:
-        return self._points, self._beside, self._bins, self._meeting, self._found
-
-    def give(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
+    def apply(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
         """Forces on listed points [N], shape (n, 3), and against the other surface, into those of both."""
         forces[0][at] += force
-        proximity.spread_forces(at, *self._about(), -force, forces[1])
+        proximity.spread_forces(self._about, self._found, at, -force, forces[1])
 
 
 class SurfacePair:
@@ -136,7 +133,7 @@ class SurfacePair:
         parts = [(part, part.overlap) for part in self._passes if part.overlap is not None]
         found = self.law.forces([overlap for _, overlap in parts], dt, last, touched)
         for (part, overlap), force in zip(parts, found, strict=True):
-            part.give(overlap.listed, force, (forces[id(part.one)], forces[id(part.other)]))
+            part.apply(overlap.listed, force, (forces[id(part.one)], forces[id(part.other)]))
             self.impulse += (1.0 if part.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
 
     def external_work(self) -> float:

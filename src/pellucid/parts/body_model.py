@@ -18,7 +18,8 @@ from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.impulses import SLIP, STICK
+from pellucid.contact.impulses import SLIP, STICK, Friction
 from pellucid.contact.overlap import coefficient, swing_of
-from pellucid.contact.pairs import ContactPair
+from pellucid.contact.pair import ContactPair
 from pellucid.contact.surface import ContactBody
 from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.grid.full_cells import CellPressure, Filling
@@ -17,9 +17,11 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
-from pellucid.parts.body import Body, Placement
+from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import HasContactSurface
 from pellucid.parts.families import GridBody
+from pellucid.parts.placement import Placement
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -80,7 +82,10 @@ def surfaces_of(case: "Case", built: Built, names: Collection[str], column: int 
     """Make the surfaces of bodies by which others touch them; column: of the work of forces between surfaces."""
     if column is None:
         return {}
-    surfaces = {name: built[name][0].make_contact_surface(column) for name in built if name in names}
+    bodies = [body for body, _ in built.values() if body.name in names]
+    surfaces = {
+        body.name: body.make_contact_surface(column) if isinstance(body, HasContactSurface) else None for body in bodies
+    }
     ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.faces]
     open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
     for surface in surfaces.values():
@@ -118,7 +123,7 @@ def pairs_of(
         ):
             touching += _surface_pairs(one.grid, found, contact, gravity, courant)
         else:
-            met = {field: [body.met for body in bodies if body.met] for field, bodies in members.items()}
+            met = {field: [met for body in bodies if (met := body.contact_body)] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
     return pairs, touching
 
@@ -146,9 +151,9 @@ def _pair(
 ) -> ContactPair:
     sides = bodies[fields[0]], bodies[fields[1]]
     if contact is None:
-        return ContactPair(fields, sides, SLIP)
+        return ContactPair(fields, sides, Friction(SLIP))
     kind = STICK if contact.kind == "stick" else SLIP
-    return ContactPair(fields, sides, kind, contact.friction or 0.0, contact.name)
+    return ContactPair(fields, sides, Friction(kind, contact.friction or 0.0), contact.name)
 
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:

@@ -13,7 +13,7 @@ from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.pairs import NO_CONTACT, ContactPairs
+from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import (
     CONTACT,
@@ -34,6 +34,7 @@ from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
 from pellucid.named import Named
+from pellucid.parts.capabilities import BoundByContact, LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.parts.step_limit import StepLimit
 from pellucid.processes import free_cores
@@ -52,11 +53,11 @@ from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
-from pellucid.simulation.start import take_up
+from pellucid.simulation.start import load_states, standing_of
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
-from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.transfer_loss import contact_lag_work, part_forces, return_heat, transfer_work
+from pellucid.simulation.timing import time_stages
+from pellucid.simulation.transfer_loss import contact_lag_work, return_heat, separate_forces, transfer_work
 from pellucid.simulation.walls import wall_contacts
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
@@ -97,20 +98,21 @@ class Simulation:
         if case.start is not None and start is None:
             raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
         start = start or {}
-        take_up(built, start)
+        load_states(built, start)
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self._on_grid: dict[VelocityField, list[GridBody]] = {}
         for body, field in built.values():
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
+        self._losing_points = [body for body in self.grid_bodies if isinstance(body, LosesPoints)]
         self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
         numbers = numbers_up_to(min(1 + free_cores(), set_threads(None))) if threads is None else [set_threads(threads)]
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
-        standing = {body.name: body.standing(body.name in start) for body in self.bodies}
+        standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
-        part_forces(self._on_grid.values())
+        separate_forces(self._on_grid.values())
         self._cell_pressures = cell_pressures(self._on_grid)
         mapped_again = isinstance(transfer, Flip) and case.time.scheme == "musl"
         self._mapped_again = [
@@ -132,10 +134,10 @@ class Simulation:
         walls = wall_contacts(case, built, surfaces, column, pull)
         self.surface_pairs = SurfacePairs([*surface_pairs, *walls], planes)
         for body in self.bodies:
-            body.bound_by_contact(self.surface_pairs.surfaces)
+            if isinstance(body, BoundByContact):
+                body.bound_by_contact(self.surface_pairs.surfaces)
         self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
         self.has_contact = len(pairs) > 0
-        self._contact = NO_CONTACT
         self._without_heat = {field for field, group in self._on_grid.items() if not all(body.keeps_heat for body in group)}
         self._support_names = [support.name for support in case.support]
         longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
@@ -156,28 +158,24 @@ class Simulation:
         if own_steps:
             self._begin(dt)
             for own in self.nodal_bodies:
-                own.show_start(dt)
+                if isinstance(own, ShowsStart):
+                    own.show_start(dt)
         if timed:
-            time_verbs(self, self.timers)
+            time_stages(self, self.timers)
 
-    # the verbs of a step that concern the nodes
+    # the stages of a step
 
-    def clear(self) -> None:
+    def clear_nodes(self) -> None:
         """Set mass, momentum and forces of the nodes to zero, and sums over cells."""
         for field in self.velocity_fields:
             field.clear()
         for pressure in self._cell_pressures:
             pressure.clear()
 
-    def find_pressures(self) -> None:
+    def find_cell_pressures(self) -> None:
         """Find the mean pressures of full cells, and their forces on the nodes."""
         for pressure in self._cell_pressures:
             pressure.find_pressures()
-
-    def find_shifts(self, dt: float) -> None:
-        """Find what the volumes of points lack of the growth of full cells, and its work."""
-        for pressure in self._cell_pressures:
-            pressure.find_shifts(dt)
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum (where `inertia`) and internal forces (where `force`) of the bodies on the grid to the nodes."""
@@ -186,14 +184,66 @@ class Simulation:
                 joint_region.make_room()
                 body.particle_to_grid(inertia, force)
 
-    def update_velocities(self, dt: float, remap: bool) -> None:
+    def predict_own_nodes(self, dt: float) -> None:
+        """Solve the equations of motion of the bodies with their own nodes, without contact; mass and momentum to the nodes."""
+        for body in self.nodal_bodies:
+            body.predict(dt)
+
+    def advance_momentum(self, dt: float) -> None:
+        """Advance the momentum of the nodes, and apply the impulses of conditions."""
+        for field in self.velocity_fields:
+            field.advance(dt, counted=not self.conditions.give_impulses)
+        self.conditions.act_on_nodes(dt)
+
+    def detect_contact(self, dt: float) -> None:
+        """Find where velocity fields touch in this step."""
+        self.contact_pairs.detect(dt)
+
+    def apply_contact_impulses(self) -> None:
+        """Apply the impulses of contact to the nodes, after all others."""
+        self.contact_pairs.apply_impulses()
+
+    def sum_works(self, dt: float) -> None:
+        """Sum the works of the step on the nodes, whose momentum is advanced, and find how much full cells grow."""
+        works = [field.works(dt) for field in self.velocity_fields]
+        self._works = [work for work in works if work is not None]
+        for pressure in self._cell_pressures:
+            pressure.find_growth()
+        if self.has_contact:
+            self.contact_pairs.sum_work()
+
+    def grid_to_particle(self, dt: float, remap: bool) -> None:
         """New velocities of the bodies on the grid; where `remap`, their momentum back on the nodes."""
         with joint_region:
             for body in self.grid_bodies:
                 joint_region.make_room()
-                body.begin_velocities(dt, remap)
+                body.begin_grid_to_particle(dt, remap)
         for body in self.grid_bodies:
-            body.end_velocities(remap)
+            body.end_grid_to_particle(remap)
+
+    def correct_own_nodes(self) -> None:
+        """New velocities of the bodies with their own nodes, with what contact gave them; their momentum back on the nodes."""
+        for body in self.nodal_bodies:
+            body.correct(remap=self.has_contact)
+
+    def find_strain_velocities(self) -> None:
+        """Nodal velocities of the momentum mapped at the start of a step, which do not approach where bodies touch."""
+        for field in self.velocity_fields:
+            field.project()
+        self.contact_pairs.stop_straining(self._mapped_again)
+
+    def find_strain_velocities_again(self, dt: float) -> None:
+        """The same of the momentum mapped again at the end of a step dt [s]: the bodies take the impulses that this needs."""
+        for field in self.velocity_fields:
+            field.project(dt, counted=field in self._without_heat)
+        self.contact_pairs.stop_straining(self._mapped_again)
+        if self.has_contact:
+            self.contact_pairs.apply_second_impulses(dt)
+
+    def find_volume_corrections(self, dt: float) -> None:
+        """Find what the volumes of points lack of the growth of full cells, and its work."""
+        for pressure in self._cell_pressures:
+            pressure.find_shifts(dt)
 
     def update_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses of the bodies on the grid; where `move`, new positions."""
@@ -204,36 +254,15 @@ class Simulation:
         for body in self.grid_bodies:
             body.end_stress(dt, move)
 
-    def detect_contact(self, dt: float) -> None:
-        """Find where velocity fields touch in this step."""
-        self.contact_pairs.detect(dt)
+    def update_positions(self, dt: float) -> None:
+        """New positions of the bodies on the grid."""
+        for body in self.grid_bodies:
+            body.update_positions(dt)
 
-    def advance(self, dt: float) -> None:
-        """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
-        for field in self.velocity_fields:
-            field.advance(dt, counted=not self.conditions.give_impulses)
-        self.conditions.act_on_nodes(dt)
-        if self.has_contact:
-            self.contact_pairs.resolve()
-        works = [field.works(dt) for field in self.velocity_fields]
-        self._works = [work for work in works if work is not None]
-        for pressure in self._cell_pressures:
-            pressure.find_growth()
-        if self.has_contact:
-            self._contact = self.contact_pairs.work()
-            self._works.append(self._contact.work)
-
-    def project(self, dt: float | None = None) -> None:
-        """Nodal velocities of the momentum mapped last; dt: of the step [s] in which it was advanced, None before."""
-        for field in self.velocity_fields:
-            field.project(dt, counted=dt is not None and field in self._without_heat)
-        self.contact_pairs.project(self._mapped_again)
-
-    def give_second_impulses(self, dt: float) -> None:
-        """Let bodies have the impulses by which contact stopped the approach of what was mapped again."""
-        if self.has_contact:
-            self._contact = self._contact.add(self.contact_pairs.give_second(dt))
-            self._works[-1] = self._contact.work
+    def update_own_nodes(self, dt: float) -> None:
+        """New positions and stresses of the bodies with their own nodes."""
+        for body in self.nodal_bodies:
+            body.update(dt)
 
     def sort(self) -> None:
         """Sort the points of bodies that need it."""
@@ -248,13 +277,14 @@ class Simulation:
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
         if self.has_contact:
             lost.append(contact_lag_work(self.contact_pairs))
+            self._works.append(self.contact_pairs.done.work)
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
             lost += return_heat(self.grid_bodies, won)
         done = total_work([*self._works, *self.conditions.works(), *lost, *own], self._columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
-        impulses = self._contact.impulses | self.surface_pairs.impulses()
+        impulses = self.contact_pairs.done.impulses | self.surface_pairs.impulses()
         self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
 
@@ -288,7 +318,7 @@ class Simulation:
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
-        for body in self.grid_bodies:
+        for body in self._losing_points:
             if left := body.let_leave():
                 self.budget.let_go(self.bodies, left, dt)
 
@@ -296,7 +326,8 @@ class Simulation:
         for field in self.velocity_fields:
             field.share_gravity(share)
         for body in self.nodal_bodies:
-            body.share_gravity(share)
+            if isinstance(body, TakesGravity):
+                body.share_gravity(share)
 
     def stop_bodies(self) -> None:
         """Take all velocity from the bodies."""

@@ -7,10 +7,18 @@ import numpy as np
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
+from pellucid.parts.standing import Standing
 from pellucid.simulation.assembly import Built
 
 
-def take_up(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+def standing_of(body: Body, goes_on: bool) -> Standing:
+    """Where a body stands, with the volumes of its points where it begins in the state of an earlier run."""
+    if body.is_surface:
+        return Standing(body.places(), body.cells().surface())
+    return Standing(body.arrays["position"], volume=body.volumes() if goes_on else None)
+
+
+def load_states(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
     """Give bodies the arrays by which they go on, before conditions act on them. Raises `CaseError` where they do not fit."""
     for name, state in start.items():
         body, field = built[name]
@@ -24,7 +32,7 @@ def take_up(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None
 
 def _give(body: Body, state: Mapping[str, np.ndarray]) -> None:
     try:
-        body.take_up(state)
+        body.load_state(state)
     except KeyError as missing:
         text = f"body {body.name} goes on by its {missing.args[0]}, which the earlier run does not have there"
         remedy = "frames hold less than checkpoints: leave start.time out, or let kind and material be those of that run"

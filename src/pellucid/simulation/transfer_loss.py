@@ -25,16 +25,17 @@ from collections.abc import Iterable, Sequence
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_work
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.capabilities import KeepsHeat
 from pellucid.parts.families import GridBody
 
 
-def part_forces(bodies: Iterable[Sequence[GridBody]]) -> None:
+def separate_forces(bodies: Iterable[Sequence[GridBody]]) -> None:
     """In velocity fields where some bodies keep heat and others do not, let the former have nodal forces of their own."""
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
-                if body.keeps_heat:
-                    body.keep_forces_apart()
+                if body.keeps_heat and isinstance(body, KeepsHeat):
+                    body.separate_forces()
 
 
 def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
@@ -82,6 +83,7 @@ def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
         return []
     done, share = no_work(TRANSFER + 1, 0), min(won / kept, 1.0)
     for body in keeping:
-        body.return_heat(share)
+        if isinstance(body, KeepsHeat):
+            body.return_heat(share)
     done.works[[INTERNAL, TRANSFER]] = share * kept
     return [done]

@@ -8,6 +8,7 @@ from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.wall import WallContact
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.body import Body
+from pellucid.parts.capabilities import HasPointsAtWalls
 from pellucid.simulation.assembly import Built, Surfaces
 
 if TYPE_CHECKING:
@@ -33,7 +34,9 @@ def wall_contacts(
     for number, wall in enumerate(case.wall):
         for model in wall.touching(case.body):
             body, plane = built[model.name][0], wall.plane()
-            surface = surfaces.get(model.name) or body.make_points_at(plane, column)
+            surface = surfaces.get(model.name)
+            if surface is None and isinstance(body, HasPointsAtWalls):
+                surface = body.make_points_at(plane, column)
             if surface is None or (surface.is_hard and surface.rigid_mass == np.inf):
                 continue
             swing = 0.0

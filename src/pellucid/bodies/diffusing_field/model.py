@@ -23,7 +23,8 @@ from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0

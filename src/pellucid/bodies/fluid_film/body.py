@@ -1,6 +1,6 @@
 """Fluid films: bodies with their own nodes whose velocities follow from a balance of forces without inertia (Benet 2015)."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -17,8 +17,18 @@ from pellucid.bodies.fluid_film.solver import FilmSolver
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.cells import Cells
-from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.capabilities import (
+    Membrane,
+    NodalSupport,
+    ShowsStart,
+    TakesExternalForces,
+    TakesGravity,
+    TakesNormalMotions,
+    TakesSupports,
+    TakesTractions,
+)
 from pellucid.parts.families import NodalBody
+from pellucid.parts.placement import Placement
 from pellucid.parts.surface_load import ActingTraction, Traction
 
 
@@ -32,15 +42,15 @@ class FilmCase(BuildableFilm, Protocol):
     def steps(self, balance: FilmBalance, goals: Goals, arrays: dict[str, np.ndarray]) -> FilmSteps: ...
 
 
-class FluidFilm(NodalBody):
+class FluidFilm(
+    NodalBody, Membrane, TakesExternalForces, TakesTractions, TakesGravity, TakesSupports, TakesNormalMotions, ShowsStart
+):
     """A film, its nodes stored in the order of its geometry.
 
     Its state: `x`, the nodes in the coordinates of its geometry, and `part_mass`, which its parts have.
     """
 
     energy_kind = "strain"
-    is_surface = True
-    asks_for_loads = True
 
     def __init__(self, case: FilmCase, placement: Placement) -> None:
         self.name = case.name
@@ -93,7 +103,7 @@ class FluidFilm(NodalBody):
         """A support constrains its nodes."""
         self._held.supports = supports
 
-    def lead_along_normal(self, names: Sequence[str], numbers: np.ndarray) -> None:
+    def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
         """A motion along the normal leads its nodes."""
         self._held.motions, self._held.numbers = names, numbers
 
@@ -107,16 +117,6 @@ class FluidFilm(NodalBody):
         if not self._steps.holds_nodes and self._held.holds_any():
             text = "this scheme cannot hold or lead nodes, and a support or motion does"
             raise CaseError(Problem(text, f"body.{self.name}.scheme", remedy="leave it out, or the support or motion"))
-
-    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Its model refuses those along axes."""
-
-    def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """There are none."""
-
-    def let_go(self, supports: Collection[int]) -> None:
-        """The model of a support refuses it."""
-        raise ValueError(f"the nodes of film {self.name} are not let go")
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act over this step."""
@@ -188,7 +188,7 @@ class FluidFilm(NodalBody):
         kept = {f"{part}.{name}": array for part, of in self._stateful().items() for name, array in of.state_arrays().items()}
         return {**self.arrays, "elapsed": np.array([self._elapsed]), **kept}
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the nodes of an earlier run."""
         number = self.arrays["id"]
         self.restore({name: array[number] if len(array) == len(number) else array for name, array in state.items()})

@@ -9,7 +9,7 @@ from pellucid.bodies.fluid_film.film_forces import in_space
 from pellucid.bodies.fluid_film.frames import Led
 from pellucid.energy import INTERNAL, MOTION, SUPPORT, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.parts.body import NodalSupport
+from pellucid.parts.capabilities import NodalSupport
 
 
 class HeldNodes:

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.operators import Operators
     from pellucid.bodies.fluid_film.own_steps import FilmSteps
     from pellucid.bodies.fluid_film.solver import FilmSolver
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # of a node, see `validation/memory`
 

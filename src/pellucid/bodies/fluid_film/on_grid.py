@@ -25,6 +25,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.capabilities import Membrane, TakesTractions
 from pellucid.parts.step_limit import StepLimit
 from pellucid.parts.surface_load import Traction
 from pellucid.state import of_owner
@@ -40,7 +41,7 @@ class FilmInFluid(BuildableFilm, Protocol):
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
-class FilmOnGrid(PointsOnGrid):
+class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     """A film whose nodes are points of a velocity field.
 
     Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. Their numbers are those of
@@ -49,8 +50,6 @@ class FilmOnGrid(PointsOnGrid):
     """
 
     energy_kind = "strain"
-    is_surface = True
-    asks_for_loads = True
 
     def __init__(
         self,
@@ -102,10 +101,10 @@ class FilmOnGrid(PointsOnGrid):
         super().restore(arrays)
         self._show()
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the nodes of an earlier run."""
         self.geometry.restore(of_owner("geometry", state))
-        super().take_up(state)
+        super().load_state(state)
         self._show()
 
     # forces
@@ -214,6 +213,10 @@ class FilmOnGrid(PointsOnGrid):
     def vector_areas(self) -> np.ndarray:
         """∫ N_I n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
         return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["node"]]
+
+    def pressed_areas(self) -> np.ndarray:
+        """The same in the order of the numbers of the nodes."""
+        return self.vector_areas()[self.order()]
 
     def surface_areas(self) -> np.ndarray:
         """Shares of the nodes in the area of the film."""

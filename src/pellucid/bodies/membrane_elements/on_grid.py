@@ -6,6 +6,7 @@ from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
+from pellucid.contact.surface import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
 from pellucid.grid import transfer
@@ -13,10 +14,11 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.step_limit import StepLimit
 
 
-class ElementsOnGrid(PointsOnGrid):
+class ElementsOnGrid(PointsOnGrid, Membrane, TakesPressure, WarnsOfContact):
     """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
 
     Mass, momentum and nodal forces go to the nodes of the grid, velocities are gathered, and the elements are strained
@@ -24,7 +26,6 @@ class ElementsOnGrid(PointsOnGrid):
     """
 
     energy_kind = "strain"
-    is_surface = True
     sorting_cost = 3.0  # few of its passes go by vectors
 
     def __init__(
@@ -63,6 +64,10 @@ class ElementsOnGrid(PointsOnGrid):
     def vector_areas(self) -> np.ndarray:
         """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
         return self.surface.vector_areas(self.points.position)
+
+    def pressed_areas(self) -> np.ndarray:
+        """The same in the order of the mesh."""
+        return self.vector_areas()[self.order()]
 
     def surface_areas(self) -> np.ndarray:
         """Shares of the areas of the elements about each node."""

@@ -8,17 +8,18 @@ from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementS
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
+from pellucid.contact.surface import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.cells import Cells
-from pellucid.parts.body import Placement
+from pellucid.parts.capabilities import HasContactSurface, Membrane, TakesPressure
+from pellucid.parts.placement import Placement
 from pellucid.parts.step_limit import StepLimit, told
 
 
-class MembraneElements(ExplicitNodes):
+class MembraneElements(ExplicitNodes, Membrane, TakesPressure, HasContactSurface, WarnsOfContact):
     """Elements that have a velocity field to themselves: their nodes move by their own forces; the grid serves contact."""
 
     energy_kind = "strain"
-    is_surface = True
 
     def __init__(self, case: MembraneOfElements, placement: Placement) -> None:
         self.name = case.name
@@ -97,6 +98,10 @@ class MembraneElements(ExplicitNodes):
     def vector_areas(self) -> np.ndarray:
         """∫ N_K n dA about each node [m²], shape (n, 3)."""
         return self.surface.vector_areas(self.arrays["position"])
+
+    def pressed_areas(self) -> np.ndarray:
+        """The same."""
+        return self.vector_areas()
 
     def surface_areas(self) -> np.ndarray:
         """Shares of the areas of the elements about each node."""

@@ -23,6 +23,7 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane_material import MembraneMaterial
+from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.step_limit import StepLimit, signals_seen
 
 
@@ -42,11 +43,10 @@ class MembraneOfPoints(Protocol):
     def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
-class MembranePoints(PointsOnGrid):
+class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     """Points of a triangulated surface, with their tangent frames and the triangles between them."""
 
     energy_kind = "strain"
-    is_surface = True
     sorting_cost = 8.0  # the triangles about each point are found anew
 
     def __init__(

@@ -26,7 +26,9 @@ from pellucid.geometry.cells import Cells
 from pellucid.geometry.face_shares import FaceShares
 from pellucid.geometry.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
-from pellucid.parts.body import Placement, in_metres
+from pellucid.parts.body import in_metres
+from pellucid.parts.capabilities import HasContactSurface, HasMesh
+from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_meshes
 from pellucid.state import with_owner
@@ -48,7 +50,7 @@ class SolidOfNodes(Approximation, Protocol):
     def wave_speeds(self) -> tuple[float, float]: ...
 
 
-class MeshlessSolid(ExplicitNodes):
+class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
     """Nodes with shape functions over a background mesh, which are made when all conditions are known (`complete`)."""
 
     energy_kind = "strain"
@@ -253,7 +255,7 @@ class MeshlessSolid(ExplicitNodes):
         return surface
 
     @property
-    def met(self) -> ContactBody | None:
+    def contact_body(self) -> ContactBody | None:
         """Its surface."""
         return self.skin
 
@@ -291,7 +293,7 @@ class MeshlessSolid(ExplicitNodes):
         of_volume = self._volume_inertia.state_arrays() if self._volume_inertia else {}
         return {**super().state_arrays(), **history, **skin, **of_volume, **prescribed, **self._fastest.state_arrays()}
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with places, velocities and viscous stresses of an earlier run; the latter are used in `complete`."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]

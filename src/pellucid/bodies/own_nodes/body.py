@@ -12,20 +12,39 @@ from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
 from pellucid.contact.coupling import GridCoupling
-from pellucid.contact.surface import ContactBody
+from pellucid.contact.surface import ContactBody, TakesSecondImpulses
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.points import NO_VOLUME
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.capabilities import (
+    NodalSupport,
+    ReleasesSupports,
+    TakesDrag,
+    TakesExternalForces,
+    TakesGravity,
+    TakesMotions,
+    TakesSupports,
+)
 from pellucid.parts.families import NodalBody
-from pellucid.parts.relaxable import Springs
+from pellucid.parts.placement import Placement
+from pellucid.parts.relaxable import Relaxable, Springs
 from pellucid.state import of_owner, with_owner
 
 FREE = (False, False, False)
 
 
-class ExplicitNodes(NodalBody):
+class ExplicitNodes(
+    NodalBody,
+    TakesExternalForces,
+    TakesGravity,
+    TakesDrag,
+    TakesSupports,
+    ReleasesSupports,
+    TakesMotions,
+    TakesSecondImpulses,
+    Relaxable,
+):
     """Nodes that move by their own forces; the grid, where there is one, serves contact.
 
     A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
@@ -208,15 +227,10 @@ class ExplicitNodes(NodalBody):
         """The velocity increments of contact over this step [m/s], shape (n, 3)."""
         return self._coupled().gather()
 
-    @property
-    def takes_second_impulses(self) -> bool:
-        """Where what leads its points can do so again."""
-        return self.led_again
-
     def take_second_impulses(self, dt: float) -> float:
         """Add the second increments of its field to the velocities of its nodes; the works of these count them."""
         self.motion.add_velocities(self._coupled().gather_second(), dt)
-        self.lead_again()
+        self.constrain_again()
         self.motion.sum_momentum(self.totals)
         return 0.0
 
@@ -246,7 +260,7 @@ class ExplicitNodes(NodalBody):
         surface = self.contact_surface.state_arrays() if self.contact_surface else {}
         return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index), **surface}
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with places, velocities and elements of an earlier run."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]

@@ -12,6 +12,7 @@ from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import TakesTractions
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
 
@@ -77,7 +78,7 @@ class ActiveFilmPressure(ActiveCondition):
     """A pressure on a film that is built."""
 
     def __init__(self, load: FilmPressure, assembly: "Assembly", path: Path) -> None:
-        self._body, self._load = assembly.bodies[load.body].body, load
+        self._body, self._load = assembly.bodies[load.body].offers(TakesTractions), load
         self._column = assembly.load_column(load.body, load.channel)
         self._label = f"{'.'.join(map(str, path))} of kind {load.kind}"
 
