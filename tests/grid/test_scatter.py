@@ -27,7 +27,7 @@ def test_sums_of_runs_are_those_of_points(transfer, counts, full):
     body.mapped.cells.found[:, PRESSURE] = rng.normal(size=len(body.mapped.cells.found))
     found = []
     for mapped in (body.mapped, Bundle(body.mapped._replace(functions=CurvedFunctions(*body.mapped.functions)))):
-        sim.clear_nodes()
+        sim.stages.clear_nodes()
         scatter(body.n_slabs, mapped, inertia=1, force=1)
         scatter_momentum(body.n_slabs, mapped)
         found.append((sim.grid.nodes.inertia.copy(), sim.grid.nodes.forces.copy()))

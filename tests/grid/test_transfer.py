@@ -31,7 +31,7 @@ def filled(functions, counts=(3, 2, 4), lower=(-0.5, 0.25, 1.0), cell=0.5, **mor
 
 
 def scatter(sim):
-    sim.clear_nodes()
+    sim.stages.clear_nodes()
     for body in sim.bodies:
         body.particle_to_grid(inertia=True, force=True)
     return sim.grid.nodes

@@ -68,7 +68,7 @@ def _mobility_chunk(chunk, one, other, at):
 
 @kernel()
 def measure_mobility(chunks, one, other, at):
-    """Fill the mobility of the nodes `at` which two sides meet: none where supports constrain these, or driven points wholly."""
+    """Fill the mobility of the nodes `at` which two sides meet: none where supports or driven points constrain these wholly."""
     parallel_for(_mobility_chunk, chunks, one, other, at)
 
 

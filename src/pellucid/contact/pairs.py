@@ -77,6 +77,8 @@ class ContactPairs:
 
     def sum_work(self) -> None:
         """What these impulses did, when the mean velocities of the nodes are known."""
+        if not self._pairs:
+            return
         total = np.zeros(self._row)
         for pair in self._pairs:
             total += pair.works(self._row)
@@ -127,6 +129,8 @@ class ContactPairs:
 
     def apply_second_impulses(self, dt: float) -> None:
         """Give the bodies the impulses that stopped this approach, where all can take them, in a step dt [s]."""
+        if not self._pairs:
+            return
         total, named, bodies = np.zeros(self._row), dict[str, np.ndarray](), dict[int, TakesSecondImpulses]()
         for field in self._fields:
             field.begin_second()

@@ -243,7 +243,10 @@ def _find_slope(p, s, n, e, alone, dimension, found):
 
 @kernel()
 def find_beside(chunks, about, found):
-    """What lies beside the points of one surface, into `found`, shape (m, COLUMNS), where they count. about: `Neighbourhood`."""
+    """What lies beside the points of one surface, into `found`, shape (m, COLUMNS), where they count.
+
+    about: a `Neighbourhood`.
+    """
     parallel_for(_find_chunk, chunks, about, found)
 
 

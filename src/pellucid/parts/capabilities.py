@@ -1,4 +1,4 @@
-"""What a body may offer beside what every body does: each class here is one thing that conditions, contact or the clock ask for.
+"""What a body may offer beside what every body does: each class here is what conditions, contact or the clock ask for.
 
 A kind of body declares what it offers by the classes that it derives from; one of a user's own need only have the methods. The
 model of a body says before a run which conditions of a case it takes, so that those who ask here find what they need.

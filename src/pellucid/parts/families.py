@@ -1,8 +1,8 @@
 """The two families of bodies: those whose unknowns live on the grid, and those with their own nodes.
 
 Bodies **on the grid** keep points, sorted by their nodes, and share a velocity field with others: the scheme calls the stages
-of their step one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation of motion,
-explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
+of their step one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation
+of motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
 """
 
 from abc import abstractmethod

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-OF_ALL = {
+OF_A_STEP = {
     "sort": "sort",
     "clear_nodes": "grid",
     "find_cell_pressures": "grid",
@@ -15,20 +15,19 @@ OF_ALL = {
     "sum_works": "grid",
     "find_strain_velocities": "grid",
     "find_strain_velocities_again": "grid",
-    "record": "reductions",
     "particle_to_grid": "scatter",
     "grid_to_particle": "velocities",
     "update_stress": "gradients and law",
+    "update_positions": "move",
+    "predict_own_nodes": "scatter",
+    "correct_own_nodes": "velocities",
+    "update_own_nodes": "gradients and law",
 }
-ON_THE_GRID = {"update_positions": "move"}
-ON_OWN_NODES = {"predict": "scatter", "correct": "velocities", "update": "gradients and law"}
 
 
 def time_stages(simulation: Any, timers: dict[str, float]) -> None:
-    """Let the stages of a simulation and of its bodies add their time [s] to that of their part in `timers`."""
-    parts = [(simulation, OF_ALL)]
-    parts += [(body, ON_THE_GRID) for body in simulation.grid_bodies]
-    parts += [(body, ON_OWN_NODES) for body in simulation.nodal_bodies]
+    """Let the stages of the steps of a simulation add their time [s] to that of their part in `timers`."""
+    parts = [(simulation, {"record": "reductions"}), (simulation.stages, OF_A_STEP)]
     for owner, stages in parts:
         for stage, part in stages.items():
             setattr(owner, stage, _timed(timers, part, getattr(owner, stage)))
