@@ -22,10 +22,11 @@ class NormalMotions(ActiveCondition):
     """The motions of one film. It counts their work and impulses itself."""
 
     def __init__(self, member: AssembledBody, motions: Sequence[FollowedAlongNormal]) -> None:
-        self._body, self._functions = member.offers(TakesNormalMotions), [motion.along_normal() for motion in motions]
+        self._functions = [motion.along_normal() for motion in motions]
         numbers = marked(member, motions)
         if reason := member.model.why_no_normal_motion(whole=bool((numbers > 0).all())):
             refuse([Finding(("motion", motions[0].name, "displacement"), *reason)])
+        self._body = member.offers(TakesNormalMotions)
         self._body.add_normal_motions([motion.name for motion in motions], numbers)
 
     def begin(self, time: float, dt: float) -> None:

@@ -52,7 +52,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         """A body that is no fluid film, a direction without length."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
-        if body is not None and body.kind != "fluid-film":
+        if body is not None and not body.evaluates_loads:
             text = f'body {self.body} is of kind "{body.kind}"'
             yield Finding((*path, "body"), text, "name a fluid-film; a [[pressure]] acts on other bodies")
         if self.along is not None and not any(self.along):
