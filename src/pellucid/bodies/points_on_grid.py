@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.bodies.grid_surface import GridSurface
-from pellucid.contact.surface import ContactBody
+from pellucid.bodies.material_points.grid_surface import GridSurface
+from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
@@ -157,7 +157,7 @@ class PointsOnGrid(GridBody):
         return self
 
     def half_width(self) -> tuple[float, float, float]:
-        """Half the edge of a point's cube, as in `pellucid.contact.surface`."""
+        """Half the edge of a point's cube, as in `pellucid.contact.contact_body`."""
         thin = sum(self.grid.thin)
         return -1.0, self.grid.slice_thickness**-thin, 1.0 / (3 - thin)
 

@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.grid_surface import GridSurface
 from pellucid.bodies.material_points.at_wall import PointsAtWall
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
+from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody

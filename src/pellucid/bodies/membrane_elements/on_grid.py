@@ -7,7 +7,7 @@ from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementS
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import scatter_vectors

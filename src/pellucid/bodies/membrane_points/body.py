@@ -12,12 +12,12 @@ from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembra
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.membrane_points.tearing import torn
-from pellucid.bodies.membrane_slice import slice_factor
+from pellucid.bodies.membranes.plane_slice import slice_factor
+from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.bodies.prestretch import prestretch
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.cells import Cells, vector_areas
-from pellucid.geometry.surfaces import Surface
+from pellucid.geometry.meshes.cells import Cells, vector_areas
+from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.velocity_field import VelocityField
