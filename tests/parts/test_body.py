@@ -9,7 +9,7 @@ from membranes import THICKNESS, sheet
 from small_cases import advance, box, case, simulation
 
 from pellucid.bodies.models import BODIES
-from pellucid.contact.surface import WarnsOfContact
+from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD, INTERNAL
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.grid.actions import NodalActions

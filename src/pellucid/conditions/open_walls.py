@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.normals import reach_of_point
-from pellucid.contact.surface import ContactBody
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil

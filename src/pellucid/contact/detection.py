@@ -19,8 +19,8 @@ from functools import partial
 import numpy as np
 
 from pellucid.contact import extents, faces, normals, shared
+from pellucid.contact.contact_body import ContactBody, HasFaces, is_membrane
 from pellucid.contact.normals import COLUMNS, NORMAL, VOLUME, Along, Areas
-from pellucid.contact.surface import ContactBody, HasFaces, is_membrane
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 

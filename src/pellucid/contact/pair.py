@@ -5,9 +5,9 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 
 from pellucid.contact import impulse_works, impulses
+from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.impulses import ContactNodes, Friction
-from pellucid.contact.surface import ContactBody, TakesSecondImpulses
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.contact.contact_body import ContactBody, ContactResponse, TakesSecondImpulses
 from pellucid.contact.pair import ContactPair
-from pellucid.contact.surface import ContactBody, ContactResponse, TakesSecondImpulses
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
 from pellucid.grid.velocity_field import VelocityField
 

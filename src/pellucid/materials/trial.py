@@ -32,7 +32,7 @@ from pellucid.materials.membrane import (
 )
 from pellucid.materials.point_state import PointState, load
 from pellucid.state import FIELDS
-from pellucid.users_code import failing_as, file_of
+from pellucid.users.users_code import failing_as, file_of
 
 Operation = Callable[..., Any]
 RATE_FORM = (

@@ -6,8 +6,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from pellucid.energy import Channel, WorkLayout
-from pellucid.geometry.geometry import ActiveAxes
 from pellucid.geometry.region import Selectable
+from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body

@@ -7,11 +7,11 @@ from math import fsum
 
 import numpy as np
 
-from pellucid.contact.surface import ContactBody
+from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import Totals
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import FAULTS, LOST
 from pellucid.named import Named
 from pellucid.parts.capabilities import Membrane, NodalSupport

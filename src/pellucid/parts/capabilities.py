@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # light, for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
     from pellucid.contact.wall import WallPlane
     from pellucid.energy import Left
-    from pellucid.geometry.face_shares import FaceShares
+    from pellucid.geometry.meshes.face_shares import FaceShares
     from pellucid.parts.surface_load import Traction
 
 
@@ -166,7 +166,7 @@ class HasMesh(Protocol):
         """
 
 
-# contact between surfaces; that on the nodes of the grid is in `pellucid.contact.surface`
+# contact between surfaces; that on the nodes of the grid is in `pellucid.contact.contact_body`
 
 
 @runtime_checkable
@@ -218,7 +218,7 @@ class KeepsHeat(Protocol):
     """Points that may take up what transfers and internal forces take from the kinetic energy."""
 
     @abstractmethod
-    def separate_forces(self) -> None:
+    def use_separate_force_buffer(self) -> None:
         """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
 
     @abstractmethod

@@ -2,7 +2,7 @@
 
 from typing import Protocol, runtime_checkable
 
-from pellucid.contact.surface import ContactResponse
+from pellucid.contact.contact_body import ContactResponse
 
 
 class PointConstraint(Protocol):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-    from pellucid.geometry.geometry import Geometry
+    from pellucid.geometry.shapes.contract import Geometry
 
 Array = NDArray[np.float64]
 INNERMOST = 1e-3  # ξ, within which there is less than 1e-12 of the mass and 1e-5 of the energy, which is added

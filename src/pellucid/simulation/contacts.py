@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.impulses import SLIP, STICK, Friction
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pair import ContactPair
 from pellucid.contact.pairs import ContactPairs
-from pellucid.contact.surface import ContactBody
 from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
 from pellucid.energy import WorkLayout
 from pellucid.grid.lattice import Grid

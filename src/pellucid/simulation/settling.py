@@ -22,7 +22,7 @@ from pellucid.simulation.observer import Observer
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-    from pellucid.case.settle import SettleCase
+    from pellucid.case.stages import SettleCase
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
 AT_REST = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved

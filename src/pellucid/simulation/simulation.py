@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.bodies.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions
 from pellucid.contact.contact_energy import ContactEnergy
@@ -24,13 +25,11 @@ from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
-from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.named import Named
 from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.parts.step_limit import StepLimit, time_to_fall
-from pellucid.processes import free_cores
 from pellucid.progress import Progress
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
@@ -45,13 +44,14 @@ from pellucid.simulation.start import load_states, standing_of
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
-from pellucid.simulation.transfer_loss import contact_lag_work, return_heat, separate_forces, transfer_work
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
+from pellucid.system.interrupts import signals_caught
+from pellucid.system.processes import free_cores
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-    from pellucid.case.settle import SettleCase
+    from pellucid.case.stages import SettleCase
 
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 NODES = "-nodes."  # the same of the nodes of a velocity field, before its name
@@ -88,7 +88,7 @@ class Simulation:
         standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
-        separate_forces(self._on_grid.values())
+        separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
         self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout)
         remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
-from pellucid.contact.surface import WarnsOfContact
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField

@@ -15,7 +15,7 @@ from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.initial.state import add_initial_state
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import NOT_FINITE
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.parts.families import NodalBody

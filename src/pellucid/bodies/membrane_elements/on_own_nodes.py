@@ -8,9 +8,9 @@ from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementS
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
-from pellucid.contact.surface import WarnsOfContact
+from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.parts.capabilities import HasContactSurface, Membrane, TakesPressure
 from pellucid.parts.placement import Placement
 from pellucid.parts.step_limit import StepLimit, told

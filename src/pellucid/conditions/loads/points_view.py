@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.findings import absent
 from pellucid.parts.capabilities import Membrane
-from pellucid.users_code import read_only
+from pellucid.users.users_code import read_only
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body

@@ -1,0 +1,40 @@
+"""Kernels that are put down instead of run: which ones some work calls, with which types of arguments."""
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+
+@contextmanager
+def record_kernel_calls() -> Iterator[dict[tuple[Any, tuple[Any, ...]], None]]:
+    """Put the kernels down that Python calls in the block, in order, with the types of their arguments; they are not run.
+
+    What they would have filled stays as it was. Those that give something back run as plain Python.
+    """
+    from numba.core.registry import CPUDispatcher
+
+    calls: dict[tuple[Any, tuple[Any, ...]], None] = {}
+
+    def instead(compiled: Any, *arguments: Any) -> Any:
+        calls[compiled, tuple(map(compiled.typeof_pyval, arguments))] = None
+        return compiled.py_func if _gives_something_back(compiled.py_func) else _nothing
+
+    CPUDispatcher._compile_for_args = instead  # what numba then calls
+    try:
+        yield calls
+    finally:
+        del CPUDispatcher._compile_for_args
+
+
+def _nothing(*arguments: Any) -> None:
+    pass
+
+
+@cache
+def _gives_something_back(function: Any) -> bool:
+    found = ast.walk(ast.parse(textwrap.dedent(inspect.getsource(function))))
+    return any(isinstance(node, ast.Return) and node.value is not None for node in found)

@@ -1,0 +1,57 @@
+"""What a user does with the run of free flight, in this process or another."""
+
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from unittest import mock
+
+from free_flight import free_flight
+
+from pellucid.results.pictures import figures
+from pellucid.results.report.report import write_report
+from pellucid.results.storage.run_folder import RunFolder
+from pellucid.running.launch import resume_case, run_case
+
+SHORT = {"time.end": 0.5}
+OFTEN = {"output.checkpoint": 1e-9}
+
+
+def begin(out: Path) -> None:
+    run_case(free_flight(), out, report=False)
+
+
+def begin_in_part(out: Path) -> None:
+    run_case(free_flight(), out, until=0.3, report=False)
+
+
+def begin_another(out: Path) -> None:
+    run_case(free_flight(**SHORT), out, report=False)
+
+
+def begin_with_a_checkpoint_each_step(out: Path) -> None:
+    run_case(free_flight(**OFTEN), out, report=False)
+
+
+def go_on(out: Path) -> None:
+    resume_case(out, report=False)
+
+
+def go_on_in_part(out: Path) -> None:
+    resume_case(out, until=0.7, report=False)
+
+
+def go_on_with_another_limit(out: Path) -> None:
+    resume_case(out, settings={"energy.warn": 0.05}, report=False)
+
+
+def write_plain_report(out: Path) -> None:
+    """A report without figures, which take longest."""
+    with mock.patch.object(figures, "figures_of", return_value={}):
+        write_report(out)
+
+
+def hold(out: Path, held: Connection) -> None:
+    """Keep others from the folder, after a word that it is so."""
+    with RunFolder(out).held():
+        held.send(True)
+        time.sleep(1e6)
