@@ -1,6 +1,5 @@
 """What contact on the nodes of the grid asks of a body: its points, how they reach the nodes, and where its surface is."""
 
-from abc import abstractmethod
 from typing import Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
@@ -70,7 +69,6 @@ class ContactMembrane(ContactBody, Protocol):
 class HasFaces(Protocol):
     """A volume that knows its surface."""
 
-    @abstractmethod
     def faces(self) -> Faces:
         """Points on it."""
 
@@ -79,7 +77,6 @@ class HasFaces(Protocol):
 class WarnsOfContact(Protocol):
     """A body whose contact may be too coarse."""
 
-    @abstractmethod
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
 
@@ -89,11 +86,9 @@ class TakesSecondImpulses(Protocol):
     """A body to which contact may give impulses once more after its momentum was mapped to the nodes again."""
 
     @property
-    @abstractmethod
     def takes_second_impulses(self) -> bool:
         """Whether it may now: a condition that prescribes its motion may stand against it."""
 
-    @abstractmethod
     def take_second_impulses(self, dt: float) -> float:
         """Take the second increments of its velocity field at the end of a step dt [s]: kinetic energy won [J], but for a body
         that counts its own works."""

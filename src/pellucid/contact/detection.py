@@ -19,7 +19,8 @@ from functools import partial
 import numpy as np
 
 from pellucid.contact import extents, faces, normals, shared
-from pellucid.contact.contact_body import ContactBody, HasFaces, is_membrane
+from pellucid.contact.contact_body import ContactBody, ContactMembrane, HasFaces, is_membrane
+from pellucid.contact.faces import FaceAreas, Faces
 from pellucid.contact.normals import COLUMNS, NORMAL, VOLUME, Along, Areas
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
@@ -171,8 +172,13 @@ class ContactDetection:
             normals.foremost_along(body.n_slabs, body.mapped, *how, foremost)
 
 
-def _surface_of(body: ContactBody) -> Callable[[], faces.Faces] | None:
+def _surface_of(body: ContactBody) -> Callable[[], Faces] | None:
     """What gives the points on the surface of a body, where it knows these."""
     if isinstance(body, HasFaces):
         return body.faces
-    return partial(faces.of_membrane, body) if is_membrane(body) else None
+    return partial(_points_of, body) if is_membrane(body) else None
+
+
+def _points_of(body: ContactMembrane) -> Faces:
+    """The points of a membrane, all of which lie on its surface, with half of its thickness."""
+    return Faces(body.mapped, body.n_slabs, FaceAreas(body.vector_areas(), body.half_width()[0], two_sided=True))

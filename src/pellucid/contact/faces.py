@@ -5,7 +5,7 @@ there yet, an error of first order in the cell h. The mean over the points about
 velocities that contact stops, has one of second order.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,22 +32,6 @@ class Faces(NamedTuple):
     mapped: Bundle  # as the kernels of `pellucid.grid.transfer` take them
     n_slabs: int  # number of slabs into which they are divided
     areas: FaceAreas
-
-
-class Membrane(Protocol):
-    """What is asked of a body all of whose points lie on it."""
-
-    @property
-    def mapped(self) -> Bundle: ...
-    @property
-    def n_slabs(self) -> int: ...
-    def vector_areas(self) -> np.ndarray: ...
-    def half_width(self) -> tuple[float, float, float]: ...
-
-
-def of_membrane(body: Membrane) -> Faces:
-    """The points of a membrane, with half of its thickness."""
-    return Faces(body.mapped, body.n_slabs, FaceAreas(body.vector_areas(), body.half_width()[0], two_sided=True))
 
 
 @kernel(inner=True)

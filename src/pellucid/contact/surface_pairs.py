@@ -29,7 +29,7 @@ from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Askin
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
 
-class Pass:
+class HalfPair:
     """The points of one surface against the other, with this share of the stiffness."""
 
     def __init__(self, one: ContactSurface, other: ContactSurface, meeting: Meeting, share: float) -> None:
@@ -106,10 +106,10 @@ class SurfacePair:
         one, other = surfaces
         self.name, self.law = name, OverlapLaw(surfaces, friction, courant, swing, cell)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
-        self._passes = []
+        self._halves = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness)
-            self._passes.append(Pass(first, second, meeting, share / sum(fine)))
+            self._halves.append(HalfPair(first, second, meeting, share / sum(fine)))
         self.impulse = np.zeros(3)
         """On the first surface over this step [N s]."""
 
@@ -120,21 +120,21 @@ class SurfacePair:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
         self.impulse = np.zeros(3)
         found = False
-        for part in self._passes:
-            found |= part.find(described[id(part.one)], described[id(part.other)])
+        for half in self._halves:
+            found |= half.find(described[id(half.one)], described[id(half.other)])
         return found
 
     def way(self) -> np.ndarray:
         """The unit vector along which the overlap found pushes in the mean, (3,), either way."""
-        return mean_way([part.overlap for part in self._passes if part.overlap is not None], self.surfaces[0])
+        return mean_way([half.overlap for half in self._halves if half.overlap is not None], self.surfaces[0])
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
-        parts = [(part, part.overlap) for part in self._passes if part.overlap is not None]
-        found = self.law.forces([overlap for _, overlap in parts], dt, last, touched)
-        for (part, overlap), force in zip(parts, found, strict=True):
-            part.apply(overlap.listed, force, (forces[id(part.one)], forces[id(part.other)]))
-            self.impulse += (1.0 if part.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
+        touching = [(half, half.overlap) for half in self._halves if half.overlap is not None]
+        found = self.law.forces([overlap for _, overlap in touching], dt, last, touched)
+        for (half, overlap), force in zip(touching, found, strict=True):
+            half.apply(overlap.listed, force, (forces[id(half.one)], forces[id(half.other)]))
+            self.impulse += (1.0 if half.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
 
     def external_work(self) -> float:
         """None: both are bodies."""
@@ -226,7 +226,7 @@ class SurfacePairs:
                     surface.pushed_along.append(way)
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
-                pair.law.part(last)
+                pair.law.separate(last)
                 continue
             for surface in pair.surfaces:
                 forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))

@@ -1,10 +1,10 @@
 """What a body may offer beside what every body does: each class here is what conditions, contact or the clock ask for.
 
-A kind of body declares what it offers by the classes that it derives from; one of a user's own need only have the methods. The
-model of a body says before a run which conditions of a case it takes, so that those who ask here find what they need.
+A kind of body declares what it offers by the classes that it derives from, whose methods it has to define then; one of a
+user's own need only have the methods. The model of a body says before a run which conditions of a case it takes, so that those
+who ask here find what they need.
 """
 
-from abc import abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:  # light, for the models of conditions
 class TakesExternalForces(Protocol):
     """Inertia on which external forces act."""
 
-    @abstractmethod
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the points [N], shape (n, 3), in the order in which they are stored, over this step.
 
@@ -37,7 +36,6 @@ class TakesExternalForces(Protocol):
 class TakesPressure(Protocol):
     """A membrane along whose normals a pressure acts."""
 
-    @abstractmethod
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals over this step."""
 
@@ -46,7 +44,6 @@ class TakesPressure(Protocol):
 class TakesTractions(Protocol):
     """A surface that evaluates loads on it itself, at the instants that it needs within a step."""
 
-    @abstractmethod
     def add_traction(self, traction: "Traction", column: int, label: str) -> None:
         """Add forces on the surface over this step. label: what users know the load by."""
 
@@ -55,7 +52,6 @@ class TakesTractions(Protocol):
 class TakesDrag(Protocol):
     """Inertia that a drag slows."""
 
-    @abstractmethod
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
         """Let a drag act over this step dt [s], at a rate [1/s].
 
@@ -67,7 +63,6 @@ class TakesDrag(Protocol):
 class TakesGravity(Protocol):
     """Own nodes on which gravity acts; that on points on the grid acts on the nodes of the grid."""
 
-    @abstractmethod
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act over this step; all of it where this is never called."""
 
@@ -90,7 +85,6 @@ class NodalSupport(NamedTuple):
 class TakesSupports(Protocol):
     """Own nodes that supports constrain."""
 
-    @abstractmethod
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """Let supports constrain its nodes."""
 
@@ -99,7 +93,6 @@ class TakesSupports(Protocol):
 class ReleasesSupports(Protocol):
     """Own nodes that supports can let go in a run."""
 
-    @abstractmethod
     def let_go(self, supports: Collection[int]) -> None:
         """Let the supports of these numbers hold none of its nodes any more, and all others theirs."""
 
@@ -108,14 +101,12 @@ class ReleasesSupports(Protocol):
 class TakesMotions(Protocol):
     """Own nodes that follow prescribed motions along axes."""
 
-    @abstractmethod
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Let nodes follow prescribed motions.
 
         numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
         """
 
-    @abstractmethod
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
         """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
@@ -124,11 +115,9 @@ class TakesMotions(Protocol):
 class TakesNormalMotions(Protocol):
     """Own nodes of a surface that follow prescribed motions along its normal."""
 
-    @abstractmethod
     def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
         """Let nodes follow prescribed motions along the normal. numbers, shape (n,): 1 + that of a node's motion, else 0."""
 
-    @abstractmethod
     def set_normal_velocities(self, rates: np.ndarray) -> None:
         """The velocities of these motions over this step [m/s], shape (motions,)."""
 
@@ -140,11 +129,9 @@ class TakesNormalMotions(Protocol):
 class Membrane(Protocol):
     """A surface with two sides, in the order of the numbers of its points."""
 
-    @abstractmethod
     def pressed_areas(self) -> np.ndarray:
         """The vector areas by which a pressure pushes its points [m²], shape (n, 3); in plane problems those of the slice."""
 
-    @abstractmethod
     def surface_areas(self) -> np.ndarray:
         """The shares of its points in its area [m²], shape (n,)."""
 
@@ -154,11 +141,9 @@ class HasMesh(Protocol):
     """Nodes of a mesh, whose faces carry loads by shape functions."""
 
     @property
-    @abstractmethod
     def node_sets(self) -> Mapping[str, np.ndarray]:
         """The sets of nodes that its mesh names, by the numbers of the nodes."""
 
-    @abstractmethod
     def face_shares(self, faces: np.ndarray) -> "FaceShares":
         """How what acts on triangles of its surface, shape (f, 3), of those that are selectable, goes to its nodes.
 
@@ -173,7 +158,6 @@ class HasMesh(Protocol):
 class HasContactSurface(Protocol):
     """A body that others can touch by its surface."""
 
-    @abstractmethod
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
         """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
 
@@ -182,7 +166,6 @@ class HasContactSurface(Protocol):
 class BoundByContact(Protocol):
     """A body on whose steps its contact surface has a bearing."""
 
-    @abstractmethod
     def bound_by_contact(self, touching: "Sequence[ContactSurface]") -> None:
         """All surfaces that touch are known: leave its own where it touches nothing; bound the first step by how fast the body
         swings on others."""
@@ -192,7 +175,6 @@ class BoundByContact(Protocol):
 class HasPointsAtWalls(Protocol):
     """A body without a surface whose points walls push."""
 
-    @abstractmethod
     def make_points_at(self, plane: "WallPlane", column: int) -> "ContactSurface | None":
         """Make what a wall touches of it, its points beside a plane; None where it touches none."""
 
@@ -204,11 +186,9 @@ class HasPointsAtWalls(Protocol):
 class LosesPoints(Protocol):
     """Points that can leave through faces of the grid."""
 
-    @abstractmethod
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Let points leave through faces of the grid, each an axis and an end, 0 lower and 1 upper."""
 
-    @abstractmethod
     def let_leave(self) -> "Left | None":
         """After a step: remove the points that left through these faces; None where there are none."""
 
@@ -217,11 +197,9 @@ class LosesPoints(Protocol):
 class KeepsHeat(Protocol):
     """Points that may take up what transfers and internal forces take from the kinetic energy."""
 
-    @abstractmethod
     def use_separate_force_buffer(self) -> None:
         """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
 
-    @abstractmethod
     def return_heat(self, share: float) -> None:
         """Give up this share of the heat that it kept in this step."""
 
@@ -233,6 +211,5 @@ class KeepsHeat(Protocol):
 class ShowsStart(Protocol):
     """A body whose velocities follow from what acts on it."""
 
-    @abstractmethod
     def show_start(self, dt: float) -> None:
         """Before the first step dt [s], whose conditions are set: show the velocities at the start."""

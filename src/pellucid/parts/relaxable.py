@@ -1,6 +1,5 @@
 """The interface of a body to the relaxation towards steady states."""
 
-from abc import abstractmethod
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -22,21 +21,17 @@ class Springs(NamedTuple):
 class Relaxable(Protocol):
     """A body that can be brought to rest in equilibrium."""
 
-    @abstractmethod
     def begin_relaxing(self, scaled: bool) -> None:
         """Get ready for a relaxation; scaled: whether inertia is to be such that all nodes allow the same step."""
 
-    @abstractmethod
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
 
         load_rate: how fast the loads change, in simulated time over that of the step; gravity_share: what acts of gravity.
         """
 
-    @abstractmethod
     def springs(self) -> Springs:
         """Its internal forces of the last step, and the places where they were found."""
 
-    @abstractmethod
     def unbalanced(self) -> tuple[float, float]:
         """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""

@@ -1,4 +1,4 @@
-"""How the surface of a meshless solid answers to contact, beside the same by passes over all of its points."""
+"""how the surface of a meshless solid responds to contact, beside the same by passes over all of its points."""
 
 import numpy as np
 import pytest
