@@ -11,6 +11,7 @@ from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, Where, chosen_nodes, faults
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
+from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
@@ -138,8 +139,10 @@ def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> Y
         return no_walls()
     held = np.where(yields[constrained], constrained, 0).astype(constrained.dtype)
     numbers = np.array([*friction, 0.0]), np.array([*opens, False], np.uint8), np.array([*inward, 0.0])
-    gap = np.zeros(held.shape if any(opens) else (0, 3))
-    return YieldingWalls(*numbers, held, np.zeros_like(held), gap, np.zeros(held.shape))
+    walls, n = fields_of(YieldingWalls), len(held)
+    gap = walls["gap"].allocate(n if any(opens) else 0)
+    gap.fill(0.0)  # before it is measured, velocities alone tell whether walls let nodes go
+    return YieldingWalls(*numbers, held, walls["stuck"].allocate(n), gap, walls["impulse"].allocate(n))
 
 
 def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:

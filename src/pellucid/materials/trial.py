@@ -8,8 +8,8 @@ import numpy as np
 
 from pellucid.jit import implementations
 from pellucid.materials.law import (
-    AT_REST,
     DEFAULTS,
+    ZERO_GRADIENT,
     Law,
     artificial_heating,
     diffusivity,
@@ -107,13 +107,13 @@ def calls_of(material: Material, law: Any, state: Any) -> dict[Operation, Call]:
     """What kernels call of a law in rate form, with the arguments of a point at rest over no time in cells of a metre."""
     density = material.density
     arguments = {
-        update: (law, state, density, AT_REST, 0.0, 1.0),
-        volume_growth: (law, AT_REST, 0.0),
-        signal_speed: (law, state, density, AT_REST, 1.0),
+        update: (law, state, density, ZERO_GRADIENT, 0.0, 1.0),
+        volume_growth: (law, ZERO_GRADIENT, 0.0),
+        signal_speed: (law, state, density, ZERO_GRADIENT, 1.0),
         diffusivity: (law, density),
         stored_energy: (law, state, density),
         dissipated_energy: (law, state, density),
-        artificial_heating: (law, state, density, AT_REST, 1.0),
+        artificial_heating: (law, state, density, ZERO_GRADIENT, 1.0),
         point_pressure: (law, state, density),
     }
     return {operation: Call(operation, given) for operation, given in arguments.items()}

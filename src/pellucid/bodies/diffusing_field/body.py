@@ -138,7 +138,7 @@ class DiffusingField(NodalBody):
         """Arrays of the nodes."""
         return self.arrays
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the concentrations of an earlier run."""
         self.arrays["concentration"][self._free] = state["concentration"][self._free]
         self.renew_totals()

@@ -291,7 +291,7 @@ class MeshlessSolid(ExplicitNodes):
         of_volume = self._volume_inertia.state_arrays() if self._volume_inertia else {}
         return {**super().state_arrays(), **history, **skin, **of_volume, **prescribed, **self._fastest.state_arrays()}
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with places, velocities and viscous stresses of an earlier run; the latter are used in `complete`."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]
