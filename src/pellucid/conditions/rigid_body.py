@@ -1,7 +1,7 @@
 """A rigid body: points with the rigid motion of their momentum and angular momentum, but for what motions prescribe of it."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,18 +17,16 @@ from pellucid.conditions.rigid_kinematics import (
     spin_of,
     spun,
 )
-from pellucid.conditions.rigid_leads import LeadingMotion, Leads
+from pellucid.conditions.rigid_leads import Leads
 from pellucid.conditions.rigid_motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid_nodes import RigidNodes
 from pellucid.conditions.rigid_push import Push
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork
 from pellucid.parts.assembly import AssembledBody, Assembly
 
-
-class Swings(Protocol):
-    """What bounds the step of a rigid body."""
-
-    def swing(self, mass: float, inertia: np.ndarray) -> float: ...
+if TYPE_CHECKING:
+    from pellucid.conditions.loads.rigid_spring import RigidSpring
+    from pellucid.conditions.prescribed_motion import Motion
 
 
 class RigidBody:
@@ -41,7 +39,7 @@ class RigidBody:
     strains = False
 
     def __init__(
-        self, member: AssembledBody, assembly: Assembly, motions: Sequence[LeadingMotion], springs: Sequence[Swings]
+        self, member: AssembledBody, assembly: Assembly, motions: "Sequence[Motion]", springs: "Sequence[RigidSpring]"
     ) -> None:
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
         # across a thin axis nothing moves, so that only the turn about it is left
