@@ -8,7 +8,7 @@ import json
 import sys
 import time
 
-from pellucid.bench.memory import peak_bytes
+from pellucid.bench.machine import peak_bytes
 from pellucid.bench.meshless import built, cube, forms
 from pellucid.jit import set_threads
 

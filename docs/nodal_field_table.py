@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from pellucid.conditions.rigid_nodes import BodySums
+from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.contact.normals import NumberedNodes
 from pellucid.contact.shared import SharedNodes
 from pellucid.contact.subcell_damping import SubcellMotion

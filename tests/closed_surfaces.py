@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pellucid.geometry.icosphere import Icosphere
-from pellucid.geometry.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.surfaces.icosphere import Icosphere
 
 CLOSED = {
     "icosphere": {"centre": (0, 0, 0), "radius": 1e-5, "refinements": 2},

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 
 import pytest
 from hypothesis import settings
@@ -29,13 +30,23 @@ def pytest_xdist_make_scheduler(config, log):
 @pytest.fixture(scope="session", autouse=True)
 def _no_helpers():
     """Runs compile, step and draw alone: the workers of the suite have the cores. Tests of helpers ask for cores themselves."""
+    from pellucid.compilation import ahead
     from pellucid.results.pictures import painter
-    from pellucid.simulation import ahead, simulation
+    from pellucid.simulation import simulation
 
     with pytest.MonkeyPatch.context() as patch:
         for module in (ahead, painter, simulation):
             patch.setattr(module, "free_cores", lambda: 0)
         yield
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    """Runs are made by the fake simulation."""
+    from free_flight import FakeSimulation, fake_module
+
+    monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", fake_module())
+    return FakeSimulation
 
 
 @pytest.fixture

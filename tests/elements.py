@@ -8,7 +8,7 @@ from small_cases import case
 
 from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_transfer import Flip

@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 from scipy.spatial import Delaunay
 
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 def irregular(n, dimension, seed=1, shift=0.25):

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from pellucid import extensions
 from pellucid.registry import Registry
 from pellucid.state import FIELDS
+from pellucid.users import extensions
 
 
 @contextmanager

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.case import loads
-from pellucid.geometry.cells import Cells
-from pellucid.geometry.surfaces import Icosphere
-from pellucid.results import Run
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.surfaces.surface import Icosphere
 from pellucid.results.storage import frames
+from pellucid.results.storage.run import Run
 from pellucid.results.storage.run_folder import RunFolder
 
 CENTRE = np.array([67.0, 65.0, 65.0])  # µm

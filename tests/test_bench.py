@@ -15,8 +15,8 @@ from rich.console import Console
 from pellucid import Simulation
 from pellucid.approximants import GRID_FUNCTIONS
 from pellucid.bench import bench, peers, table, whole
-from pellucid.bench.bandwidth import triad_bandwidth
 from pellucid.bench.contact import WHICH, contact_case
+from pellucid.bench.machine import triad_bandwidth
 from pellucid.bench.measure import measure
 from pellucid.bench.problem import MATERIALS, bench_case, case_of
 from pellucid.errors import UsageError

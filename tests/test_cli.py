@@ -64,12 +64,12 @@ def test_a_bad_number_of_threads_is_told_with_limit_and_remedy(number: str) -> N
 def test_errors_become_a_message_and_a_status(
     error: BaseException, status: int, monkeypatch: pytest.MonkeyPatch, tmp_path: object
 ) -> None:
-    import pellucid.results
+    import pellucid.running.launch
 
     def fail(*_args: object, **_options: object) -> None:
         raise error
 
-    monkeypatch.setattr(pellucid.results, "run_case", fail, raising=False)
+    monkeypatch.setattr(pellucid.running.launch, "run_case", fail, raising=False)
     result = CliRunner().invoke(app, ["run", "basics/sod", "--quick", "--out", f"{tmp_path}/out"])
     assert result.exit_code == status
     assert str(error) in result.stderr

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from pellucid import load, loads
 from pellucid.case import Case, json_schema
 from pellucid.cli import app
-from pellucid.results import Run
+from pellucid.results.storage.run import Run
 
 PAGE = (Path(__file__).parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r"`(\w+\.py)`:\n```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))

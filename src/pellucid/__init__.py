@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from pellucid.errors import Interrupted as Interrupted
     from pellucid.errors import PellucidError as PellucidError
     from pellucid.errors import RunStopped as RunStopped
-    from pellucid.results import Run as Run
-    from pellucid.results import run_case
+    from pellucid.results.storage.run import Run as Run
+    from pellucid.running.launch import run_case
     from pellucid.simulation.simulation import Simulation as Simulation
 
     run = run_case
@@ -30,8 +30,9 @@ _HOMES = {
     "Interrupted": "errors.Interrupted",
     "PellucidError": "errors.PellucidError",
     "RunStopped": "errors.RunStopped",
-    "Run": "results.Run",
-    "run": "results.run_case",
+    "Run": "results.storage.run.Run",
+    "run": "running.launch.run_case",
+    "resume": "running.launch.resume_case",
     "Simulation": "simulation.simulation.Simulation",
 }
 

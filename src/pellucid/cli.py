@@ -9,7 +9,7 @@ from typer.core import TyperGroup
 
 from pellucid.commands import cases, checks, machine, meshes, runs
 from pellucid.errors import PellucidError, Terminated, printable
-from pellucid.interrupts import termination_raised
+from pellucid.system.interrupts import termination_raised
 
 
 class Commands(TyperGroup):

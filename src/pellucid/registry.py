@@ -11,7 +11,7 @@ from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, Vali
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from pellucid.findings import listed
-from pellucid.users_code import failure
+from pellucid.users.users_code import failure
 
 ModelType = TypeVar("ModelType", bound=BaseModel)
 EntryType = TypeVar("EntryType")

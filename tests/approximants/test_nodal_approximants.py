@@ -9,7 +9,7 @@ from meshes import irregular, points_within
 from pellucid.approximants.nodal import NODAL_APPROXIMANTS
 from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, NoFunctions
 from pellucid.approximants.nodal.table import evaluate
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 N = 60
 

@@ -15,13 +15,13 @@ from scipy.sparse.linalg import splu
 from small_cases import RATE_SOLID, SOLID, advance, box, simulation
 
 from pellucid.approximants import grid_functions
+from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.case import Case, dumps, load
-from pellucid.contact.coupling import GridCoupling
-from pellucid.contact.surface import ContactBody
+from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, StepWork, Totals, no_work
 from pellucid.findings import Reason
-from pellucid.geometry.geometry import Geometry
-from pellucid.geometry.shapes import Box
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.shape import Box
 from pellucid.grid.model import GridCase
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.model import Vector, parameter
@@ -30,7 +30,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.families import NodalBody
 from pellucid.parts.part import Parts
 from pellucid.registry import register
-from pellucid.results import resume_case, run_case
+from pellucid.running.launch import resume_case, run_case
 
 PER_SIDE = 4
 

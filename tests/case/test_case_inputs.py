@@ -6,7 +6,7 @@ from small_cases import RATE_SOLID, box, case
 from pellucid.case import Case
 from pellucid.case.inputs import digests
 from pellucid.errors import UsageError
-from pellucid.results.launch import _same_inputs
+from pellucid.running.launch import _same_inputs
 
 
 def test_a_run_goes_on_only_with_the_files_that_it_began_with(tmp_path):

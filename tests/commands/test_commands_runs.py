@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-import pellucid.results
+import pellucid.running.launch
 from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.results.metrics import Metric
@@ -23,7 +23,7 @@ def calls(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[Any, Pa
         seen.append((case, out, options))
         return SimpleNamespace(summary=SUMMARY, metrics={"density": Metric(1.0, 1.1, 0.1, 0.2)})
 
-    monkeypatch.setattr(pellucid.results, "run_case", record, raising=False)
+    monkeypatch.setattr(pellucid.running.launch, "run_case", record, raising=False)
     monkeypatch.chdir(tmp_path)
     return seen
 
@@ -111,7 +111,7 @@ def test_nothing_is_said_of_an_earlier_run_before_the_new_case_is_set_up(calls: 
     folder = RunFolder("again")
     with folder.made():
         folder.start(pellucid.load("basics/sod"))
-    monkeypatch.setattr(pellucid.results, "run_case", bad)
+    monkeypatch.setattr(pellucid.running.launch, "run_case", bad)
     result = run("basics/sod", "--out", "again")
     assert result.exit_code == 2
     assert "replacing" not in result.stderr

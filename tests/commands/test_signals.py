@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 import pellucid
 from pellucid.case import dumps
 from pellucid.cli import app
-from pellucid.results import resume_case, run_case
 from pellucid.results.pictures import figures
 from pellucid.results.storage import files, run_folder
+from pellucid.running.launch import resume_case, run_case
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "results"))
 from free_flight import FakeSimulation, fake_module, free_flight

@@ -11,7 +11,7 @@ from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.conditions.support import Support
 from pellucid.errors import CaseError
 from pellucid.grid.lattice import Grid
-from pellucid.results import resume_case
+from pellucid.running.launch import resume_case
 
 
 def held(*support, counts=(3, 4, 5)):

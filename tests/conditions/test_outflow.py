@@ -13,7 +13,7 @@ from pellucid.case import Case
 from pellucid.cli import app
 from pellucid.conditions.loads.points_view import PointsView
 from pellucid.errors import RunStopped
-from pellucid.results.launch import resume_case
+from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 TUBE = [support for support in SLIP if not support["where"].startswith("x")]

@@ -21,8 +21,8 @@ from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-from pellucid.results.launch import resume_case, run_case
 from pellucid.results.storage.history import read
+from pellucid.running.launch import resume_case, run_case
 
 BRAKE_HEAT, SPIN_HEAT = Channel("brake_heat", -1.0), Channel("spin_heat", -1.0)
 

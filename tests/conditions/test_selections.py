@@ -11,11 +11,11 @@ from solids import block_of
 from pellucid import loads
 from pellucid.case import Case, dumps
 from pellucid.errors import CaseError
-from pellucid.geometry.box_mesh import box_mesh
+from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.materials.elastic import lame
 from pellucid.materials.law import energy, first_piola_kirchhoff
 from pellucid.materials.neo_hookean import NeoHookean
-from pellucid.results import run_case
+from pellucid.running.launch import run_case
 from pellucid.simulation.simulation import Simulation
 
 TISSUE = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 3e3, "poisson_ratio": 0.3}

@@ -8,7 +8,7 @@ from small_cases import RATE_SOLID, SLIP, advance, box, simulation
 import pellucid
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.results import resume_case
+from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 SLOPE = (4.905, -8.4957, 0.0)  # gravity where the floor is a slope of 30 degrees [m/s²]

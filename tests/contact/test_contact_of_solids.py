@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from small_cases import SOLID, advance, box, place, simulation
 from solids import solid
 
-from pellucid.geometry.cells import outer_faces, vector_areas
+from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 
 TESTS = Path(__file__).parent.parent
 WATER = {"kind": "fluid", "density": 1000.0, "viscosity": 1.0, "eos": {"kind": "tait", "sound_speed": 5.0}}

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from pellucid.geometry.box_mesh import box_mesh
-from pellucid.geometry.cells import vector_areas
-from pellucid.geometry.disc import Disc
-from pellucid.geometry.icosphere import Icosphere
+from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.region import Region, Selectable, Where, chosen_faces, chosen_nodes, faults
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_meshes.box import box_mesh
+from pellucid.geometry.surfaces.disc import Disc
+from pellucid.geometry.surfaces.icosphere import Icosphere
 
 ADAPTER = TypeAdapter(Where)
 EDGE = 0.1

@@ -5,8 +5,8 @@ import pytest
 from small_cases import SLIP, box, case
 
 from pellucid.approximants import grid_functions
+from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.conditions.constrained_nodes import constrain_nodes
-from pellucid.contact.coupling import GridCoupling
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from small_cases import SOLID, box, case
 
+from pellucid.compilation.reporting import laws_blamed
 from pellucid.errors import CaseError
 from pellucid.jit import implementations, point_function
 from pellucid.materials.compiled_trial import why_not_compiled
 from pellucid.materials.hyperelastic import hyperelastic
 from pellucid.materials.law import cauchy_stress, energy, signal_speed, wave_speed
 from pellucid.materials.neo_hookean import NeoHookean, NeoHookeanMaterial
-from pellucid.results.launch import laws_blamed
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 

@@ -7,10 +7,10 @@ from unittest import mock
 
 from free_flight import free_flight
 
-from pellucid.results import resume_case, run_case
 from pellucid.results.pictures import figures
 from pellucid.results.report.report import write_report
 from pellucid.results.storage.run_folder import RunFolder
+from pellucid.running.launch import resume_case, run_case
 
 SHORT = {"time.end": 0.5}
 OFTEN = {"output.checkpoint": 1e-9}

@@ -16,7 +16,7 @@ from pellucid.errors import UsageError
 
 PATIENCE = 120.0  # s, for a busy machine
 REFUSED = 2  # exit status
-IMPORTED = ["numba", "h5py", "pytest", "pellucid.case", "pellucid.results.launch", "pellucid.simulation.ahead"]
+IMPORTED = ["numba", "h5py", "pytest", "pellucid.case", "pellucid.running.launch", "pellucid.compilation.ahead"]
 
 _context = multiprocessing.get_context("forkserver")
 _context.set_forkserver_preload(IMPORTED)

@@ -9,9 +9,9 @@ from free_flight import FakeSimulation, free_flight
 
 from pellucid.case import loads
 from pellucid.errors import CaseError, UsageError
-from pellucid.results import resume_case, run_case
 from pellucid.results.storage.files import OutputError
 from pellucid.results.storage.run_folder import RunFolder
+from pellucid.running.launch import resume_case, run_case
 
 pytestmark = pytest.mark.usefixtures("fake")
 

@@ -10,10 +10,10 @@ from other_processes import PATIENCE, killed_at_last, pipe
 
 import pellucid
 from pellucid.errors import UsageError
-from pellucid.results import resume_case, run_case
 from pellucid.results.report.report import write_report
 from pellucid.results.storage import lock
 from pellucid.results.storage.files import OutputError
+from pellucid.running.launch import resume_case, run_case
 
 pytestmark = pytest.mark.usefixtures("fake")
 

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from pellucid.cli import app
 from pellucid.errors import UsageError
-from pellucid.results import resume_case, run_case
 from pellucid.results.storage import checkpoint, files, history, staged, vtkhdf
 from pellucid.results.storage.files import OutputError
+from pellucid.running.launch import resume_case, run_case
 
 pytestmark = pytest.mark.usefixtures("fake")
 

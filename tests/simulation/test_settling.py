@@ -13,10 +13,10 @@ from small_cases import SLIP, advance, box, case, simulation
 
 import pellucid
 from pellucid.errors import CaseError, Interrupted, RunStopped, UsageError
-from pellucid.results.launch import resume_case
 from pellucid.results.storage import checkpoint, recorder
 from pellucid.results.storage.recorder import Recorder
 from pellucid.results.storage.run import Run
+from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 SOFT = {"kind": "linear-elastic", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.0}

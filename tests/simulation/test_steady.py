@@ -7,9 +7,9 @@ from solids import EDGE, TISSUE, block_of, layer
 
 from pellucid.case import Case
 from pellucid.errors import CaseError, RunStopped
-from pellucid.results.launch import resume_case, run_case
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run import Run
+from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation.simulation import Simulation
 
 LOW, HIGH = {"name": "bottom", "where": layer(0.0)}, layer(EDGE)

@@ -7,12 +7,12 @@ from controls import EXACT, gradient_mode, icosphere, jittered
 
 from pellucid.approximants.radial import PolyharmonicModel
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
-from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics
-from pellucid.bodies.fluid_film.frames import Led
-from pellucid.bodies.fluid_film.loop import LoopSurface
-from pellucid.bodies.fluid_film.nodal_sums import NodalSums, rows
-from pellucid.bodies.fluid_film.radial_surface import RadialSurface
-from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.conditions.nodal_frames import Led
+from pellucid.bodies.fluid_film.forms.nodal_sums import NodalSums, rows
+from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics
+from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface
+from pellucid.bodies.fluid_film.surfaces.radial_surface import RadialSurface
 from pellucid.materials.lipid_film import LipidFilm
 
 

@@ -6,8 +6,8 @@ import warnings
 from pathlib import Path
 
 import pellucid
-from pellucid.results.forecast.pace import Paces
-from pellucid.results.forecast.steps import of_case
+from pellucid.running.forecast.pace import Paces
+from pellucid.running.forecast.steps import of_case
 
 CASES = [
     "basics/elastic-wave",

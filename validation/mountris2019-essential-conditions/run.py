@@ -13,8 +13,8 @@ import numpy as np
 from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
 from pellucid.case import Case
-from pellucid.geometry.box_mesh import box_mesh
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.simulation.simulation import Simulation
 
 HERE = Path(__file__).parent

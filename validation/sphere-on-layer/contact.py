@@ -14,7 +14,7 @@ import meshlane
 import numpy as np
 
 from pellucid.case import Case
-from pellucid.geometry.box_mesh import BoxMesh
+from pellucid.geometry.solid_meshes.box import BoxMesh
 from pellucid.references.indentation import Layer, force
 from pellucid.simulation.simulation import Simulation
 

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from typing import Any, cast
 
-from pellucid.bench.memory import peak_bytes
+from pellucid.bench.machine import peak_bytes
 from pellucid.bodies.fluid_film.body import FluidFilm
-from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
 

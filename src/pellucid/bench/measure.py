@@ -5,7 +5,7 @@ import sys
 import time
 from typing import Any
 
-from pellucid.bench.memory import peak_bytes
+from pellucid.bench.machine import peak_bytes
 from pellucid.bench.problem import case_of
 from pellucid.simulation.simulation import Simulation
 

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from pellucid.approximants.nodal.cell_maximum_entropy import CellMaximumEntropyModel
-from pellucid.bench.memory import peak_bytes
+from pellucid.bench.machine import peak_bytes
 from pellucid.bench.problem import SOLID
 from pellucid.bodies.meshless_solid.forces import internal_forces
 from pellucid.bodies.meshless_solid.solid import Solid
 from pellucid.bodies.meshless_solid.tables import Tables, make_tables
-from pellucid.geometry.box_mesh import box_mesh
-from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.spatial_order import spatial_order
+from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.jit import set_threads
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.neo_hookean import NeoHookeanMaterial

@@ -50,7 +50,7 @@ def bench(
     """
     import numba
 
-    from pellucid.bench.bandwidth import triad_bandwidth
+    from pellucid.bench.machine import triad_bandwidth
 
     unfit = [n for n in points or () if not 8 <= n <= MOST_POINTS]
     if unfit:

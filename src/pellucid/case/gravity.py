@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from pellucid.case.steady import SteadyCase
+from pellucid.case.stages import SteadyCase
 from pellucid.conditions.amplitude import Amplitude
 from pellucid.findings import Finding, Path
 from pellucid.parts.body_model import BodyModel

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from pellucid.case.probe import OWN_REDUCTIONS, QUANTITIES, REDUCTIONS
 from pellucid.case.spec import Case
-from pellucid.users_code import file_of, is_own
+from pellucid.users.users_code import file_of, is_own
 
 
 def digests(case: Case) -> dict[str, str]:

@@ -17,7 +17,7 @@ from pellucid.parts.part import Part, Parts
 from pellucid.registry import OneNameOf, Registry
 from pellucid.state import COMPONENT_NAMES, FIELDS, Field
 from pellucid.units import check_si
-from pellucid.users_code import WrongArray, as_array, failing_as, file_of, is_own
+from pellucid.users.users_code import WrongArray, as_array, failing_as, file_of, is_own
 
 Fetch = Callable[[str], np.ndarray]
 """A field of a body by its name; one order of the points for all fields: for users' functions that of the points' numbers."""

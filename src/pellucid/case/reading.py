@@ -16,7 +16,7 @@ from pellucid.case.spec import Case
 from pellucid.case.toml import parsed
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
-from pellucid.input_files import file_bytes
+from pellucid.system.input_files import file_bytes
 
 SHOWN = 60  # characters of a faulty line on each side of the fault
 

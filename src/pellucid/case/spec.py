@@ -13,9 +13,7 @@ from pellucid.case.gravity import GravityAmplitude
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
-from pellucid.case.settle import SettleCase
-from pellucid.case.start import StartCase
-from pellucid.case.steady import SteadyCase
+from pellucid.case.stages import SettleCase, StartCase, SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.damping import Damping
@@ -24,17 +22,17 @@ from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.outflow import Outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
-from pellucid.conditions.rigid import Rigid
+from pellucid.conditions.rigid.model import Rigid
 from pellucid.conditions.support import Support
 from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
-from pellucid.extensions import ExtensionError, load_file, load_installed
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
 from pellucid.model import InputFile, Model, Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Part, Parts
+from pellucid.users.extensions import ExtensionError, load_file, load_installed
 
 ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05

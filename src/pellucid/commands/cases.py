@@ -54,7 +54,7 @@ def validate(
     Tells what bounds the step, how many steps a run takes, and how long."""
     from pellucid.case import check_memory, located
     from pellucid.errors import CaseError
-    from pellucid.results.forecast.words import foretell_case
+    from pellucid.running.forecast.words import foretell_case
     from pellucid.set_up.first_look import look
 
     case = read_case(file, quick, settings)

@@ -27,7 +27,7 @@ def verify(
     """Run cases and compare them with their references; status 3 if any metric falls short."""
     from pellucid import catalogue
     from pellucid.progress import watching
-    from pellucid.results.verify import verify as run_checks
+    from pellucid.running.verify import verify as run_checks
 
     for name in cases or ():
         if not catalogue.has(name):
@@ -59,8 +59,8 @@ def converge(
     threads: Threads = None,
 ) -> None:
     """Run a case for several values of a field; print a metric's error, the ratio and the observed order."""
-    from pellucid.convergence import observed_order, read_sweep, study, write_study
     from pellucid.progress import watching
+    from pellucid.running.convergence import observed_order, read_sweep, study, write_study
 
     sweep = read_sweep(over)
     base = read_case(case, quick, settings)

@@ -68,8 +68,8 @@ def warm(
     """Compile the kernels of cases into the cache beforehand, so that their runs start at once."""
     from pellucid import catalogue
     from pellucid.case import load
+    from pellucid.compilation.warming import warm as compile_all
     from pellucid.progress import clock, watching
-    from pellucid.results.warming import warm as compile_all
 
     loaded = {name: load(name) for name in cases or catalogue.ids()}
     with watching() as progress:

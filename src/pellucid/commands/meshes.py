@@ -9,7 +9,7 @@ from pellucid.commands.table import print_table
 from pellucid.errors import UsageError
 
 if TYPE_CHECKING:
-    from pellucid.geometry.mesh_survey import Survey
+    from pellucid.geometry.checks.mesh_survey import Survey
 
 
 def register(app: typer.Typer) -> None:
@@ -32,7 +32,7 @@ def mesh(
     picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw the mesh.")] = None,
 ) -> None:
     """Tell what is in a file of a mesh, and whether a case can use it; mend, write or draw it. Status 2 if it has faults."""
-    from pellucid.geometry.mesh_survey import survey
+    from pellucid.geometry.checks.mesh_survey import survey
     from pellucid.units import UnitError, to_si
 
     if close_holes and not repair:
@@ -94,7 +94,7 @@ def _tell(found: "Survey", repair: bool) -> None:
 
 def _write(found: "Survey", out: Path) -> None:
     from pellucid.geometry.files.writing import check_ending, write_solid, write_surface
-    from pellucid.geometry.simplex_mesh import SimplexMesh
+    from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
     from pellucid.results.storage.files import replacing
 
     mesh, ending = found.mesh, out.suffix.lower()

@@ -24,7 +24,7 @@ from pellucid.errors import CaseError, Interrupted, Terminated
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-    from pellucid.results import Run
+    from pellucid.results.storage.run import Run
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 
@@ -70,7 +70,7 @@ def run(
 
     from pellucid.case import located
     from pellucid.progress import watching
-    from pellucid.results import run_case
+    from pellucid.running.launch import run_case
 
     try:
         with watching() as progress, resumable(folder):
@@ -92,7 +92,7 @@ def resume(
     end = read_time("--until", until)
 
     from pellucid.progress import watching
-    from pellucid.results import resume_case
+    from pellucid.running.launch import resume_case
 
     with watching() as progress, resumable(dir_):
         changes = read_settings(settings)

@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
+from pellucid.conditions.signals.time_table import read_rows
 from pellucid.model import InputFile, Model, parameter
 from pellucid.smooth_step import risen
-from pellucid.time_table import read_rows
 
 
 class Amplitude(Model):

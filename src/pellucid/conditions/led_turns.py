@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from pellucid.conditions.signals import Turn
 from pellucid.conditions.signals.turns import TurnModel
 from pellucid.findings import Finding, Path, listed
-from pellucid.geometry.geometry import AXES
+from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Model, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.findings import Finding, Path, refuse
-from pellucid.geometry.cells import vector_areas
-from pellucid.geometry.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts

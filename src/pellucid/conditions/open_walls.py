@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.normals import reach_of_point
-from pellucid.contact.surface import ContactBody
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.nodal_fields import STEP

@@ -18,8 +18,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pellucid.contact import extents, faces, normals, shared
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.normals import NORMAL, VOLUME, NumberedNodes
-from pellucid.contact.surface import ContactBody
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle

@@ -42,7 +42,7 @@ class NumberedNodes(NamedTuple):
 
 @pointwise
 def reach_of_point(radius, volume):
-    """How far the body reaches beyond a point of this volume [m], by its `half_width` (`pellucid.contact.surface`)."""
+    """How far the body reaches beyond a point of this volume [m], by its `half_width` (`pellucid.contact.contact_body`)."""
     half, scale, exponent = radius
     if half >= 0.0:
         return half

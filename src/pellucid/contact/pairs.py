@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.contact import impulse_works, impulses
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.detection import ContactDetection
-from pellucid.contact.surface import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle

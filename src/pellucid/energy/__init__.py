@@ -3,7 +3,6 @@ judged by what is `at_stake`."""
 
 from pellucid.energy.at_stake import energy_at_stake
 from pellucid.energy.budget import FIRST_JUDGED, EnergyBudget, Totals
-from pellucid.energy.left import Left
 from pellucid.energy.works import (
     ABSORBED,
     ABSORBED_ENERGY,
@@ -29,6 +28,7 @@ from pellucid.energy.works import (
     VISCOUS,
     VISCOUS_HEAT,
     Channel,
+    Left,
     StepWork,
     WorkLayout,
     no_work,

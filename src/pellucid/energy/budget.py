@@ -7,8 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.energy.left import Left
-from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, OUTFLOW_ENERGY, Channel, StepWork
+from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, OUTFLOW_ENERGY, Channel, Left, StepWork
 
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses"
 """Of the balance, which a checkpoint keeps as lists."""

@@ -138,3 +138,14 @@ def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
             for name, more in given.items():
                 total[name] = total[name] + more if name in total else more
     return StepWork(works, gravity_mass, reactions, impulse, motions, turning)
+
+
+class Left(NamedTuple):
+    """Points that left a body in a step, and what they had at its end."""
+
+    points: int
+    mass: float  # [kg]
+    momentum: np.ndarray  # (3,) [kg m/s]
+    kinetic: float  # [J]
+    stored: float  # internal or strain energy [J]
+    half_power: float  # half the power of their internal forces, as in `Totals` [W]

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from pellucid.findings import Finding, Path, Refusal
-from pellucid.geometry.geometry import AXES, ActiveAxes
+from pellucid.geometry.shapes.contract import AXES, ActiveAxes
 from pellucid.model import Model, Vector, parameter
 from pellucid.units import to_si
 

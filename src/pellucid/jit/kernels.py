@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from pellucid.errors import UsageError
-from pellucid.interrupts import signals_held
 from pellucid.jit.registry import IN_KERNELS, activate, kernels
+from pellucid.system.interrupts import signals_held
 
 MOST_PER_CORE = 16
 LINE = 64

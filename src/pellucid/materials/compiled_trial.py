@@ -9,7 +9,7 @@ from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.trial import Call, calls_of, calls_of_membrane
-from pellucid.users_code import is_users, line_at
+from pellucid.users.users_code import is_users, line_at
 
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Use of unsupported", "The above")

@@ -31,7 +31,7 @@ from pellucid.materials.membrane import (
 )
 from pellucid.materials.point_state import load
 from pellucid.state import FIELDS
-from pellucid.users_code import failing_as, file_of
+from pellucid.users.users_code import failing_as, file_of
 
 if TYPE_CHECKING:
     from pellucid.materials.contract import PointMaterial

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pellucid.energy import Channel, WorkLayout
-from pellucid.geometry.geometry import ActiveAxes
+from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body

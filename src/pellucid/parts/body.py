@@ -7,15 +7,15 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.faces import Faces
-from pellucid.contact.surface import ContactBody
 from pellucid.contact.wall import WallPlane
 from pellucid.energy import Totals
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
-from pellucid.geometry.cells import Cells
-from pellucid.geometry.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.geometry.region import Selectable
 from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS, LOST
@@ -331,7 +331,7 @@ class Body(ABC):
 
     @property
     def takes_second_impulses(self) -> bool:
-        """Whether contact may give it impulses again; see `pellucid.contact.surface`."""
+        """Whether contact may give it impulses again; see `pellucid.contact.contact_body`."""
         return False
 
     def take_second_impulses(self, dt: float) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason, listed
-from pellucid.geometry.geometry import Geometry
 from pellucid.geometry.region import Selectable
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, name_parameter

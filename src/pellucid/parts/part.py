@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, NamedTuple, TypeVar
 
 from pellucid.findings import Finding, Path, hint, listed
-from pellucid.geometry.geometry import ActiveAxes
+from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.model import GridCase
 from pellucid.model import Model, Vector
-from pellucid.users_code import failure, place_of
+from pellucid.users.users_code import failure, place_of
 
 
 class Part(Model):

@@ -14,7 +14,7 @@ import numpy as np
 from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.wall import WallPlane
-from pellucid.geometry.boundary_points import boundary_points
+from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.set_up.hard_bodies import hard_bodies

@@ -11,7 +11,7 @@ from collections.abc import Set as AbstractSet
 import numpy as np
 
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
@@ -127,7 +127,7 @@ def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np
 
 
 def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing]) -> None:
-    from pellucid.geometry.crossing import crossing  # heavy
+    from pellucid.geometry.algorithms.crossing import crossing  # heavy
 
     (first, one_triangles, _), (second, other_triangles, _) = standing[one.name], standing[other.name]
     if one_triangles is None or other_triangles is None:

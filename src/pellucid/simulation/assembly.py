@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from pellucid.approximants import GridFunctions
 from pellucid.conditions.contact import Contact
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.impulses import SLIP, STICK
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pairs import ContactPair
-from pellucid.contact.surface import ContactBody
 from pellucid.contact.surface_pairs import SurfacePair
 from pellucid.grid.full_cells import CellPressure, Filling
 from pellucid.grid.lattice import Grid

@@ -20,7 +20,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.observer import Observer
 
 if TYPE_CHECKING:
-    from pellucid.case.settle import SettleCase
+    from pellucid.case.stages import SettleCase
     from pellucid.simulation.simulation import Simulation
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.bodies.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.conditions.symmetry import symmetry_planes
@@ -30,13 +31,11 @@ from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip
-from pellucid.interrupts import signals_caught
 from pellucid.jit import set_threads
 from pellucid.jit.joint import joint_region
 from pellucid.named import Named
 from pellucid.parts.families import GridBody, NodalBody
 from pellucid.parts.step_limit import StepLimit
-from pellucid.processes import free_cores
 from pellucid.progress import Progress
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import (
@@ -56,14 +55,15 @@ from pellucid.simulation.start import load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.simulation.walls import wall_contacts
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
+from pellucid.system.interrupts import signals_caught
+from pellucid.system.processes import free_cores
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-    from pellucid.case.settle import SettleCase
+    from pellucid.case.stages import SettleCase
 
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
 NODES = "-nodes."  # the same of the nodes of a velocity field, before its name

@@ -21,7 +21,7 @@ from pellucid.smooth_step import smooth_step
 
 if TYPE_CHECKING:
     from pellucid.case import TimeCase
-    from pellucid.case.steady import SteadyCase
+    from pellucid.case.stages import SteadyCase
 
 LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to

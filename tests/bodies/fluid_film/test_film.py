@@ -7,7 +7,7 @@ from films import PRESSURE, case, ran
 import pellucid
 from pellucid.errors import CaseError, RunStopped
 from pellucid.references.vesicles import Growing, tether
-from pellucid.results.launch import resume_case
+from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 SPHEROID = "spheroid = { radius = 1, nodes = 21 }"

@@ -9,7 +9,7 @@ from small_cases import case as blocks
 import pellucid
 from pellucid.case import Case
 from pellucid.errors import CaseError
-from pellucid.results.launch import resume_case
+from pellucid.running.launch import resume_case
 from pellucid.simulation.simulation import Simulation
 
 CIRCLE = "ellipse = { radius = 1, nodes = 20 }"

@@ -7,12 +7,12 @@ import pytest
 from film_surfaces import BOTH, sphere
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance
-from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics, Tension, bending_energies, forms
-from pellucid.bodies.fluid_film.frames import Led
-from pellucid.bodies.fluid_film.nodal_sums import NodalSums, rows
-from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
-from pellucid.bodies.fluid_film.surfaces import film_surface
-from pellucid.geometry.triangulation import Triangulation
+from pellucid.bodies.fluid_film.conditions.nodal_frames import Led
+from pellucid.bodies.fluid_film.forms.nodal_sums import NodalSums, rows
+from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics, Tension, bending_energies, forms
+from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
+from pellucid.bodies.fluid_film.surfaces.initial_surface import film_surface
+from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.surface_load import ActingTraction
 

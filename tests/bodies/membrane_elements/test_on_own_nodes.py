@@ -23,7 +23,7 @@ from small_cases import advance
 from pellucid.case import Case
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, MOTION, SUPPORT
 from pellucid.errors import RunStopped
-from pellucid.geometry.surfaces import Surface
+from pellucid.geometry.surfaces.surface import Surface
 from pellucid.jit import set_threads
 from pellucid.simulation.simulation import Simulation
 

@@ -6,7 +6,7 @@ from elements import body_of, bring, distorted, element_sheet, forces, global_st
 from membranes import E
 
 from pellucid.errors import RunStopped
-from pellucid.geometry.surfaces import Surface
+from pellucid.geometry.surfaces.surface import Surface
 
 every_law = pytest.mark.parametrize("law", ["linear-membrane", "neo-hookean-membrane"])
 SHEET = {"rectangle": {"corner": (-0.49, -0.48, 0.03), "first_edge": (1, 0, 0), "second_edge": (0, 1, 0), "points": (7, 7)}}

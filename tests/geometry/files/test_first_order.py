@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from pellucid.geometry.checks.solid_checks import solid_faults
+from pellucid.geometry.checks.solid_repair import upright
 from pellucid.geometry.files.contents import Block, Contents
 from pellucid.geometry.files.first_order import first_order, tetrahedra
-from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.solid_checks import solid_faults
-from pellucid.geometry.solid_repair import upright
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 def bricks(n, seed):

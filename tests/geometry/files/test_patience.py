@@ -31,7 +31,7 @@ def test_a_loop_without_an_end_is_left():
 def test_a_file_whose_reader_waits_for_an_end_is_refused(tmp_path, monkeypatch):
     pytest.importorskip("meshlane")
     from pellucid.geometry.files import through_meshlane
-    from pellucid.geometry.solid_file import SolidFile
+    from pellucid.geometry.solid_meshes.file import SolidFile
 
     monkeypatch.setattr(through_meshlane, "LEAST_TIME", 0.3)
     (tmp_path / "a.mdpa").write_text("Begin Nodes\n 1 0 0 0\n")

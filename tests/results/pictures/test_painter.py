@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from pellucid.case import load
-from pellucid.processes import Helper
 from pellucid.progress import QuietProgress
-from pellucid.results import run_case
 from pellucid.results.pictures import painter
 from pellucid.results.pictures.style import house_style, new_figure, settle
+from pellucid.running.launch import run_case
+from pellucid.system.processes import Helper
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from pellucid.errors import RunStopped
-from pellucid.results import Run, run_case
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.stopped import where_it_stopped
+from pellucid.results.storage.run import Run
+from pellucid.running.launch import run_case
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from free_flight import FakeSimulation, fake_module, free_flight

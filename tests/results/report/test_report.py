@@ -10,12 +10,13 @@ from typer.testing import CliRunner
 from pellucid.case import load
 from pellucid.cli import app
 from pellucid.errors import UsageError
-from pellucid.results import Run, run_case
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import new_figure, pretty
 from pellucid.results.report.report import number, write_report
-from pellucid.results.verify import verify
+from pellucid.results.storage.run import Run
+from pellucid.running.launch import run_case
+from pellucid.running.verify import verify
 
 METRICS = {
     "front": Metric(2.5, 2.52, 0.008, 0.01, "m", "where the front is"),

@@ -7,7 +7,7 @@ import pytest
 from endless_writers import POINTS, append_frames, frame
 from other_processes import killed_at_last
 
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.storage import frames
 from pellucid.results.storage.files import OutputError
 from pellucid.results.storage.vtkhdf import counting

@@ -8,11 +8,12 @@ from registries import forgotten_afterwards
 from typer.testing import CliRunner
 from user_files import CASE, told, write
 
-from pellucid import Run, extensions, load
+from pellucid import Run, load
 from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.registry import Registry
-from pellucid.results import resume_case, run_case
+from pellucid.running.launch import resume_case, run_case
+from pellucid.users import extensions
 
 pytestmark = pytest.mark.usefixtures("fake")
 
@@ -72,6 +73,6 @@ def test_results_are_read_without_the_script_and_resume_names_it(folder: Path) -
     message = told(2, "resume", "out")
     for name in ("push", "shear", "glide", "middle", "speed"):
         assert f'"{name}" was registered by {script}, which the case does not name under `extensions`' in message
-    assert 'import it in a script that calls `pellucid.results.resume_case("out")`' in message
+    assert 'import it in a script that calls `pellucid.running.launch.resume_case("out")`' in message
     extensions.load_file(script)
     assert resume_case("out", until=0.004, report=False).history["time"][-1] == pytest.approx(0.004)

@@ -13,7 +13,7 @@ from pellucid.approximants.nodal.contract import Evaluator, shape_functions
 from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
 from pellucid.approximants.nodal.faced import FacedApproximant
 from pellucid.approximants.nodal.least_squares import QUADRATIC, least_squares
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 

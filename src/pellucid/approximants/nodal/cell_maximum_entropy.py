@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.approximants.nodal.contract import Evaluator, shape_functions
 from pellucid.approximants.nodal.face_distances import VANISHING, FaceDistances, face_distances, inverse_square
 from pellucid.approximants.nodal.maximum_entropy import MaximumEntropyModel, entropy_functions, offsets
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 

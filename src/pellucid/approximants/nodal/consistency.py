@@ -15,8 +15,8 @@ from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.approximants.nodal.table import PointRows
 from pellucid.approximants.nodal.two_level import solve
-from pellucid.geometry.cells import outer_faces_of_cells, vector_areas
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.cells import outer_faces_of_cells, vector_areas
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 EXACT = 1e-14  # error of the divergence theorem that is round-off, of the sums in it and for each spacing in the extent
 

@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.approximants.nodal.contract import FACE_BLOCK
 from pellucid.approximants.nodal.distance import triangle_trim, trimmed_distance
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import pointwise
 
 SMOOTHNESS, SHAPE = 2.0, 0.2  # of functions that vanish on single faces: those of cell-based maximum entropy

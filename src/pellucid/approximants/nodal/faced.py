@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 class FacedApproximant(NodalApproximant):

@@ -4,9 +4,9 @@ import numpy as np
 
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.table import evaluate
-from pellucid.geometry.cells import vector_areas
-from pellucid.geometry.face_shares import FaceShares
-from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.face_shares import FaceShares
 
 SMALLEST = 1e-16  # share that is kept: functions of nodes off a face vanish on it but for rounding
 

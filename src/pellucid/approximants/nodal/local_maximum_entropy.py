@@ -11,7 +11,7 @@ import numpy as np
 from pellucid.approximants.nodal.contract import Evaluator, shape_functions
 from pellucid.approximants.nodal.face_distances import SHAPE, FaceDistances, face_distances, no_faces, share_before_faces
 from pellucid.approximants.nodal.maximum_entropy import MaximumEntropyModel, entropy_functions, offsets
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 from pellucid.model import parameter
 

@@ -11,7 +11,7 @@ from pellucid.approximants.nodal.contract import Evaluator, shape_functions
 from pellucid.approximants.nodal.face_distances import SHAPE, FaceDistances, face_distances, no_faces, share_before_faces
 from pellucid.approximants.nodal.faced import FacedApproximant
 from pellucid.approximants.nodal.least_squares import LINEAR, QUADRATIC, least_squares
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function, pointwise
 from pellucid.model import parameter
 

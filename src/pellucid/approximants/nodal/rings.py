@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 BLOCK = 4096  # nodes whose rings are in memory at a time
 

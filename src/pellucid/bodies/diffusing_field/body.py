@@ -12,7 +12,7 @@ from pellucid.bodies.diffusing_field.weak_forms import WeakForm, on_closed_surfa
 from pellucid.bodies.initial.state import add_initial_state
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import NOT_FINITE
 from pellucid.parts.body import NodalSupport, Placement
 from pellucid.parts.families import NodalBody

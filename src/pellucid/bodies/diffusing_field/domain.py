@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from pellucid.geometry.choice import Choice
-from pellucid.geometry.surfaces import Surface
+from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import Model, parameter
 
 

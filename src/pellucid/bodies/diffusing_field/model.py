@@ -11,10 +11,10 @@ from pellucid.bodies.diffusing_field.domain import Domain
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.geometry import Geometry
-from pellucid.geometry.inside import Inside
-from pellucid.geometry.shapes import Box
-from pellucid.geometry.surface_checks import faults
+from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.inside import Inside
+from pellucid.geometry.shapes.shape import Box
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import parameter

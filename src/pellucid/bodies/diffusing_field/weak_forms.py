@@ -11,9 +11,8 @@ from pellucid.approximants.radial.neighbourhoods import on_surface
 from pellucid.approximants.radial.stencils import interpolants
 from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
-from pellucid.geometry.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
-from pellucid.geometry.triangulation import Triangulation
-from pellucid.geometry.vertex_normals import vertex_normals
+from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.meshes.triangulation import Triangulation, vertex_normals
 
 CHUNK = 2048  # triangles whose functions are kept at a time
 

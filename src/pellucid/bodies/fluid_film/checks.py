@@ -5,14 +5,14 @@ from typing import Protocol
 
 import numpy as np
 
+from pellucid.bodies.fluid_film.conditions.volume_constraints import VolumeCase, reduced_to_volume
 from pellucid.bodies.fluid_film.drag import DragCase
-from pellucid.bodies.fluid_film.goals import VolumeCase, reduced_to_volume
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
-from pellucid.geometry.coincident import coincident
-from pellucid.geometry.film_shapes import FilmShape
-from pellucid.geometry.surface_checks import faults
+from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.meshes.coincident import coincident
+from pellucid.geometry.surfaces.film_shapes import FilmShape
 from pellucid.materials.film import FilmMaterial
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel

@@ -9,17 +9,17 @@ from pydantic import PrivateAttr
 from pellucid.approximants.radial import AnyRadial
 from pellucid.approximants.radial.polyharmonic import PolyharmonicModel
 from pellucid.bodies.fluid_film.checks import own_problems, problems_alone, problems_in_fluid
+from pellucid.bodies.fluid_film.conditions.volume_constraints import Goals, VolumeCase, reduced_to_volume
 from pellucid.bodies.fluid_film.drag import DragCase
-from pellucid.bodies.fluid_film.goals import Goals, VolumeCase, reduced_to_volume
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems, initial_velocity
 from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.film_shapes import FilmShape
-from pellucid.geometry.geometry import Geometry
+from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.region import Selectable
-from pellucid.geometry.spatial_order import spatial_order
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.surfaces.film_shapes import FilmShape
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyFilmMaterial
 from pellucid.model import Vector, parameter
@@ -30,11 +30,11 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance
-    from pellucid.bodies.fluid_film.forms import FilmPhysics
-    from pellucid.bodies.fluid_film.geometry import FilmGeometry
-    from pellucid.bodies.fluid_film.operators import Operators
+    from pellucid.bodies.fluid_film.forms.operators import Operators
+    from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
     from pellucid.bodies.fluid_film.own_steps import FilmSteps
-    from pellucid.bodies.fluid_film.solver import FilmSolver
+    from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
+    from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
     from pellucid.parts.body import Body, Placement
 
 CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # of a node, see `validation/memory`
@@ -89,7 +89,7 @@ class FluidFilmCase(BodyModel):
 
     def physics(self) -> "FilmPhysics":
         """What kernels need of the material and the drag."""
-        from pellucid.bodies.fluid_film.forms import Drag, FilmPhysics
+        from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics
 
         m = self.material
         drag = Drag(self.drag.normal, self.drag.tangential)
@@ -98,13 +98,13 @@ class FluidFilmCase(BodyModel):
     def geometry(self) -> "tuple[FilmGeometry, np.ndarray]":
         """How its nodes span it, and where they are at the start [m], shape (n, d). Raises CaseError where they cannot."""
         if self.shape.surface is not None:
-            from pellucid.bodies.fluid_film.surfaces import film_surface
+            from pellucid.bodies.fluid_film.surfaces.initial_surface import film_surface
 
             try:
                 return film_surface(self.shape.surface.triangulate(), "loop" if self._is_loop else self.radial)
             except ValueError as error:
                 raise CaseError(Problem(str(error), f"body.{self.name}.shape.surface")) from error
-        from pellucid.bodies.fluid_film.curve import Curve
+        from pellucid.bodies.fluid_film.surfaces.curve import Curve
 
         places = self.shape.chosen().places()
         return Curve(len(places), self.radial, self.is_around), places
@@ -119,17 +119,17 @@ class FluidFilmCase(BodyModel):
     def solver(self, geometry: "FilmGeometry", x: np.ndarray) -> "FilmSolver":
         """What finds the velocities of its nodes, which are at x [m] at the start, shape (n, d)."""
         if self.shape.surface is not None:
-            from pellucid.bodies.fluid_film.sparse_solver import SparseSolver
+            from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
 
             return SparseSolver(geometry.nodes, geometry.held, geometry.places(x))
-        from pellucid.bodies.fluid_film.curve_solver import CurveSolver
+        from pellucid.bodies.fluid_film.solvers.curve_solver import CurveSolver
 
         return CurveSolver(geometry.nodes, geometry.held)
 
     def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "FilmSteps":
         """What moves it; arrays: its state."""
-        from pellucid.bodies.fluid_film.curve import Curve
         from pellucid.bodies.fluid_film.own_steps import OwnSteps
+        from pellucid.bodies.fluid_film.surfaces.curve import Curve
         from pellucid.bodies.fluid_film.thesis_steps import ThesisSteps
 
         if self.scheme == "thesis" and isinstance(balance.geometry, Curve):
@@ -200,7 +200,7 @@ class FluidFilmCase(BodyModel):
         """Alone it takes steps of its own; with others signals cross no more than a cell."""
         if not self._is_shared or cell is None:
             return NO_LIMIT
-        from pellucid.bodies.fluid_film.signals import Signals
+        from pellucid.bodies.fluid_film.wave_speeds import Signals
 
         signals = Signals(self.physics(), self.material, np.array([self.initial_density]))
         return signals.limit(cell, self.fastest_at_start(self.positions()))

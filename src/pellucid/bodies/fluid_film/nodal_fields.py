@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.film_forces import FilmForces, in_space
-from pellucid.bodies.fluid_film.forms import bending_energies
-from pellucid.bodies.fluid_film.operators import Operators
+from pellucid.bodies.fluid_film.forms.film_forces import FilmForces, in_space
+from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.forms.virtual_power import bending_energies
 
 FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
 

@@ -12,14 +12,14 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fluid_film.film_forces import BuildableFilm, FilmForces, in_space
-from pellucid.bodies.fluid_film.forms import dissipation
+from pellucid.bodies.fluid_film.forms.film_forces import BuildableFilm, FilmForces, in_space
+from pellucid.bodies.fluid_film.forms.virtual_power import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
-from pellucid.bodies.fluid_film.signals import Signals
+from pellucid.bodies.fluid_film.wave_speeds import Signals
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
@@ -113,7 +113,7 @@ class FilmOnGrid(PointsOnGrid):
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
         if inertia:
-            transfer.scatter(self.n_slabs, self.mapped, 1, 0)
+            self._to_grid.scatter(inertia=True, force=False)
         if force:
             self._scatter(self._internal_force(), self.grid.nodes.force)
 

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
-from pellucid.bodies.fluid_film.curve import Curve, segment_functions
-from pellucid.bodies.fluid_film.film_forces import in_space
-from pellucid.bodies.fluid_film.operators import Operators
+from pellucid.bodies.fluid_film.forms.film_forces import in_space
+from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, is_still, too_thin
+from pellucid.bodies.fluid_film.surfaces.curve import Curve, segment_functions
 from pellucid.parts.surface_load import SurfacePoints
 
 GAUSS = 4  # points of a segment, as in figure 6.4

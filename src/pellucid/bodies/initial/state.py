@@ -8,7 +8,7 @@ from pellucid.bodies.initial.contract import InitialField
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, listed
 from pellucid.model import Vector
-from pellucid.users_code import WrongArray, as_array, failing_as, home_of, read_only
+from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of, read_only
 
 Stress = tuple[float, float, float, float, float, float]
 """Components xx, yy, zz, yz, xz, xy."""

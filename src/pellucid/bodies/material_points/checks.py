@@ -7,10 +7,10 @@ import numpy as np
 from pellucid.bodies.material_points.hydrostatic import FAR, REMEDY, NoRest, far_level, states_by_height
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import points_along_axes
-from pellucid.bodies.membrane_model import CLOSE_IT, NEEDS_SPACE
+from pellucid.bodies.membranes.model import CLOSE_IT, NEEDS_SPACE
 from pellucid.findings import Finding, Path, hint, listed
-from pellucid.geometry.shapes import Box, Inside
-from pellucid.geometry.surface_checks import faults
+from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.shapes.shape import Box, Inside
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel

@@ -14,15 +14,15 @@ from pellucid.bodies.initial.state import Stress, add_initial_state, added_veloc
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.boundary_points import boundary_points
-from pellucid.geometry.box_surface import Face
-from pellucid.geometry.shapes import Geometry, Shape
+from pellucid.geometry.shapes.boundary_points import boundary_points
+from pellucid.geometry.shapes.shape import Geometry, Shape
+from pellucid.geometry.surfaces.box import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
-from pellucid.users_code import file_of, is_own
+from pellucid.users.users_code import file_of, is_own
 
 ZERO = (0.0, 0.0, 0.0)
 SOFT, HARD = 2, 4

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pellucid.bodies.grid_surface import GridSurface
+from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.mesh import Mesh
+from pellucid.geometry.meshes.surface_mesh import Mesh
 
 
 class Fan(NamedTuple):

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
-from pellucid.bodies.membrane_model import MembraneCase
-from pellucid.bodies.membrane_slice import slice_problems
+from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.mesh import Mesh
-from pellucid.geometry.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
-from pellucid.geometry.surface_checks import mesh_faults
-from pellucid.geometry.surfaces import Elements
+from pellucid.geometry.checks.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
+from pellucid.geometry.checks.surface_checks import mesh_faults
+from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.surfaces.surface import Elements
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyElasticMembraneMaterial
 from pellucid.model import parameter

@@ -9,7 +9,7 @@ from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementS
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import scatter_vectors
@@ -87,7 +87,7 @@ class ElementsOnGrid(PointsOnGrid):
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
         if inertia:
-            transfer.scatter(self.n_slabs, self.mapped, 1, 0)
+            self._to_grid.scatter(inertia=True, force=False)
         if force:
             scatter_vectors(self.n_slabs, self.mapped, self._internal_forces(), self.grid.nodes.force)
 

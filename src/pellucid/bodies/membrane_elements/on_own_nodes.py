@@ -10,7 +10,7 @@ from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.parts.body import Placement
 from pellucid.parts.step_limit import StepLimit, told
 

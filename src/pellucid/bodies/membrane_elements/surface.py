@@ -19,11 +19,11 @@ from pellucid.bodies.membrane_elements.strain import (
     StrainedElements,
     strain,
 )
-from pellucid.bodies.membrane_slice import slice_factor
-from pellucid.bodies.prestretch import prestretch
+from pellucid.bodies.membranes.plane_slice import slice_factor
+from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.contact.overlong import overlong
 from pellucid.energy import Totals
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle

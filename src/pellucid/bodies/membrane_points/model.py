@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from pellucid.bodies.membrane_model import MembraneCase
-from pellucid.bodies.membrane_slice import slice_problems
+from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import COMMON_FIELDS, longest_edge, place_problems
 from pellucid.findings import Finding, Path
-from pellucid.geometry.surface_checks import faults
-from pellucid.geometry.triangulation import Triangulation
+from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyMembraneMaterial
 from pellucid.materials.damage import DamageRecord, Elastodamage

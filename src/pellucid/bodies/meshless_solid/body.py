@@ -9,7 +9,7 @@ from pellucid.bodies.meshless_solid.functions import SolidFunctions
 from pellucid.bodies.meshless_solid.inversion import inversion
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField
-from pellucid.bodies.meshless_solid.skin import Skin
+from pellucid.bodies.meshless_solid.skin.skin import Skin
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.tables import quadrature_places
@@ -17,13 +17,13 @@ from pellucid.bodies.meshless_solid.viscous_forces import ViscousForces
 from pellucid.bodies.meshless_solid.volume_inertia import VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
-from pellucid.contact.coupling import GridCoupling
+from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
+from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.overlong import LONGEST
-from pellucid.contact.surface import ContactBody
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
-from pellucid.geometry.cells import Cells
-from pellucid.geometry.face_shares import FaceShares
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.parts.body import Placement, in_metres
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_meshes

@@ -11,13 +11,13 @@ from pellucid.approximants.nodal.contract import Evaluator, NoFunctions
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
-from pellucid.bodies.meshless_solid.skin_points import SkinPoints, skin_points
+from pellucid.bodies.meshless_solid.skin.points import SkinPoints, skin_points
 from pellucid.bodies.meshless_solid.tables import Tables, at_quadrature_points, make_tables
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Refusal
-from pellucid.geometry.cells import cells_of_faces
-from pellucid.geometry.face_shares import FaceShares
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.cells import cells_of_faces
+from pellucid.geometry.meshes.face_shares import FaceShares
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
 from pellucid.parts.body import in_metres
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.bodies.meshless_solid.solid import LEAST_J, Solid, deformation_gradients
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.parts.body import in_metres
 
 

@@ -13,14 +13,13 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import Stress, initial_problems, initial_stress, initial_velocity
 from pellucid.bodies.placing import place_problems
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.cells import outer_faces, vector_areas
-from pellucid.geometry.geometry import Geometry
-from pellucid.geometry.mesh_region import MeshRegion
+from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.checks.slowest_elements import slowest_of_solid, step_warning
+from pellucid.geometry.meshes.cells import outer_faces, vector_areas
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.region import Selectable
-from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.slowest_elements import slowest_of_solid, step_warning
-from pellucid.geometry.solid_meshes import SolidMesh
-from pellucid.geometry.spatial_order import spatial_order
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.solid_meshes.solid_mesh import MeshRegion, SolidMesh
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
 from pellucid.materials.hyperelastic import HyperelasticMaterial

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.bodies.meshless_solid.solid import PACKS, Solid, deformation_gradients
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for

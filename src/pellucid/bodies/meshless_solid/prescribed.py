@@ -6,7 +6,7 @@ from scipy import sparse
 from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.faces import unit_normals
 from pellucid.approximants.nodal.table import NO_NORMALS, evaluate
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 REACHES = 1e-11  # value above which a function counts as one that does not vanish; on faces it is found to 1e-12
 # shares of a face's corners at places between them: the middle, and towards the corners and edges. Not on edges: where these

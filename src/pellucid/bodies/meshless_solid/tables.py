@@ -10,11 +10,11 @@ from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import PointRows, evaluate
 from pellucid.bodies.meshless_solid.forces import internal_forces
-from pellucid.bodies.meshless_solid.packs import pack_gradients, pack_lists, pack_numbers
+from pellucid.bodies.meshless_solid.simd_packs import pack_gradients, pack_lists, pack_numbers
 from pellucid.bodies.meshless_solid.solid import CHUNK, PACKS, Blocks, Elastic, Functions, Solid
 from pellucid.findings import Refusal
-from pellucid.geometry.quadrature import TETRAHEDRON
-from pellucid.geometry.simplex_mesh import SimplexMesh
+from pellucid.geometry.algorithms.quadrature import TETRAHEDRON
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.vector import LANES

@@ -8,11 +8,11 @@ import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
+from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
-from pellucid.contact.coupling import GridCoupling
-from pellucid.contact.surface import ContactBody
+from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.points import NO_VOLUME
@@ -236,7 +236,7 @@ class ExplicitNodes(NodalBody):
 
     @abstractmethod
     def half_width(self) -> tuple[float, float, float]:
-        """How far the body reaches beyond its nodes; see `pellucid.contact.surface`."""
+        """How far the body reaches beyond its nodes; see `pellucid.contact.contact_body`."""
 
     # checkpoint
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.geometry.cells import vector_areas
+from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.lattice import Grid
 
 SPACINGS = 2.5  # between points, over which the weights of one reach

@@ -19,7 +19,7 @@ from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-from pellucid.users_code import WrongArray, as_array, failing_as, home_of
+from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from pellucid.findings import absent
-from pellucid.users_code import read_only
+from pellucid.users.users_code import read_only
 
 if TYPE_CHECKING:
     from pellucid.parts.body import Body

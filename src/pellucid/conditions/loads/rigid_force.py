@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
-from pellucid.conditions.rigid_push import Push
+from pellucid.conditions.rigid.kinematics import Push
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.model import Vector, parameter

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 from pellucid.conditions.led_turns import plane_turn_problems
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
-from pellucid.geometry.geometry import AXES
+from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
-    from pellucid.conditions.rigid_body import RigidBody
+    from pellucid.conditions.rigid.body import RigidBody
     from pellucid.parts.assembly import Assembly
 
 
@@ -47,7 +47,7 @@ class OnRigidBody:
     @property
     def rigid(self) -> "RigidBody":
         """The body, as a whole."""
-        from pellucid.conditions.rigid_body import RigidBody
+        from pellucid.conditions.rigid.body import RigidBody
 
         if not isinstance(self._body.constraint, RigidBody):
             raise ValueError(f"body {self._body.name} is not rigid")

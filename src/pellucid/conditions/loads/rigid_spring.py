@@ -9,12 +9,12 @@ from pydantic import model_validator
 
 from pellucid.conditions.led_turns import Rotations
 from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
-from pellucid.conditions.rigid_push import Push
+from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
-from pellucid.geometry.geometry import AXES
+from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Model, Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.part import Parts

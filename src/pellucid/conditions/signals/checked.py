@@ -5,7 +5,7 @@ from math import isfinite
 from pellucid.conditions.signals.contract import Displacement, SignalModel
 from pellucid.conditions.signals.turns import TurnModel
 from pellucid.errors import RunStopped
-from pellucid.users_code import failing_as, home_of
+from pellucid.users.users_code import failing_as, home_of
 
 
 def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displacement:

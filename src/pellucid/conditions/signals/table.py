@@ -6,8 +6,8 @@ import numpy as np
 from pydantic import model_validator
 
 from pellucid.conditions.signals.contract import Displacement, SignalModel
+from pellucid.conditions.signals.time_table import between_rows, read_rows, steepest
 from pellucid.model import InputFile, parameter
-from pellucid.time_table import between_rows, read_rows, steepest
 
 
 class Table(SignalModel):

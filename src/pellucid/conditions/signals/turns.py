@@ -11,8 +11,8 @@ from pellucid.conditions.signals.contract import Displacement, SignalModel
 from pellucid.conditions.signals.ramp import Ramp
 from pellucid.conditions.signals.sine import Sine
 from pellucid.conditions.signals.steady import Steady
+from pellucid.conditions.signals.time_table import between_rows, read_rows, steepest
 from pellucid.model import InputFile, Model, parameter
-from pellucid.time_table import between_rows, read_rows, steepest
 from pellucid.units import to_si
 
 SAID = 'in degrees, or a text with a unit such as "0.3 rad"'

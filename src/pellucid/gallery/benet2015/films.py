@@ -6,10 +6,10 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
-from pellucid.geometry.enclosure import enclosed_volume
-from pellucid.geometry.equivalent_ellipse import Ellipsoid, of_curve
-from pellucid.geometry.film_shapes import Ellipse, Spheroid
-from pellucid.geometry.icosphere import Icosphere
+from pellucid.geometry.algorithms.enclosure import enclosed_volume
+from pellucid.geometry.algorithms.equivalent_ellipse import Ellipsoid, of_curve
+from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
+from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import label

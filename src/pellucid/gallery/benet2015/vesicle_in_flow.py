@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pellucid.gallery.benet2015.films import finish_panel, kept
-from pellucid.geometry.equivalent_ellipse import of_surface
+from pellucid.geometry.algorithms.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.films import Animation

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.case import load
 from pellucid.gallery.gan2011 import piezo_pictures
 from pellucid.gallery.gan2011.piezo_pictures import films
-from pellucid.geometry.enclosure import inside
+from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, label, new_figure

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.geometry.enclosure import heights
+from pellucid.geometry.algorithms.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded

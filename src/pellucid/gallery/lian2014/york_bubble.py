@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.geometry.enclosure import enclosed_volume, heights
+from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded

@@ -14,7 +14,7 @@ from pellucid.geometry.files.stl import read_stl
 from pellucid.geometry.files.through_meshlane import read_through_meshlane
 from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
 from pellucid.geometry.files.vtp import read_vtp
-from pellucid.input_files import file_bytes
+from pellucid.system.input_files import file_bytes
 
 SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"

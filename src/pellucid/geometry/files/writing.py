@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.cells import cut_in_two
+from pellucid.geometry.meshes.cells import cut_in_two
 
 BY_MESHLANE = {".msh": "gmsh22", ".vtk": "vtk", ".vtu": "vtu", ".inp": "abaqus"}
 """Its names of formats that hold tetrahedra with sets, and surfaces."""

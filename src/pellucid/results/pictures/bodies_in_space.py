@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits, meaning, values_of
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show

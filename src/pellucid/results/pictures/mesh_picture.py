@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.cells import cut_in_two, outer_faces_of_cells
-from pellucid.geometry.mesh import Mesh as SurfaceMesh
-from pellucid.geometry.mesh_survey import surface_qualities
-from pellucid.geometry.quality import tetrahedron_qualities
-from pellucid.geometry.simplex_mesh import SimplexMesh
-from pellucid.geometry.surface_holes import rims
-from pellucid.geometry.triangulation import directed_edges
+from pellucid.geometry.checks.mesh_survey import surface_qualities
+from pellucid.geometry.checks.quality import tetrahedron_qualities
+from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.meshes.cells import cut_in_two, outer_faces_of_cells
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.surface_mesh import Mesh as SurfaceMesh
+from pellucid.geometry.meshes.triangulation import directed_edges
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh

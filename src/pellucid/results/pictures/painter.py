@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pellucid import catalogue
-from pellucid.processes import Helper, free_cores, helped, shared
 from pellucid.progress import Progress
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.case_module import drawn_by_module, noticed
@@ -16,6 +15,7 @@ from pellucid.results.pictures.style import house_style
 from pellucid.results.storage.drawn import drawing
 from pellucid.results.storage.files import explained
 from pellucid.results.storage.run import Run
+from pellucid.system.processes import Helper, free_cores, helped, shared
 
 MOST_HELPERS = 3
 MANY_POINTS = {True: 5_000, False: 20_000}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.geometry.vertex_normals import vertex_normals
+from pellucid.geometry.meshes.triangulation import vertex_normals
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits

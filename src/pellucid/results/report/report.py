@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.grid.model import GridCase
-from pellucid.processes import Helper
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures, painter
@@ -25,6 +24,7 @@ from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.stored_case import StoredBody, StoredCase
 from pellucid.state import FIELDS
+from pellucid.system.processes import Helper
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>

@@ -18,7 +18,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.storage import vtkhdf
 from pellucid.results.storage.files import OutputError, replacing, sync
 from pellucid.results.storage.staged import put

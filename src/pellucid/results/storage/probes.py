@@ -11,7 +11,7 @@ from pellucid.case.probe import Fetch, Probe
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import absent
 from pellucid.state import COMPONENT_NAMES
-from pellucid.users_code import read_only
+from pellucid.users.users_code import read_only
 
 NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 

@@ -1,5 +1,6 @@
 """The recorder: writes what is due after every step. It never changes a step."""
 
+import hashlib
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,6 @@ from pellucid.results.storage.package import package_commit, package_version
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run_folder import RunFolder
 from pellucid.results.storage.schedule import Schedule, capacity
-from pellucid.results.storage.written import Written
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -223,3 +223,18 @@ def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
 def column_of(energy: str) -> str:
     """The history's column of an entry of the energy balance."""
     return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
+
+
+class Written:
+    """For each file the SHA-256 of all that was added to it so far."""
+
+    def __init__(self) -> None:
+        self._digests: dict[str, Any] = {}
+
+    def add(self, name: str, data: bytes) -> None:
+        """More was written to a file."""
+        self._digests.setdefault(name, hashlib.sha256()).update(data)
+
+    def to_data(self) -> dict[str, str]:
+        """What a checkpoint keeps."""
+        return {name: digest.hexdigest() for name, digest in self._digests.items()}

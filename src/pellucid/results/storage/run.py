@@ -13,7 +13,7 @@ import numpy as np
 from pellucid import catalogue
 from pellucid.errors import UnknownName, UsageError
 from pellucid.findings import absent
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.named import Named
 from pellucid.results.metrics import Metric
 from pellucid.results.storage import frames, history

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from pellucid.case import EnergyCase, OutputCase, TimeCase
-from pellucid.case.steady import SteadyCase
+from pellucid.case.stages import SteadyCase
 from pellucid.grid.model import GridCase
 
 

@@ -16,7 +16,7 @@ from typing import Any, BinaryIO, NamedTuple
 import h5py
 import numpy as np
 
-from pellucid.geometry.cells import Cells
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.storage.staged import StagedFile
 from pellucid.state import FIELDS
 

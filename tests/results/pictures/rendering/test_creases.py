@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.box_mesh import box_mesh
-from pellucid.geometry.cells import outer_faces
-from pellucid.geometry.surfaces import Icosphere
+from pellucid.geometry.meshes.cells import outer_faces
+from pellucid.geometry.solid_meshes.box import box_mesh
+from pellucid.geometry.surfaces.surface import Icosphere
 from pellucid.results.pictures.rendering.creases import split_at_creases
 from pellucid.results.pictures.rendering.drawables import vertex_normals
 

@@ -1,0 +1,45 @@
+"""The memory of this machine: its bandwidth, and the most that this process ever held."""
+
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from numba import set_num_threads
+
+from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
+
+
+@kernel(inner=True)
+def _triad_share(share, shares, a, b, c, s):  # type: ignore[no-untyped-def]
+    for i in range(share * len(a) // shares, (share + 1) * len(a) // shares):
+        a[i] = b[i] + s * c[i]
+
+
+@kernel()
+def _triad(shares, a, b, c, s):  # type: ignore[no-untyped-def]
+    parallel_for(_triad_share, shares, shares, a, b, c, s)
+
+
+def triad_bandwidth(threads: int, length: int = 20_000_000, repeats: int = 5) -> float:
+    """Best rate of `repeats` triads on `threads` threads [bytes/s], 24 bytes an element as STREAM counts them."""
+    a, b, c = np.zeros(length), np.ones(length), np.ones(length)
+    set_num_threads(threads)
+    _triad(threads, a, b, c, 2.0)
+    best = float("inf")
+    for _ in range(repeats):
+        start = time.perf_counter()
+        _triad(threads, a, b, c, 2.0)
+        best = min(best, time.perf_counter() - start)
+    return 24.0 * length / best
+
+
+def peak_bytes() -> int:
+    """It in bytes. `getrusage` would count its parent's too on Linux."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        return 1024 * next(int(line.split()[1]) for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak

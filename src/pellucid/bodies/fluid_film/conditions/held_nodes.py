@@ -1,0 +1,78 @@
+"""Nodes of a film whose velocity is prescribed: by supports in space, by motions along the normal."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.balance import StepDone
+from pellucid.bodies.fluid_film.conditions.nodal_frames import Led
+from pellucid.bodies.fluid_film.forms.film_forces import in_space
+from pellucid.energy import INTERNAL, MOTION, SUPPORT, StepWork
+from pellucid.errors import CaseError, Problem
+from pellucid.parts.body import NodalSupport
+
+
+class HeldNodes:
+    """What holds or leads n nodes with velocities along these d axes of space, and what it does over a step of the clock.
+
+    is_around: whether the film is a surface of revolution, on which forces across the axis add up to nothing.
+    """
+
+    def __init__(self, n: int, axes: Sequence[int], is_around: bool) -> None:
+        self._n, self._axes, self._across = n, list(axes), 0.0 if is_around else 1.0
+        self.supports: Sequence[NodalSupport] = ()
+        self.motions: Sequence[str] = ()
+        self.numbers = np.zeros(n, np.int64)  # 1 + that of a node's motion, else 0
+        self.rates = np.zeros(0)  # of the motions along the normal [m/s]
+
+    def check(self, name: str) -> None:
+        """Raise CaseError where a node of the film of this name has both."""
+        for support in self.supports:
+            both = np.flatnonzero(self._constrained(support).any(axis=1) & (self.numbers > 0))
+            if len(both):
+                motion = self.motions[self.numbers[both[0]] - 1]
+                text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow it"
+                remedy = "let its `part` and the `where` of the support not overlap"
+                raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
+
+    def holds_any(self) -> bool:
+        """Whether there is such a node."""
+        return bool((self.numbers > 0).any()) or any(self._constrained(support).any() for support in self.supports)
+
+    def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which components supports prescribe, and their values [m/s], shape (n, d)."""
+        known, velocity = np.zeros((self._n, len(self._axes)), bool), np.zeros((self._n, len(self._axes)))
+        for support in self.supports:
+            chosen = self._constrained(support)
+            known |= chosen
+            velocity = np.where(chosen, np.array(support.velocity)[self._axes], velocity)
+        return known, velocity
+
+    def led(self, before: np.ndarray) -> Led:
+        """The nodes that follow motions; before: their velocities so far [m/s], shape (n, d)."""
+        return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
+
+    def no_work(self, columns: int) -> StepWork:
+        """Where the works and impulses of a step are added up."""
+        motions = {name: np.zeros(3) for name in self.motions}
+        return StepWork(np.zeros(columns), 0.0, np.zeros((len(self.supports) + 1, 3)), np.zeros(3), motions)
+
+    def count(self, done: StepDone, dt: float, work: StepWork) -> None:
+        """Add the work and impulses of one of the film's own steps dt [s]."""
+        for number, support in enumerate(self.supports):
+            forces = np.where(self._constrained(support), done.prescribed, 0.0)
+            work.reactions[number] += self._counted(forces, done, dt, SUPPORT, work)
+        for number, name in enumerate(self.motions, start=1):
+            forces = np.where((self.numbers == number)[:, None], done.leading, 0.0)
+            work.motions[name][:] += self._counted(forces, done, dt, MOTION, work)
+
+    def _counted(self, forces: np.ndarray, done: StepDone, dt: float, column: int, work: StepWork) -> np.ndarray:
+        """The impulse of forces on the nodes [N], shape (n, d), whose work goes to a column."""
+        worked = dt * float(np.sum(forces * done.velocity))
+        work.works[column] += worked
+        work.works[INTERNAL] -= worked
+        return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
+
+    def _constrained(self, support: NodalSupport) -> np.ndarray:
+        """Which components a support prescribes, shape (n, d)."""
+        return np.asarray(support.nodes[:, None] & np.array(support.axes)[self._axes])

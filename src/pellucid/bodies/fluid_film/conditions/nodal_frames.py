@@ -1,0 +1,52 @@
+"""Directions of the velocity components of nodes: those of space, and at nodes that are led along the normal this and others.
+
+There the axes are reflected so that the last one lies along the normal n: by I - 2 w wᵀ/w², with w = e + sgn(n·e) n of the last
+axis e. On an axis of symmetry the first component stays across it.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
+
+
+class Led(NamedTuple):
+    """Nodes whose velocity along the normal of the film is prescribed."""
+
+    nodes: np.ndarray  # (n,) whether a node is
+    rate: np.ndarray  # (n,) along the outward normal [m/s]
+    before: np.ndarray  # (n, d) velocities in the step before [m/s]
+
+
+class Frames:
+    """Orthonormal directions at n nodes with normals (n, d), with the last of d along the normal at those that are led."""
+
+    def __init__(self, normal: np.ndarray, led: np.ndarray) -> None:
+        d = normal.shape[1]
+        self._way = np.where(normal[:, -1] < 0.0, 1.0, -1.0)  # of the last direction along the normal
+        w = np.eye(d)[-1] - self._way[:, None] * normal
+        mirrored = np.eye(d) - 2.0 * w[:, :, None] * w[:, None] / np.einsum("ni,ni->n", w, w)[:, None, None]
+        self.directions = np.where(led[:, None, None], mirrored, np.eye(d))
+
+    def of(self, vectors: np.ndarray) -> np.ndarray:
+        """Components along these directions of vectors at the nodes, shape (n, d); their inverse is the same."""
+        return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
+
+    def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
+        """Rows over components along these directions, of elements with these nodes (e, m)."""
+        e, m = nodes.shape
+        d, directions = self.directions.shape[2], self.directions[nodes]
+        whole = [form.of_components(d) for form in forms]
+        found = [np.einsum("ermd,emcd->ermc", form.rows.reshape(e, -1, m, d), directions) for form in whole]
+        return [
+            ElementRows(np.ascontiguousarray(rows.reshape(form.rows.shape)), form.factor)
+            for rows, form in zip(found, whole, strict=True)
+        ]
+
+    def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which components are prescribed, and what they are [m/s], shape (n, d), with the rates (n,) of those that are led."""
+        last = np.zeros(known.shape, bool)
+        last[:, -1] = led.nodes
+        return known | last, np.where(last, (self._way * rate)[:, None], velocity)

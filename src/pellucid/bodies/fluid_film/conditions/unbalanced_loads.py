@@ -1,0 +1,35 @@
+"""What is told of loads that nothing balances, on a film without drag."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.film_forces import in_space
+
+PLANE = (0, 1)
+ROUNDING = 1e-9  # of the forces that drive: less is no resultant
+
+
+def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads: Mapping[str, np.ndarray]) -> str:
+    """Why a film cannot go on: forces that drive motions without resistance, on nodes at x [m], of loads by their names [N];
+    shape (n, d) each, along these axes of space."""
+    size, whole = _size(driven), _size(sum(loads.values(), np.zeros_like(driven)))
+    shares = {label: abs(float(np.sum(force * driven))) for label, force in loads.items()}
+    most = max(shares, key=lambda label: shares[label])
+    forces, places = in_space(driven, axes), in_space(x - x.mean(axis=0), axes)
+    resultant, torque = np.linalg.norm(forces.sum(axis=0)), np.linalg.norm(np.cross(places, forces).sum(axis=0))
+    reach = float(np.linalg.norm(places, axis=1).max())
+    parts = [f"a resultant of {resultant:.3g} N"] if resultant > ROUNDING * size else []
+    parts += [f"a torque of {torque:.3g} N m"] if torque > ROUNDING * size * reach else []
+    has = f", with {' and '.join(parts)}" if parts else ""
+    plane = tuple(axes) == PLANE
+    balance = "its tension must balance the loads on a curve" if plane else "nothing balances resultants and torques"
+    return (
+        f"is driven along motions that nothing resists, most by {most}: forces of {size:.3g} N, {100.0 * size / whole:.2g} % "
+        f"of the loads{has}; without drag {balance}; give it a `drag`, or other loads"
+    )
+
+
+def _size(forces: np.ndarray) -> float:
+    """∫|b| dA of forces on the nodes [N]."""
+    return float(np.linalg.norm(forces, axis=1).sum())

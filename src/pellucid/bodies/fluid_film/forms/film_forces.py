@@ -1,0 +1,91 @@
+"""The forces of a film on its nodes: by its density, its bending, its viscosity, and what acts on its surface."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, NodalSums, SharedRows
+from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics, Forms, Tension, bending_energies, forms
+from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+from pellucid.materials.film import FilmMaterial
+from pellucid.parts.surface_load import SurfacePoints, Traction
+
+
+class BuildableFilm(Protocol):
+    """What every film is built from, as its model describes it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def material(self) -> FilmMaterial: ...
+    @property
+    def initial_density(self) -> float: ...
+    def physics(self) -> FilmPhysics: ...
+    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
+    def numbers(self) -> np.ndarray: ...
+
+
+class FilmForces:
+    """A film of a material that its nodes span, with masses of its parts."""
+
+    def __init__(self, geometry: FilmGeometry, material: FilmMaterial, physics: FilmPhysics, initial_density: float) -> None:
+        self.initial_density = initial_density
+        self.geometry, self.material, self.physics = geometry, material, physics
+        self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
+
+    def part_areas(self, o: Operators) -> np.ndarray:
+        """Areas of the parts of the film [m²]."""
+        shares = self.geometry.shares
+        areas = np.einsum("eq,qc->ec", o.area, shares.share)
+        return np.bincount(shares.part.ravel(), areas.ravel())
+
+    def densities(self, o: Operators, mass: np.ndarray) -> np.ndarray:
+        """Of the parts [kg/m²]."""
+        return np.asarray(mass / self.part_areas(o))
+
+    def at_points(self, parts: np.ndarray) -> np.ndarray:
+        """What parts have, at the quadrature points, shape (e, q)."""
+        shares = self.geometry.shares
+        return np.asarray(parts[shares.part] @ shares.share.T)
+
+    def stored_energy(self, o: Operators, mass: np.ndarray) -> float:
+        """Of compression and bending [J]."""
+        compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
+        return compressed + float(bending_energies(o, self.physics).sum())
+
+    def forms(self, o: Operators, mass: np.ndarray, ahead: float) -> Forms:
+        """Its resistance, its stiffness against changes over a time `ahead` [s], and its forces."""
+        density = self.densities(o, mass)
+        pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
+        return forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
+
+    def internal_force(self, o: Operators, mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """What it does to its nodes while they move with these velocities [m/s], shape (n, d): forces [N], shape (n, d)."""
+        parts = self.forms(o, mass, 0.0)
+        return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
+
+    def _felt(self, squares: Sequence[ElementRows | SharedRows], velocity: np.ndarray) -> list[ElementRows]:
+        """What sums of squares of rows resist velocities with, as rows of forces."""
+        whole = (square.of_components(velocity.shape[1]) for square in squares)
+        return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
+
+    def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction, after: float) -> np.ndarray:
+        """Forces of a traction on the nodes [N], shape (n, d), at a time after the start of the step of the clock [s]."""
+        axes = list(self.geometry.axes)
+        ratio = self.at_points(self.densities(o, mass)) / self.initial_density
+        points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
+        on_area = o.area[..., None] * traction(points, after)[..., axes]
+        return self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))
+
+    def vector_areas(self, o: Operators) -> np.ndarray:
+        """∫ N_I n dA about each node [m²], shape (n, d)."""
+        return self._sums.summed(o.volume_rate().sum(axis=1))
+
+
+def in_space(vectors: np.ndarray, axes: Sequence[int]) -> np.ndarray:
+    """Vectors with d components as those of space, shape (..., 3)."""
+    result = np.zeros((*vectors.shape[:-1], 3))
+    result[..., list(axes)] = vectors
+    return result

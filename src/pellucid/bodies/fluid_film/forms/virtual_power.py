@@ -1,0 +1,133 @@
+"""The virtual power of a film, element by element: what resists its motion, and what drives it.
+
+Of all velocities that of the film makes, for every other one δv,
+
+    ∫ 2μ D:D(δv) + λ tr D tr D(δv) + ζ_t v_t·δv_t + ζ_n v_n δv_n = ∫ p tr D(δv) + b·δv - δE(δv)
+
+with the bending energy E = ∫ (κ_c/2)(J - c₀)², whose change is exact: δE = ∫ κ_c (J - c₀) δJ + (κ_c/2)(J - c₀)² tr D(δv).
+Pressure, tension and bending change as the film moves. What their change over a time τ resists stands beside the viscosity,
+in the three parts of the `stiffness`: τ ρ p' of dilatation, τ times the tension of slopes, τ κ_c of changes of curvature.
+
+Source: Benet 2015, eqs. 3.40-3.48 in their weak form, with the geometry taken implicitly; for the change of J, Capovilla &
+Guven 2002, J. Phys. A 35, 6233.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows, rows
+from pellucid.bodies.fluid_film.forms.operators import Operators
+
+
+class Drag(NamedTuple):
+    """What the fluid about it resists a film with [N s/m³]."""
+
+    normal: float
+    tangential: float
+
+
+class FilmPhysics(NamedTuple):
+    """What the film is made of."""
+
+    viscosity: float  # μ [N s/m]
+    dilatational_viscosity: float  # λ [N s/m]
+    bending_rigidity: float  # κ_c [J]
+    spontaneous_curvature: float  # c₀ [1/m]
+    drag: Drag
+
+
+class Tension(NamedTuple):
+    """The state of the film at its quadrature points, shape (e, q)."""
+
+    pressure: np.ndarray  # p [N/m]
+    stiffness: np.ndarray  # ρ p' [N/m]
+
+
+class Forms(NamedTuple):
+    """Matrices as sums of squares of rows, and forces as sums of rows."""
+
+    resistance: list[ElementRows | SharedRows]  # viscosity and drag [N s/m]
+    stiffness: list[ElementRows]  # what changes of pressure, tension and curvature resist [N s/m]
+    force: list[ElementRows]  # pressure within the film and bending [N]
+
+
+def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
+    """The forms of the film; ahead: the time τ over which changes count [s]."""
+    w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
+    dilatation = o.dilatation()
+    parts = o.strain.shape[2]
+    if parts == 1:  # along a curve one rate of a segment, as many as there are nodes: with more, none would move freely
+        whole = w.sum(axis=1, keepdims=True)
+        grown = np.einsum("eq,eqmi->emi", w, dilatation)[:, None]  # rate of the element's area
+        mean_stiffness = np.einsum("eq,eq->e", w, tension.stiffness)[:, None] / whole**2
+        resistance: list[ElementRows | SharedRows] = [rows(grown, (2.0 * mu + physics.dilatational_viscosity) / whole)]
+        stiffness = [rows(grown, ahead * mean_stiffness)]
+    else:
+        factors = mu * np.array((2.0, 2.0, 1.0)[:parts])  # of D₁₁², D₂₂², (2 D₁₂)²
+        resistance = [rows(o.strain, w[..., None] * factors), rows(dilatation, physics.dilatational_viscosity * w)]
+        stiffness = [rows(dilatation, ahead * (w * tension.stiffness))]
+    resistance += _drag(o, physics.drag)
+    pull = np.maximum(-tension.pressure, 0.0)
+    stiffness.append(rows(o.slope, ahead * (w * pull)[..., None]))
+    force = [rows(dilatation, w * tension.pressure)]
+    if kappa > 0.0:
+        excess = o.curvature - physics.spontaneous_curvature
+        stiffness.append(rows(o.bending, ahead * kappa * w))
+        force.append(rows(o.bending, -kappa * w * excess))
+        force[0] = rows(dilatation, w * (tension.pressure - 0.5 * kappa * excess**2))
+    return Forms(resistance, stiffness, force)
+
+
+def turning(o: Operators) -> list[ElementRows]:
+    """∫ |∇v_n|², by which the film turns."""
+    return [rows(o.slope, o.area[..., None])]
+
+
+def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
+    """ζ_t v_t·v_t + ζ_n v_n²; with v_t·v_t = v·v - v_n², or v_n² taken apart, whichever needs no difference."""
+    if max(drag) == 0.0:
+        return []
+    normal = o.normal[:, :, None, :] * o.value
+    d = o.normal.shape[2]
+    if drag.normal >= drag.tangential:
+        every = _of_each_component(o, drag.tangential * o.area)
+        return [every, rows(normal, (drag.normal - drag.tangential) * o.area)]
+    along = o.value[:, :, None] * (np.eye(d) - o.normal[..., None] * o.normal[:, :, None])[:, :, :, None, :]
+    return [rows(along, drag.tangential * o.area[..., None]), rows(normal, drag.normal * o.area)]
+
+
+def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
+    """v·v. Mirrored nodes of curves have other functions for what is across the axis than along it."""
+    if o.strain.shape[2] == 3:
+        return SharedRows(o.value[..., 0].copy(), factor)
+    return rows(o.value[:, :, None] * np.eye(o.normal.shape[2])[:, None, :], factor[..., None])
+
+
+def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:
+    """Bending energy of each quadrature point [J], shape (e, q)."""
+    return np.asarray(0.5 * physics.bending_rigidity * o.area * (o.curvature - physics.spontaneous_curvature) ** 2)
+
+
+class Dissipation(NamedTuple):
+    """What a motion of the film turns into heat [W]."""
+
+    viscous: float
+    drag: float
+
+
+def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:
+    """By velocities of the nodes of each element [m/s], shape (e, m, d)."""
+    rates = np.einsum("eqsmd,emd->eqs", o.strain, velocity)
+    moved = np.einsum("eqmd,emd->eqd", o.value, velocity)
+    across = np.einsum("eqd,eqd->eq", o.normal, moved)
+    mu, both, w = physics.viscosity, rates[:, :, :2].sum(axis=2), o.area
+    if rates.shape[2] == 1:
+        mean = np.einsum("eq,eq->e", w, both) / w.sum(axis=1)
+        viscous = np.sum(w.sum(axis=1) * (2.0 * mu + physics.dilatational_viscosity) * mean**2)
+    else:
+        squares = rates**2 * np.array([2.0, 2.0, 1.0])[: rates.shape[2]]
+        viscous = np.sum(w * (mu * squares.sum(axis=2) + physics.dilatational_viscosity * both**2))
+    normal, tangential = physics.drag
+    drag = np.sum(w * (tangential * np.einsum("eqd,eqd->eq", moved, moved) + (normal - tangential) * across**2))
+    return Dissipation(float(viscous), float(drag))

@@ -1,0 +1,69 @@
+"""How the nodes of a surface move along it so that they stay evenly spread, and what guards their triangles."""
+
+from math import sqrt
+
+import numpy as np
+
+from pellucid.errors import RunStopped
+from pellucid.geometry.meshes.rings import Rings
+from pellucid.geometry.meshes.triangulation import vertex_normals
+
+SMOOTHING = 0.3  # of the way to the middle of the triangles about a node, in a step
+LONGEST = 0.4  # way of a node along the surface, of the distance to its nearest neighbour
+WORST = 0.1  # quality of a triangle with which functions can still be trusted; 1 is equilateral
+WELL_SPREAD = 0.7  # quality of the worst triangle with which nodes can stay for a while where moving them would add energy
+
+
+def qualities(triangles: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Of triangles, shape (e,): 4 √3 times the area over the sum of the squares of the sides; 1 where it is equilateral."""
+    corner = places[triangles]
+    sides = np.roll(corner, -1, axis=1) - corner
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return np.asarray(4.0 * sqrt(3.0) * area / np.einsum("eki,eki->e", sides, sides))
+
+
+def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
+    """Raise RunStopped where a triangle is too flat, or turned against those about it."""
+    quality = qualities(triangles, places)
+    corner = places[triangles]
+    along = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    turned = np.einsum("ei,ei->e", along, vertex_normals(places, triangles)[triangles].sum(axis=1)) <= 0.0
+    quality = np.where(turned | ~np.isfinite(quality), 0.0, quality)
+    worst = int(quality.argmin())
+    if quality[worst] < WORST:
+        node, place = int(triangles[worst, 0]), places[triangles[worst]].mean(axis=0)
+        text = f"the triangle at node {node} has a quality of {quality[worst]:.2g}, below {WORST:g} (1 is equilateral)"
+        where = ", ".join(f"{value:.6g}" for value in place)
+        advice = 'spread the nodes with nodes = "even", use more of them, or end the run earlier'
+        raise RunStopped(f"{text}, near ({where}) m: {advice}", node=node, position=tuple(place.tolist()))
+
+
+def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Ways (n, 3) [m] of nodes from places on a surface, along it, after they moved with the film by `moved`, (n, 3) [m].
+
+    Back by what the motion had along the surface beside a rigid motion, and towards the middles of the triangles about.
+    """
+    triangles, n = mesh.triangles, len(places)
+    corner = places[triangles]
+    vector_area = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    area = np.linalg.norm(vector_area, axis=1)
+    weight = np.bincount(triangles.ravel(), np.repeat(area, 3), n)
+    middles = np.repeat(area[:, None] * corner.mean(axis=1), 3, axis=0)
+    centroid = np.stack([np.bincount(triangles.ravel(), middles[:, i], n) for i in range(3)], axis=1) / weight[:, None]
+    way = SMOOTHING * (centroid - places) - (moved - rigid_part(places - moved, moved, weight))
+    normal = vertex_normals(places, triangles)
+    way -= np.einsum("ni,ni->n", way, normal)[:, None] * normal
+    nearest = np.linalg.norm(places[mesh.neighbours] - places[:, None], axis=2).min(axis=1)
+    length = np.linalg.norm(way, axis=1)
+    return np.asarray(way * np.minimum(1.0, LONGEST * nearest / np.maximum(length, 1e-300))[:, None])
+
+
+def rigid_part(places: np.ndarray, moved: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """The small rigid motion nearest to displacements of places, shape (n, 3) each, by weights (n,)."""
+    total = weight.sum()
+    centre, mean = weight @ places / total, weight @ moved / total
+    offset = places - centre
+    inertia = (weight[:, None] * offset).T @ offset
+    spin = (weight[:, None] * np.cross(offset, moved - mean)).sum(axis=0)
+    turn = np.linalg.solve(np.trace(inertia) * np.eye(3) - inertia, spin)
+    return np.asarray(mean + np.cross(turn, offset))

@@ -1,0 +1,65 @@
+"""From places on a surface of triangles to others at a distance along it."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pellucid.geometry.meshes.rings import Rings
+from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
+
+CHUNK = 256  # nodes
+APPROACHES = 3  # as distances along a surface are not those of its parameters
+
+
+def places_along(
+    mesh: Rings, places: np.ndarray, way: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Places on the surface at ways (n, 3) [m] from those of the nodes, none longer than to a neighbour, shape (n, 3).
+
+    at: places on it in triangles (n,) at shares of their corners (n, 3).
+    """
+    n = len(places)
+    normal, aim = vertex_normals(places, mesh.triangles), way
+    triangle, share = np.zeros(n, np.int64), np.zeros((n, 3))
+    found = places
+    for _ in range(APPROACHES):
+        _locate(-(-n // CHUNK), mesh, np.ascontiguousarray(places), normal, np.ascontiguousarray(aim), triangle, share)
+        found = at(triangle, share)
+        aim = aim + way - (found - places)
+    return found
+
+
+@kernel(inner=True)
+def _triple(a, b, c):
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return x * c[0] + y * c[1] + z * c[2]
+
+
+@kernel(inner=True, allocates=True)
+def _locate_chunk(chunk, mesh, places, normal, aim, triangle, share):
+    """The triangle about each node that lies along its aim, seen along the normal, and the shares of its corners there."""
+    for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
+        half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
+        found, n, d = half, normal[i], aim[i]
+        for _ in range(mesh.valence[i]):
+            here, c = half // 3, half % 3
+            u = places[mesh.triangles[here, (c + 1) % 3]] - places[i]
+            v = places[mesh.triangles[here, (c + 2) % 3]] - places[i]
+            whole = _triple(u, v, n)
+            s, t = _triple(d, v, n) / whole, _triple(u, d, n) / whole  # d = s u + t v
+            if min(s, t) > best:
+                best, found, a, b = min(s, t), half, s, t
+            half = mesh.twin[3 * here + (c + 2) % 3]
+        a, b = max(a, 0.0), max(b, 0.0)
+        if a + b > 1.0:
+            a, b = a / (a + b), b / (a + b)
+        c = found % 3
+        triangle[i] = found // 3
+        share[i, c], share[i, (c + 1) % 3], share[i, (c + 2) % 3] = 1.0 - a - b, a, b
+
+
+@kernel()
+def _locate(chunks, mesh, places, normal, aim, triangle, share):
+    parallel_for(_locate_chunk, chunks, mesh, places, normal, aim, triangle, share)

@@ -1,0 +1,121 @@
+"""Velocities of a film that a curve describes: few nodes, each with few neighbours."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.sparse import coo_matrix, csc_matrix
+from scipy.sparse.linalg import SuperLU, splu
+
+from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
+from pellucid.bodies.fluid_film.solvers.contract import Border, Solution, System, refuse_driven
+
+FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5
+UNBALANCED = 2e-3
+"""Of the loads, that motions without strain may feel by the error of the geometry: a uniform pressure in a circle does no work
+on them, but 1.5e-3 of it does where the distances of nodes differ by 1 % in random order, as those of nodes that are kept even
+may. At even nodes that is rounding, at distances that vary smoothly by a half 4e-3 with 8 nodes and 3e-5 with 20."""
+
+
+class CurveSolver:
+    """Symmetric systems of elements with nodes (e, m), n in all, in d dimensions; components that are `held` are 0."""
+
+    def __init__(self, nodes: np.ndarray, held: np.ndarray) -> None:
+        n, d = held.shape
+        self._size, self._shape, self._held = n * d, (n, d), held
+        self._places = (d * nodes[:, :, None] + np.arange(d)).reshape(len(nodes), -1)
+        self._rows = np.repeat(self._places, self._places.shape[1], axis=1).ravel()
+        self._columns = np.tile(self._places, (1, self._places.shape[1])).ravel()
+
+    def solve(self, system: System, borders: Sequence[Border]) -> Solution:
+        """See `pellucid.bodies.fluid_film.solvers.contract`."""
+        known, stiffness = system.known, self._squares(system.stiffness)
+        free = np.flatnonzero(~(known | self._held).ravel())
+        resistance = self._squares(system.resistance)
+        whole = resistance + stiffness
+        v = np.where(known & ~self._held, system.velocity, 0.0).ravel()
+        forces = system.force.ravel() + self._applied(stiffness, system.guess.ravel()) - self._applied(whole, v)
+        right = forces[free]
+        rows = np.array([border.row.ravel() for border in borders]).reshape(len(borders), self._size)
+        goals = np.array([border.rate for border in borders]) - rows @ v
+        sides = rows[:, free]
+        if system.turning is None:
+            found = _factors(self._matrix(whole, free, sides)).solve(np.concatenate([right, goals]))
+            moved = found[: len(free)]
+        else:
+            squares = resistance, self._squares(system.turning), whole
+            resisting, turning, matrix = (self._matrix(of, free).toarray() for of in squares)
+            resisted, unresisted = _parted(resisting)
+            self._check(system, unresisted, free, sides)
+            basis = _least_turning(turning, resisted, unresisted)
+            border = sides @ basis
+            reduced = np.block([[basis.T @ matrix @ basis, border.T], [border, np.zeros((len(sides), len(sides)))]])
+            found = np.linalg.solve(reduced, np.concatenate([basis.T @ right, goals]))
+            moved = basis @ found[: basis.shape[1]]
+        v[free] += moved
+        return Solution(v.reshape(self._shape), -found[len(found) - len(borders) :])
+
+    def _check(self, system: System, unresisted: np.ndarray, free: np.ndarray, sides: np.ndarray) -> None:
+        """Raise IncompatibleLoad where the load drives motions that meet no resistance, and the borders cannot balance it."""
+        load, held = unresisted.T @ system.load.ravel()[free], unresisted.T @ sides.T
+        if len(sides):
+            load = load - held @ np.linalg.lstsq(held, load, rcond=FREE)[0]
+        driven = np.zeros(self._size)
+        driven[free] = unresisted @ load
+        refuse_driven(system, driven.reshape(self._shape), UNBALANCED)
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Nothing."""
+        return {}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """It keeps nothing."""
+
+    def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
+        """The matrices of the elements, shape (e, m d, m d)."""
+        found = [row.of_components(self._shape[1]) for row in rows]
+        return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
+
+    def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Their sum times a vector."""
+        parts = np.matmul(squares, v[self._places][..., None])
+        return np.bincount(self._places.ravel(), parts.ravel(), self._size)
+
+    def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
+        """Their sum for the free components, with a border of further rows and columns."""
+        number = np.full(self._size, -1)
+        number[free] = np.arange(len(free))
+        rows, columns = number[self._rows], number[self._columns]
+        kept = (rows >= 0) & (columns >= 0)
+        rows, columns, values, size = rows[kept], columns[kept], squares.ravel()[kept], len(free)
+        if sides is not None and len(sides):
+            side, place = (index.ravel() for index in np.indices(sides.shape))
+            rows = np.concatenate([rows, size + side, place])
+            columns = np.concatenate([columns, place, size + side])
+            values = np.concatenate([values, sides.ravel(), sides.ravel()])
+            size += len(sides)
+        return coo_matrix((values, (rows, columns)), (size, size)).tocsc()
+
+
+def _factors(matrix: csc_matrix) -> SuperLU:
+    """Raises LinAlgError, as dense systems do, where the matrix is singular."""
+    try:
+        return splu(matrix)
+    except RuntimeError as error:
+        if "singular" not in str(error):
+            raise
+        raise np.linalg.LinAlgError(str(error)) from error
+
+
+def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal motions that meet resistance, and those that meet none, in columns."""
+    values, modes = np.linalg.eigh(resistance)
+    free = values < FREE * values[-1]
+    return modes[:, ~free], modes[:, free]
+
+
+def _least_turning(turning: np.ndarray, resisted: np.ndarray, unresisted: np.ndarray) -> np.ndarray:
+    """A basis of the motions that, of all with their strain rates, turn the film least."""
+    turns, ways = np.linalg.eigh(unresisted.T @ turning @ unresisted)
+    turned = turns > FREE * np.abs(turning).max()  # translations turn nothing
+    ways = unresisted @ ways[:, turned]
+    return np.asarray(resisted - ways @ ((ways.T @ turning @ resisted) / turns[turned, None]))

@@ -1,0 +1,1 @@
+"""How nodes span a film: curves, triangles with radial functions, Loop subdivision."""

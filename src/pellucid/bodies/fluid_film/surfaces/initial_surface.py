@@ -1,0 +1,26 @@
+"""Films in space at the start: nodes and interpolation of closed surfaces."""
+
+from typing import Literal
+
+import numpy as np
+
+from pellucid.approximants.radial.contract import RadialModel
+from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface
+from pellucid.bodies.fluid_film.surfaces.radial_surface import RadialSurface
+from pellucid.bodies.fluid_film.surfaces.triangle_surface import TriangleSurface
+from pellucid.geometry.algorithms.spatial_order import side_by_side
+from pellucid.geometry.meshes.triangulation import Triangulation
+
+
+def film_surface(mesh: Triangulation, interpolation: RadialModel | Literal["loop"]) -> tuple[TriangleSurface, np.ndarray]:
+    """The geometry of a film through the vertices of a closed mesh with normals outward, and its nodes [m], shape (n, 3).
+
+    Nodes stand in the order by place (`spatial_order`). Those of Loop surfaces are spread evenly along the surface, as
+    curvature needs it. Raises ValueError where the mesh is not closed, or has too few nodes for the stencils of radial
+    functions.
+    """
+    ordered = side_by_side(mesh)
+    if interpolation != "loop":
+        return RadialSurface(ordered.triangles, ordered.vertices, interpolation), ordered.vertices
+    surface = LoopSurface(ordered.triangles, len(ordered.vertices))
+    return surface, surface.smoothed(surface.through(ordered.vertices))

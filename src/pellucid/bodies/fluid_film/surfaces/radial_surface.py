@@ -1,0 +1,126 @@
+"""Closed surfaces in space by radial point interpolation on the tangent planes of their nodes (Benet 2015, chapter 5).
+
+Stencils of nearest nodes change from triangle to triangle, and what they interpolate would jump. So the interpolants of the
+three corners are blended: N_I = Σ_a b_a N_I^(a), with the shares b_a of the corners, over a parameter triangle whose edges are
+bowed as the surface is: flat ones would give areas no better than the triangles'. The surface runs through its nodes.
+
+The functions stay as they are while the nodes move, as the mesh of an isoparametric element does: rigid motions are in the
+kernel of all rows. They are made anew where nodes have moved far against each other.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pellucid.approximants.radial.blending import BlendedRows, Simplices, blended
+from pellucid.approximants.radial.contract import RadialModel
+from pellucid.approximants.radial.neighbourhoods import Stencils, on_surface, tangents_across
+from pellucid.approximants.radial.stencils import Interpolants, functions_at, interpolants
+from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables
+from pellucid.bodies.fluid_film.surfaces.triangle_surface import SIX, TriangleRule, TriangleSurface
+from pellucid.errors import RunStopped
+from pellucid.geometry.meshes.triangulation import vertex_normals
+
+CHUNK = 1024  # triangles
+FAR = 0.05  # way of nodes against each other, of the distance to the nearest, after which functions are made anew
+
+
+class RadialSurface(TriangleSurface):
+    """A closed surface through its nodes, which stand at x (n, 3) [m] at first; six points a triangle are needed."""
+
+    def __init__(self, triangles: np.ndarray, x: np.ndarray, radial: RadialModel, rule: TriangleRule = SIX) -> None:
+        super().__init__(triangles, len(x), rule)
+        self._radial, self._rule = radial, rule
+        around = on_surface(x, vertex_normals(x, triangles), radial.stencil_size(2)).nodes
+        self._around = around  # stays, as the matrices of the film have places for these neighbours
+        self.nodes, self._slots = _union(around[triangles])
+        self._fit(np.array(x, dtype=float))
+
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """The values of the nodes."""
+        return np.array(x)
+
+    def through(self, places: np.ndarray) -> np.ndarray:
+        """The places."""
+        return np.array(places)
+
+    def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
+        result = np.zeros((len(triangle), 3))
+        for start in range(0, len(triangle), CHUNK):
+            some = slice(start, start + CHUNK)
+            result[some] = self._blended(triangle[some], share[some, None], 1).at_points(x)[:, 0]
+        return result
+
+    def renew(self, x: np.ndarray) -> None:
+        """Make the functions anew where nodes have moved far."""
+        moved = x - self._reference
+        against = np.linalg.norm(moved[self.rings.neighbours] - moved[:, None], axis=2).max(axis=1)
+        if (against > FAR * self.spacing(self._reference)).any():
+            self._fit(x.copy())
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Where the nodes stood when the functions were made."""
+        return {"reference": self._reference}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Make the functions for nodes there."""
+        if not np.array_equal(arrays["reference"], self._reference):
+            self._fit(np.array(arrays["reference"]))
+
+    def _fit(self, x: np.ndarray) -> None:
+        self._reference = x
+        triangles = self.rings.triangles
+        normal = vertex_normals(x, triangles)
+        _check_not_folded(x, normal, self._around)
+        tangents = tangents_across(normal)
+        coordinates = np.einsum("nmi,ndi->nmd", x[self._around] - x[:, None], tangents)
+        self._near = Stencils(self._around, tangents, coordinates)
+        self._found: Interpolants = interpolants(coordinates, self._radial)
+        along = np.einsum("nkm,nmi->nki", self._functions_at_nodes(), x[self._around])
+        fitted = np.cross(along[:, 0], along[:, 1])
+        fitted /= np.linalg.norm(fitted, axis=1)[:, None]
+        self._simplices = Simplices(x, triangles, fitted)
+        chunks = [np.arange(start, min(start + CHUNK, len(triangles))) for start in range(0, len(triangles), CHUNK)]
+        parts = [self._blended(chunk, self._rule.shares, 2)[1:] for chunk in chunks]
+        value, first, second = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        self.tables = SurfaceTables(np.arange(len(triangles)), value, first, second, 0.5 * self._rule.weights)
+
+    def _functions_at_nodes(self) -> np.ndarray:
+        """First derivatives of each node's own functions there, shape (n, 2, m)."""
+        n = len(self._around)
+        return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
+
+    def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
+        """In triangles (k,) at shares (q, 3) or (k, q, 3) of their corners."""
+        part = self._simplices._replace(corners=self._simplices.corners[triangle])
+        return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
+
+
+def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> None:
+    """Raise RunStopped where the surface under a stencil has come to bend by more than a right angle."""
+    alike = np.einsum("nmi,ni->nm", normal[around], normal).min(axis=1)
+    worst = int(alike.argmin())
+    if alike[worst] <= 0.0:
+        place = ", ".join(f"{value:.6g}" for value in x[worst])
+        text = f"the surface about node {worst} has come to bend so much that the stencil there folds over itself"
+        advice = 'use more nodes, or interpolation = "loop"'
+        raise RunStopped(f"{text}, near ({place}) m: {advice}", node=worst, position=tuple(x[worst].tolist()))
+
+
+def _union(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All different nodes of each element, shape (e, m), and where those of its stencils (e, 3, s) are among them.
+
+    Where there are fewer than m, the last one repeated; it has its functions at its first place.
+    """
+    e, _, s = nodes.shape
+    flat = nodes.reshape(e, -1)
+    order = np.argsort(flat, axis=1, kind="stable")
+    ranked = np.take_along_axis(flat, order, axis=1)
+    rank = np.cumsum(np.diff(ranked, axis=1, prepend=ranked[:, :1]) > 0, axis=1).astype(np.int64)
+    m = int(rank.max()) + 1
+    union = np.repeat(ranked[:, -1:], m, axis=1)
+    np.put_along_axis(union, rank, ranked, axis=1)
+    slots = np.empty_like(flat)
+    np.put_along_axis(slots, order, rank, axis=1)
+    return union, slots.reshape(e, 3, s)

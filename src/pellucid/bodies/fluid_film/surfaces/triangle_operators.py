@@ -1,0 +1,156 @@
+"""Rows of operators on triangles of surfaces in space, from the functions of their nodes.
+
+With tangents a_α, metric g and second derivatives x,αβ of the place, in the frame e₁ along a₁ and e₂ = n × e₁, a bar for
+derivatives along it: 2D_ij = e_i·v|j + e_j·v|i, κ_ij = -n·x|ij, J = κ₁₁ + κ₂₂, and the exact change of J at the material point
+
+    δJ = -g^αβ n·(v,αβ - Γ^γ_αβ v,γ) - 2 κ_ij D_ij(v).
+
+(Capovilla & Guven 2002, J. Phys. A 35, 6233; signs so that a sphere's curvature is positive.)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.jit import kernel
+from pellucid.jit.parallel import parallel_for
+
+CHUNK = 256  # triangles
+
+
+class SurfaceTables(NamedTuple):
+    """Functions of the m nodes of each triangle at its q points, and derivatives by the shares of its corners 1 and 2."""
+
+    kind: np.ndarray  # (e,) which table a triangle has
+    value: np.ndarray  # (kinds, q, m)
+    first: np.ndarray  # (kinds, q, 2, m)
+    second: np.ndarray  # (kinds, q, 3, m) 11, 12, 22
+    weight: np.ndarray  # (q,) that add up to 1/2
+
+
+class Filled(NamedTuple):
+    """What the kernel fills, as in `Operators`."""
+
+    area: np.ndarray
+    position: np.ndarray
+    normal: np.ndarray
+    strain: np.ndarray
+    slope: np.ndarray
+    curvature: np.ndarray
+    bending: np.ndarray
+
+
+@kernel(inner=True)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel(inner=True)
+def _sum(functions, x, nodes):
+    a, b, c = 0.0, 0.0, 0.0
+    for k in range(len(nodes)):
+        f, i = functions[k], nodes[k]
+        a, b, c = a + f * x[i, 0], b + f * x[i, 1], c + f * x[i, 2]
+    return a, b, c
+
+
+@kernel(inner=True)
+def _fill_chunk(chunk, x, nodes, tables, filled):
+    q, m = tables.value.shape[1], nodes.shape[1]
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
+        kind, mine = tables.kind[e], nodes[e]
+        for p in range(q):
+            first, second = tables.first[kind, p], tables.second[kind, p]
+            place = _sum(tables.value[kind, p], x, mine)
+            a, b = _sum(first[0], x, mine), _sum(first[1], x, mine)
+            aa, ab, bb = _sum(second[0], x, mine), _sum(second[1], x, mine), _sum(second[2], x, mine)
+            cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+            jacobian, length = np.sqrt(_dot(cross, cross)), np.sqrt(_dot(a, a))
+            n = (cross[0] / jacobian, cross[1] / jacobian, cross[2] / jacobian)
+            e1 = (a[0] / length, a[1] / length, a[2] / length)
+            e2 = (n[1] * e1[2] - n[2] * e1[1], n[2] * e1[0] - n[0] * e1[2], n[0] * e1[1] - n[1] * e1[0])
+            t11, t22 = 1.0 / length, length / jacobian  # e₁ = t11 a₁, e₂ = t21 a₁ + t22 a₂
+            t21 = -_dot(a, b) / (length * jacobian)
+            f11, f12, f22 = t11 * t11 + t21 * t21, t21 * t22, t22 * t22  # g^αβ
+            h = (
+                f11 * aa[0] + 2.0 * f12 * ab[0] + f22 * bb[0],
+                f11 * aa[1] + 2.0 * f12 * ab[1] + f22 * bb[1],
+                f11 * aa[2] + 2.0 * f12 * ab[2] + f22 * bb[2],
+            )
+            h1, h2 = _dot(h, e1), _dot(h, e2)
+            naa, nab, nbb = -_dot(n, aa), -_dot(n, ab), -_dot(n, bb)
+            k11 = t11 * t11 * naa
+            k12 = t11 * (t21 * naa + t22 * nab)
+            k22 = t21 * t21 * naa + 2.0 * t21 * t22 * nab + t22 * t22 * nbb
+            filled.area[e, p] = jacobian * tables.weight[p]
+            filled.curvature[e, p] = k11 + k22
+            for i in range(3):
+                filled.position[e, p, i] = place[i]
+                filled.normal[e, p, i] = n[i]
+            for k in range(m):
+                n1 = t11 * first[0, k]
+                n2 = t21 * first[0, k] + t22 * first[1, k]
+                laplacian = f11 * second[0, k] + 2.0 * f12 * second[1, k] + f22 * second[2, k] - h1 * n1 - h2 * n2
+                along1, along2 = 2.0 * (k11 * n1 + k12 * n2), 2.0 * (k12 * n1 + k22 * n2)
+                for i in range(3):
+                    filled.strain[e, p, 0, k, i] = e1[i] * n1
+                    filled.strain[e, p, 1, k, i] = e2[i] * n2
+                    filled.strain[e, p, 2, k, i] = e1[i] * n2 + e2[i] * n1
+                    filled.slope[e, p, 0, k, i] = n[i] * n1
+                    filled.slope[e, p, 1, k, i] = n[i] * n2
+                    filled.bending[e, p, k, i] = -n[i] * laplacian - e1[i] * along1 - e2[i] * along2
+
+
+@kernel()
+def _fill(chunks, x, nodes, tables, filled):
+    parallel_for(_fill_chunk, chunks, x, nodes, tables, filled)
+
+
+def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
+    """Rows for nodes at x [m], shape (n, 3), with the nodes of each triangle, shape (e, m)."""
+    e, m = nodes.shape
+    q = len(tables.weight)
+    filled = Filled(
+        np.empty((e, q)),
+        np.empty((e, q, 3)),
+        np.empty((e, q, 3)),
+        np.empty((e, q, 3, m, 3)),
+        np.empty((e, q, 2, m, 3)),
+        np.empty((e, q)),
+        np.empty((e, q, m, 3)),
+    )
+    _fill(-(-e // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, filled)
+    value = np.broadcast_to(tables.value[tables.kind][..., None], (e, q, m, 3))
+    return Operators(
+        filled.area,
+        filled.position,
+        filled.normal,
+        value,
+        filled.strain,
+        filled.slope,
+        filled.curvature,
+        filled.bending,
+    )
+
+
+@kernel(inner=True)
+def _area_chunk(chunk, x, nodes, tables, areas):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
+        for p in range(tables.value.shape[1]):
+            first = tables.first[tables.kind[e], p]
+            a, b = _sum(first[0], x, nodes[e]), _sum(first[1], x, nodes[e])
+            cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+            areas[e, p] = np.sqrt(_dot(cross, cross)) * tables.weight[p]
+
+
+@kernel()
+def _find_areas(chunks, x, nodes, tables, areas):
+    parallel_for(_area_chunk, chunks, x, nodes, tables, areas)
+
+
+def surface_areas(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> np.ndarray:
+    """Areas of the quadrature points [m²], shape (e, q), as `surface_operators` has them."""
+    areas = np.empty((len(nodes), len(tables.weight)))
+    _find_areas(-(-len(nodes) // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, areas)
+    return areas

@@ -1,0 +1,114 @@
+"""What closed surfaces of triangles in space share, whatever interpolates them."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
+from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import WELL_SPREAD, check_quality, qualities, way_along
+from pellucid.bodies.fluid_film.mesh_smoothing.surface_point_location import places_along
+from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
+from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables, surface_areas, surface_operators
+from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.rings import rings
+from pellucid.geometry.meshes.triangulation import vertex_normals
+
+
+class TriangleRule(NamedTuple):
+    """Points on a triangle as shares of its corners, shape (q, 3), and weights that add up to 1, shape (q,)."""
+
+    shares: np.ndarray
+    weights: np.ndarray
+
+
+THREE = TriangleRule(np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3), np.full(3, 1.0 / 3.0))  # exact to degree 2
+SIX = TriangleRule(TRIANGLE, TRIANGLE_WEIGHTS)  # exact to degree 4
+
+
+class TriangleSurface(ABC):
+    """Triangles (e, 3) between n nodes that enclose a volume, counterclockwise seen from outside.
+
+    The parts that have masses are the cells of the nodes, the shares of a quadrature point in its corners.
+    """
+
+    axes: tuple[int, ...] = (0, 1, 2)
+    nodes: np.ndarray
+    tables: SurfaceTables
+
+    def __init__(self, triangles: np.ndarray, n: int, rule: TriangleRule) -> None:
+        self.rings = rings(triangles, n)
+        self.held = np.zeros((n, 3), bool)
+        self.shares = Shares(triangles, rule.shares)
+        self._fluxes = CellFluxes(self.rings)
+
+    @abstractmethod
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """Values on the surface at the nodes, shape (n, k), of a field with these values x of the nodes."""
+
+    @abstractmethod
+    def through(self, places: np.ndarray) -> np.ndarray:
+        """Nodes of the surface that runs through places, shape (n, k); the inverse of `places`."""
+
+    @abstractmethod
+    def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
+
+    def operators(self, x: np.ndarray) -> Operators:
+        """Rows for nodes at x [m], shape (n, 3)."""
+        return surface_operators(x, self.nodes, self.tables)
+
+    def normals(self, x: np.ndarray) -> np.ndarray:
+        """Outward unit normals at the nodes, shape (n, 3)."""
+        return vertex_normals(self.places(x), self.rings.triangles)
+
+    def spacing(self, x: np.ndarray) -> np.ndarray:
+        """Distance of each node from its nearest neighbour [m], shape (n,)."""
+        return np.asarray(np.linalg.norm(x[self.rings.neighbours] - x[:, None], axis=2).min(axis=1))
+
+    def cells(self) -> Cells:
+        """The triangles."""
+        return Cells(triangles=self.rings.triangles)
+
+    def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
+        """See `pellucid.bodies.fluid_film.surfaces.contract`."""
+        before, areas = self.places(x), self._cell_areas(x)
+        after = self._along(x, before, way_along(self.rings, before, self.places(moved)))
+        check_quality(self.rings.triangles, after)
+        new = self.through(after)
+        self.renew(new)
+        return Redistributed(new, self._fluxes.moved(before, after, areas, self._cell_areas(new), mass))
+
+    def can_wait(self, x: np.ndarray) -> bool:
+        """See `pellucid.bodies.fluid_film.surfaces.contract`."""
+        return bool(qualities(self.rings.triangles, self.places(x)).min() >= WELL_SPREAD)
+
+    def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
+        """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""
+        for _ in range(sweeps):
+            places = self.places(x)
+            x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
+            self.renew(x)
+        return x
+
+    @abstractmethod
+    def renew(self, x: np.ndarray) -> None:
+        """Fit what depends on where nodes stand to nodes at x [m], shape (n, 3)."""
+
+    @abstractmethod
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What its functions depend on beside the nodes, for checkpoints."""
+
+    @abstractmethod
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+
+    def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
+        return places_along(self.rings, places, way, lambda triangle, share: self.at(x, triangle, share))
+
+    def _cell_areas(self, x: np.ndarray) -> np.ndarray:
+        areas = np.einsum("eq,qc->ec", surface_areas(x, self.nodes, self.tables), self.shares.share)
+        return np.bincount(self.shares.part.ravel(), areas.ravel())

@@ -1,0 +1,32 @@
+"""How fast signals cross a film that moves with the nodes of the grid."""
+
+from math import sqrt
+
+import numpy as np
+
+from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
+from pellucid.materials.film import FilmMaterial
+from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cells, tightest, waves_in_cells
+
+
+class Signals:
+    """Waves [m/s], the spreading of momentum [m²/s] and bending waves [m⁴/s²] in a film by its own inertia.
+
+    density: at its nodes or elements [kg/m²].
+    """
+
+    def __init__(self, physics: FilmPhysics, material: FilmMaterial, density: np.ndarray) -> None:
+        tension, least = -material.pressure(density), float(density.min())
+        self.wave = sqrt(float(np.max((density * material.pressure_slope(density) + np.maximum(tension, 0.0)) / density)))
+        self.spread = (2.0 * physics.viscosity + physics.dilatational_viscosity) / least
+        self.bending = physics.bending_rigidity / least
+
+    def rate(self, h: float) -> float:
+        """How often the fastest of them crosses a cell of edge 1/h in a second [1/s]."""
+        return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
+
+    def limit(self, cell: float, speed: float) -> StepLimit:
+        """How they bound the step in cells [m], in a film that moves at a speed [m/s]."""
+        waves, spread = waves_in_cells(cell, self.wave, cause="membrane"), spread_in_cells(cell, self.spread)
+        tight = tightest([waves, spread, bending_in_cells(cell, self.bending)])
+        return tight._replace(step=1.0 / (1.0 / tight.step + speed / cell))

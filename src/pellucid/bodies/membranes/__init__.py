@@ -1,0 +1,1 @@
+"""What membranes share, whether points or elements carry their stress."""

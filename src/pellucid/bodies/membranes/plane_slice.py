@@ -1,0 +1,61 @@
+"""Membranes in plane problems: bands along the thin axes, of which a slice of the grid's thickness is computed."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pellucid.findings import Finding, Path
+from pellucid.geometry.meshes.triangulation import Triangulation, directed_edges
+from pellucid.grid.model import GridCase
+
+FLAT = 1e-6  # of the largest extent
+LEANING = 1e-3  # of a length, by which a band may be off its axis; files have single precision
+
+
+def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
+    """What mass and forces of a membrane with these vertices [m], shape (n, 3), are multiplied by to be those of the slice.
+
+    For each thin axis the thickness of the slice over the extent of the surface. Along an axis where the surface has none lies
+    the membrane's own thickness, which is all there.
+    """
+    if grid is None:
+        return 1.0
+    deep = _bands(vertices, grid)
+    return float(np.prod(grid.slice_thickness() / np.ptp(vertices, axis=0)[deep]))
+
+
+def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterator[Finding]:
+    """A surface, which stands at `path`, that lies beyond the one cell of a thin axis, or has no slice as it is no band."""
+    vertices, triangles = surface
+    for axis in np.flatnonzero(grid.thin()):
+        name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
+        first, last = grid.lower[axis], grid.extent_upper()[axis]
+        if low < first or high > last:
+            reach = f"reaches from {low:g} to {high:g} m" if high > low else f"lies at {low:g} m"
+            text = f"{reach} along {name}, beyond the grid's one cell there: {first:g} to {last:g} m"
+            yield Finding(path, text, "let it end within the cell: a band may be shallower, its depth does not count")
+    a, b, c = vertices[triangles.T]
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    rim = vertices[_rim(triangles)]
+    for axis in _bands(vertices, grid):
+        name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
+        slack = LEANING * (high - low)
+        at_ends = np.any(np.abs(rim[:, :, axis, None] - (low, high)).max(axis=1) <= slack, axis=1)
+        along = np.linalg.norm(np.delete(rim[:, 1] - rim[:, 0], axis, axis=1), axis=1) <= slack
+        if np.abs(normal[:, axis]).max() > LEANING or not np.all(at_ends | along):
+            text = f"is neither flat across {name} nor a band along it, while the grid is one cell thick along {name}, where"
+            remedy = f"let it reach from {low:g} to {high:g} m along {name} everywhere, as a rectangle or the faces of a box do"
+            yield Finding(path, f"{text} nothing varies", f"{remedy}; or enlarge the grid")
+
+
+def _bands(vertices: np.ndarray, grid: GridCase) -> np.ndarray:
+    """The thin axes along which the surface extends."""
+    extent = np.ptp(vertices, axis=0)
+    return np.flatnonzero(np.array(grid.thin()) & (extent > FLAT * extent.max()))
+
+
+def _rim(triangles: np.ndarray) -> np.ndarray:
+    """Edges that only one triangle has, shape (k, 2)."""
+    edges, count = np.unique(np.sort(directed_edges(triangles), axis=1), axis=0, return_counts=True)
+    return np.asarray(edges[count == 1])

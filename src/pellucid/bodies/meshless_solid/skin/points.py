@@ -1,0 +1,100 @@
+"""Points on the outer faces of a solid, by which others touch it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from pellucid.approximants.nodal.contract import Evaluator
+from pellucid.bodies.meshless_solid.prescribed import values_at
+from pellucid.geometry.meshes.cells import cells_of_faces, outer_faces
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+
+SMALLEST = 1e-12  # share that is kept: functions of nodes off a face vanish on it but for rounding
+
+
+class SkinPoints(NamedTuple):
+    """m points of the surface: the nodes on it, and where faces are longer than asked, points on a lattice in these.
+
+    The mass of a point is that with which it meets others, a share of the masses of the nodes that move it: of node a all
+    points together have Σ_k S_ka m_k ≤ m_a, so that contact adds no energy.
+    """
+
+    values: sparse.csr_array  # (m, n) S_ka = p_a(x_k)
+    mass: np.ndarray  # (m,) [kg]
+    is_node: np.ndarray  # (m,) whether it is a node of the mesh
+    faces: np.ndarray  # (f, 3) the faces on which they lie, by the points at the corners
+    triangles: np.ndarray  # (t, 3) points that are corners of triangles within these, counterclockwise from outside
+
+
+def skin_points(
+    mesh: SimplexMesh, evaluator: Evaluator, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()
+) -> SkinPoints:
+    """Points no further apart than `longest` [m] on the outer faces of a mesh whose nodes have masses [kg], shape (n,).
+
+    closed: sets of nodes, each shape (n,), on walls that they do not leave: between these are no faces that others meet.
+    """
+    faces = outer_faces(mesh.cells)
+    behind = [on_wall[faces].all(axis=1) for on_wall in closed]
+    faces = faces[~np.any(behind, axis=0)] if behind and not np.any(behind, axis=0).all() else faces
+    owner = cells_of_faces(mesh.cells, faces)
+    corners = mesh.nodes[faces]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    parts = np.maximum(1, np.ceil(edges / longest * (1.0 - 1e-9)).astype(np.int64))
+    at_nodes, cell_of_node = np.zeros(len(mesh.nodes)), np.zeros(len(mesh.nodes), np.int64)
+    np.maximum.at(cell_of_node, faces.ravel(), np.repeat(owner, 3))
+    nodes, by_corner = np.unique(faces, return_inverse=True)
+    by_corner = by_corner.reshape(-1, 3)
+    places, cells, areas, triangles, count = [], [], [], [], len(nodes)
+    for n in np.unique(parts):
+        here = parts == n
+        numbers = []
+        lattice, within = _lattice(int(n))
+        for shares, weight in lattice:
+            corner = np.flatnonzero(shares == 1.0)
+            if len(corner):
+                np.add.at(at_nodes, faces[here, corner[0]], weight * area[here])
+                numbers.append(by_corner[here, corner[0]])
+            else:
+                places.append(np.einsum("k,fki->fi", shares, corners[here]))
+                cells.append(owner[here])
+                areas.append(weight * area[here])
+                numbers.append(count + np.arange(here.sum()))
+                count += int(here.sum())
+        triangles.append(np.array(numbers)[within].transpose(2, 0, 1).reshape(-1, 3))
+    values = values_at(
+        mesh,
+        evaluator,
+        np.concatenate([cell_of_node[nodes], *cells]),
+        np.concatenate([mesh.nodes[nodes], *places]),
+    )
+    values.data[abs(values.data) < SMALLEST] = 0.0
+    values.eliminate_zeros()
+    share = np.concatenate([at_nodes[nodes], *areas])
+    mass_of_points = share * _least_depth(values, share, mass)
+    return SkinPoints(values, mass_of_points, np.arange(len(share)) < len(nodes), by_corner, np.concatenate(triangles))
+
+
+def _lattice(n: int) -> tuple[list[tuple[np.ndarray, float]], np.ndarray]:
+    """Points of a triangle that n² equal triangles divide, by the shares of its corners, with the part of its area of each;
+    the corners of the equal triangles, shape (n², 3)."""
+    found: list[tuple[np.ndarray, float]] = []
+    number: dict[tuple[int, int], int] = {}
+    for i in range(n + 1):
+        for j in range(n + 1 - i):
+            shares = np.array([i, j, n - i - j]) / n
+            about = {3: 6, 2: 3, 1: 1}[int((shares > 0.0).sum())]  # of the small triangles
+            number[i, j] = len(found)
+            found.append((shares, about / (3.0 * n * n)))
+    upright = [((i + 1, j), (i, j + 1), (i, j)) for i, j in number if i + j < n]
+    turned = [((i, j), (i - 1, j), (i, j - 1)) for i, j in number if i and j]
+    return found, np.array([[number[corner] for corner in triangle] for triangle in upright + turned])
+
+
+def _least_depth(values: sparse.csr_array, share: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Mass over area of each point [kg/m²], the least among the nodes that move it, each of which has m_a / Σ_k S_ka A_k."""
+    of_node = values.T @ share
+    depth = np.where(of_node > 0.0, mass / np.where(of_node > 0.0, of_node, 1.0), np.inf)
+    return np.minimum.reduceat(depth[values.indices], values.indptr[:-1])

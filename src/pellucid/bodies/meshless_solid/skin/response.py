@@ -1,0 +1,98 @@
+"""How the surface of a solid answers to velocity increments of the nodes of the grid where others touch it.
+
+Increments Δv_I come to the points of the surface and to the nodes of the body, and what these give to the points comes back to
+the nodes of the grid (`skin`):
+
+    Δv_a = Σ_I K_Ia Δv_I / m_a,  m_I Δv'_I = Σ_a K_Ia Δv_a,  K_Ia = Σ_k N_I(x_k) m_k S_ka .
+
+Contact asks again and again in a step, and always at the same few nodes: K is found once, of these alone.
+"""
+
+import numpy as np
+from numpy import uintp
+from scipy import sparse
+
+from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
+from pellucid.contact.shared import mark_stencils, no_numbers
+from pellucid.grid.lattice import Nodes
+from pellucid.grid.stencil import functions_at, node_at, stencil_of
+from pellucid.jit import kernel
+
+
+@kernel()
+def _list_weights(mapped, slot, near, listed, first, column, weight):
+    """The points that have weight at numbered nodes into `listed`, where each one's weights begin into `first`, the numbers of
+    the nodes and the weights; how many points."""
+    functions, lattice, x = mapped.functions, mapped.lattice, mapped.points.position
+    n = entries = 0
+    for p in range(len(x)):
+        start, numbers = functions_at(functions, lattice, (x[p, 0], x[p, 1], x[p, 2]))
+        if near[uintp(start)] == 0:
+            continue
+        about = stencil_of(functions, start, numbers)
+        wx, wy, wz = about.wx, about.wy, about.wz
+        listed[n], first[n] = p, entries
+        n += 1
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = slot[node_at(about, lattice, a, b, c)]
+                    if e >= 0:
+                        column[entries], weight[entries] = e, wx[a] * wy[b] * wz[c]
+                        entries += 1
+    first[n] = entries
+    return n
+
+
+class SkinAnswer:
+    """Velocities of nodes of the grid with which a body answers there.
+
+    surface: of its points, with masses [kg], shape (m,); values: S_ka, shape (m, n); inertia: of its nodes [kg], shape (n,);
+    prescribed: 0 where they are free, shape (n, 3).
+    """
+
+    def __init__(
+        self,
+        surface: GridCoupling,
+        mass: np.ndarray,
+        values: sparse.csr_array,
+        inertia: np.ndarray,
+        prescribed: np.ndarray,
+    ) -> None:
+        self._surface, self._mass, self._values = surface, mass, values
+        self._inertia, self._prescribed = inertia, prescribed
+        grid, m = surface.velocity_field.grid, len(mass)
+        self._nodes: Nodes = grid.nodes
+        self._reach = tuple(function.stencil for function in surface.functions)
+        self._strides = grid.lattice.strides
+        self._slot, self._near = no_numbers(grid.n_nodes)
+        most = m * int(np.prod(self._reach))
+        self._listed, self._first = np.empty(m, np.int64), np.empty(m + 1, np.int64)
+        self._column, self._weight = np.empty(most, np.int64), np.empty(most)
+
+    def begin(self, at: np.ndarray) -> None:
+        """Contact asks at these nodes of the grid, shape (k,), from now on, after their momentum was advanced."""
+        K = self._matrix(at)
+        used, column = np.unique(K.indices, return_inverse=True)
+        self._from_body = sparse.csr_array((K.data, column, K.indptr), shape=(len(at), len(used)))
+        self._to_body = sparse.csr_array(self._from_body.T)
+        self._mobility = (self._prescribed[used] == 0) / self._inertia[used, None]
+        nodes, self._at = self._nodes, at
+        self._trial = nodes.velocity[at] - nodes.velocity_increment[at]
+        self._share = (nodes.constrained[at] == 0) / nodes.mass[at, None]
+
+    def _matrix(self, at: np.ndarray) -> sparse.csr_array:
+        mark_stencils(at, self._slot, self._near, self._reach, self._strides, True)
+        to = self._listed, self._first, self._column, self._weight
+        n = _list_weights(self._surface.mapped, self._slot, self._near, *to)
+        mark_stencils(at, self._slot, self._near, self._reach, self._strides, False)
+        listed, first = self._listed[:n], self._first[: n + 1]
+        given = self._weight[: first[n]] * np.repeat(self._mass[listed], np.diff(first))
+        points = sparse.csr_array((given, self._column[: first[n]], first), shape=(n, len(at)))
+        return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
+
+    def give(self) -> None:
+        """Let these nodes have the velocities with which the body answers to their increments so far."""
+        nodes, at = self._nodes, self._at
+        of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
+        nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)

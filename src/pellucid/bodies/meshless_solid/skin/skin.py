@@ -1,0 +1,190 @@
+"""Contact of a body whose nodes span a field: through the material on its surface.
+
+Others touch the material, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not the numbers x_a, which may lie off the surface. Points
+on the outer faces (`skin_points`), with velocities Σ_a S_ka v_a, go to the grid: the material within a cell of the surface is
+not held, as it would be were all nodes mapped. What contact gives the points comes back by the same shares,
+m_a Δv_a = Σ_k S_ka m_k Δv_k, which keeps momentum since Σ_a S_ka = 1.
+
+The velocity of a node of the grid is a mean, and mapping an increment to the points and back gives part of it alone:
+Δv_I = Σ_k N_I m_k (SΔv)_k / m_I. Were that left, points under a lasting load would creep into the other body. So the nodes of
+the grid take the velocities with which the body answers, and contact goes on from there (`skin_answer`).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy import sparse
+
+from pellucid.bodies.meshless_solid.skin.points import SkinPoints
+from pellucid.bodies.meshless_solid.skin.response import SkinAnswer
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
+from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
+from pellucid.contact.faces import Faces
+from pellucid.contact.overlong import overlong
+from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.grid.lattice import Grid
+from pellucid.grid.vectors import gather_vectors
+from pellucid.jit.bundle import Bundle
+from pellucid.state import of_owner, with_owner
+
+
+class Skin:
+    """The surface of a body on the grid on which others may touch it: what contact knows of the body.
+
+    coupling: of the numbers of the nodes; arrays: of the body, with masses; volume: of the nodes, shape (n,) [m³]; at_nodes:
+    values of the functions at the nodes, shape (n, n).
+    """
+
+    is_surface = False
+    areal_density = 0.0
+
+    def __init__(
+        self,
+        name: str,
+        coupling: GridCoupling,
+        arrays: Mapping[str, np.ndarray],
+        volume: np.ndarray,
+        at_nodes: sparse.csr_array,
+        points: SkinPoints,
+    ) -> None:
+        self.name, self.functions, self._field = name, coupling.functions, coupling.velocity_field
+        self._position, self._velocity = arrays["position"], arrays["velocity"]
+        self._increment, mass = coupling.increment, arrays["mass"]
+        self._mass = mass[:, None]
+        self._values, self._shares = points.values, sparse.csr_array(points.values.T)
+        m, added = len(points.mass), ~points.is_node
+        self._x, self._v = np.zeros((m, 3)), np.zeros((m, 3))
+        self._at_points, self._point_mass = np.zeros((m, 3)), points.mass[:, None]
+        # detection knows all of the body: nodes within tell where it lies
+        self._all = sparse.csr_array(sparse.vstack([at_nodes, points.values[added]]))
+        density = float(mass.sum() / volume.sum())
+        volumes = np.concatenate([volume, points.mass[added] / density])
+        self._everywhere = np.zeros((len(volumes), 3))
+        self._follow()
+        self._faces, self._triangles, t = points.faces, points.triangles, len(points.triangles)
+        thirds = np.full(3 * t, 1.0 / 3.0), (self._triangles.ravel(), np.repeat(np.arange(t), 3))
+        self._thirds = sparse.csr_array(thirds, shape=(m, t))
+        self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass)
+        still = np.zeros_like(self._everywhere)
+        self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes)
+        self._answer = SkinAnswer(self.surface, points.mass, self._values, mass, arrays["prescribed"])
+        self._first = True
+
+    def surface_of(self, grid: Grid, loads: np.ndarray, hard: bool) -> PointsOfFaces:
+        """The points as others touch them; their forces are added to loads on the nodes [N], shape (n, 3). hard: whether all
+        of these are prescribed."""
+
+        def take(force: np.ndarray) -> None:
+            loads[...] += self._shares @ force
+
+        def velocities() -> np.ndarray:
+            return np.asarray(self._values @ self._velocity)
+
+        surface = PointsOfFaces(grid, self._triangles, lambda: self._x, velocities, take, hard)
+        surface.mass_per_area = surface.per_area(self._point_mass[:, 0])
+        return surface
+
+    def _follow(self) -> None:
+        """Put the points where the material is: the functions reproduce places, Σ_a S_ka X_a = X_k."""
+        self._x[:], self._v[:] = self._values @ self._position, self._values @ self._velocity
+        self._everywhere[:] = self._all @ self._position
+
+    def begin(self) -> None:
+        """Renew the indices where points left their slabs."""
+        self.surface.sort_if_needed()
+        self.whole.sort_if_needed()
+
+    def scatter(self, force: np.ndarray) -> None:
+        """Mass and momentum of the points to the grid, and forces on the nodes until the end of the step [N], (n, 3)."""
+        self._first = True
+        self._v[:] = self._values @ self._velocity
+        self.surface.scatter(self._point_mass * (self._values @ (force / self._mass)))
+
+    def scatter_momentum(self) -> None:
+        """Momentum alone, after the nodes' velocities changed."""
+        self._v[:] = self._values @ self._velocity
+        self.surface.scatter_momentum()
+
+    def gather(self) -> np.ndarray:
+        """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
+        if not self._field.pressed:
+            self._increment.fill(0.0)
+            return self._increment
+        nodes = self._field.grid.nodes
+        gather_vectors(self.surface.n_slabs, self.surface.mapped, nodes.velocity_increment, self._at_points)
+        np.divide(self._shares @ (self._point_mass * self._at_points), self._mass, out=self._increment)
+        return self._increment
+
+    takes_second_impulses = False  # velocities mapped again strain no points of it
+
+    def take_second_impulses(self, dt: float) -> float:
+        """None are given."""
+        raise ValueError(f"body {self.name} takes no second impulses")
+
+    def answer_contact(self) -> bool:
+        """Let the nodes of the grid have the velocities that contact gave the body so far."""
+        if self._first:
+            self._answer.begin(self._field.awaiting)
+        self._answer.give()
+        self._first = False
+        return True
+
+    def end_contact(self) -> None:
+        """The body takes its increments from the nodes, whatever their velocities."""
+
+    # what detection asks
+
+    @property
+    def n_points(self) -> int:
+        """Number of points of all of the body."""
+        return len(self._everywhere)
+
+    @property
+    def mapped(self) -> Bundle:
+        """The points of all of the body."""
+        return self.whole.mapped
+
+    @property
+    def n_slabs(self) -> int:
+        """Number of slabs into which these are divided."""
+        return self.whole.n_slabs
+
+    def vector_areas(self) -> np.ndarray:
+        """None: it fills space."""
+        return np.zeros((0, 3))
+
+    def half_width(self) -> tuple[float, float, float]:
+        """None: points lie on the surface."""
+        return 0.0, 0.0, 0.0
+
+    def faces(self) -> Faces:
+        """The points on the surface."""
+        return Faces(
+            self.surface.mapped, self.surface.n_slabs, np.asarray(self._thirds @ vector_areas(self._x, self._triangles))
+        )
+
+    def contact_warning(self, nodes: np.ndarray) -> str | None:
+        """Where its faces are longer than the cells."""
+        what, effect = f"body {self.name} touches another, its outer face", "others sink into it; make its mesh finer there"
+        return overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
+
+    # step and checkpoint
+
+    def update(self) -> None:
+        """Follow the nodes to new places."""
+        self._follow()
+        for coupling in (self.surface, self.whole):
+            coupling.check_positions()
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps."""
+        parts = {"surface": self.surface, "whole": self.whole}
+        return {
+            name: array for part, c in parts.items() for name, array in with_owner(f"skin/{part}", c.state_arrays()).items()
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint, after the numbers of the nodes."""
+        self._follow()
+        self.surface.restore(of_owner("skin/surface", arrays))
+        self.whole.restore(of_owner("skin/whole", arrays))

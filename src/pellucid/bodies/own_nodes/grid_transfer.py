@@ -1,0 +1,135 @@
+"""Contact of a body with its own nodes: transfers to and from the grid through an index of the nodes by cell."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy import intp
+
+from pellucid.approximants import GridFunctions
+from pellucid.contact.subcell_damping import SubcellMotion, damp_subcell_velocities
+from pellucid.grid.nodal_fields import allocate
+from pellucid.grid.own_nodes_field import OwnNodesField
+from pellucid.grid.passes.places import bounds_of, placed
+from pellucid.grid.points import (
+    NO_STRESS,
+    NO_VOLUME,
+    OK,
+    ByIndex,
+    MappedPoints,
+    PointArrays,
+    place_of,
+)
+from pellucid.grid.reached import NO_FORCE
+from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
+from pellucid.grid.vectors import gather_vectors
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import parallel_for
+
+
+@kernel(inner=True)
+def _check_slab(s, mapped):
+    lattice, x, slabs, index = mapped.lattice, mapped.points.position, mapped.slabs, mapped.index
+    bounds = bounds_of(slabs, s)
+    left_slab = first_fault = at_fault = 0
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        fault, beyond = placed(lattice, x, p, 0.0, 0.0, 0.0, bounds)
+        left_slab |= beyond
+        if fault != OK and first_fault == OK:
+            first_fault = fault
+            at_fault = intp(p)  # type: ignore[assignment]
+    slabs.left_slab[s] = left_slab
+    slabs.fault[s, 0], slabs.fault[s, 1] = first_fault, at_fault
+
+
+@kernel()
+def _check(n, mapped):
+    parallel_for(_check_slab, n, mapped)
+
+
+class GridCoupling:
+    """The nodes of a body on the grid on which others may touch it.
+
+    It reads the body's arrays and keeps an index of its nodes by cell, so that these stay in the order of their mesh. It
+    scatters their mass and momentum and gathers the velocity increments of contact.
+    position, velocity: shape (n, 3) [m], [m/s]; mass and, but for membranes, volume: shape (n,) [kg], [m³].
+    """
+
+    def __init__(
+        self,
+        velocity_field: OwnNodesField,
+        functions: GridFunctions,
+        position: np.ndarray,
+        velocity: np.ndarray,
+        mass: np.ndarray,
+        volume: np.ndarray = NO_VOLUME,
+    ) -> None:
+        self.velocity_field, self.functions = velocity_field, functions
+        self._points = PointArrays(position, velocity, mass, volume, NO_STRESS)
+        self._order = np.arange(len(mass))
+        self._scratch: dict[int, np.ndarray] = {}
+        self._within = Bundle(allocate(SubcellMotion, velocity_field.grid.n_nodes))
+        self.increment = np.zeros((len(mass), 3))
+        """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
+        grid, index = velocity_field.grid, ByIndex(self._order)
+        self.slabs = slabs_of(grid.lattice, functions)
+        self.n_slabs = len(self.slabs.layers)
+        self.mapped = Bundle(MappedPoints(functions, grid.lattice, grid.nodes, self._points, self.slabs, index))
+        self.sort()
+
+    def sort(self) -> None:
+        """Renew the index."""
+        ordered = {"order": self._order, "position": self._points.position[self._order]}
+        sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions, self.slabs)
+
+    def sort_if_needed(self) -> None:
+        """Renew the index where a node left its slab; to be called before the first scatter of a step."""
+        if self.slabs.left_slab.any():
+            self.sort()
+
+    def scatter(self, force: np.ndarray | None = None) -> None:
+        """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
+        self.velocity_field.scatter(self.n_slabs, self.mapped, NO_FORCE if force is None else force)
+
+    def scatter_momentum(self) -> None:
+        """Momentum alone, after the nodes' velocities changed."""
+        self.velocity_field.scatter_momentum(self.n_slabs, self.mapped)
+
+    def gather(self) -> np.ndarray:
+        """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
+        if self.velocity_field.pressed:
+            gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+        else:
+            self.increment.fill(0.0)
+        return self.increment
+
+    def gather_second(self) -> np.ndarray:
+        """The second increments of this step [m/s], shape (n, 3)."""
+        second = np.empty_like(self.increment)
+        gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
+        return second
+
+    def subcell_loss(self) -> np.ndarray:
+        """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
+
+        To be called when their momentum is mapped to the grid again; see `pellucid.contact.subcell_damping`.
+        """
+        loss = np.zeros_like(self.increment)
+        damp_subcell_velocities(self.n_slabs, self.mapped, self.velocity_field.reached, self._within, loss)
+        return loss
+
+    def check_positions(self) -> tuple[int, int] | None:
+        """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
+        _check(self.n_slabs, self.mapped)
+        found = np.flatnonzero(self.slabs.fault[:, 0])
+        return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps."""
+        return {"order": self._order} | kept_of(self.slabs)
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint."""
+        self._order[:] = arrays["order"]
+        restore_slabs(self.slabs, arrays)

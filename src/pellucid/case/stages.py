@@ -1,0 +1,114 @@
+"""What a case does before its clock starts, or in place of it: steady states, settling, the state of an earlier run."""
+
+from collections.abc import Iterator
+from pathlib import Path as FilePath
+
+from pellucid.conditions.support import Support
+from pellucid.findings import Finding, Path
+from pellucid.model import InputFile, parameter
+from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.part import Part, Parts
+
+
+class SteadyCase(Part):
+    """States of rest under loads, by dynamic relaxation.
+
+    Time is that of the loads alone: they grow from time 0 to `time.end` in load steps, and results are those of the
+    equilibria. Inertia and damping serve the way there and have no part in these.
+    """
+
+    load_steps: int = parameter("", "number of equilibria, at equal intervals of the time of the loads", 1, ge=1, le=100_000)
+    loading: int | None = parameter(
+        "",
+        "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
+        "cross the body sixteen times while all loads grow, and 800 in all at least",
+        None,
+        ge=1,
+    )
+    tolerance: float = parameter(
+        "", "estimated error of the displacements at which a state counts as steady, of the largest of them", 1e-6, gt=0, le=0.1
+    )
+    courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.8, gt=0, le=1)
+    mass_scaling: bool = parameter("", "whether inertia is scaled so that all nodes allow the same step", False)
+    most_steps: int = parameter("", "steps of the relaxation of a load step before the run stops itself", 100_000, ge=100)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Bodies that cannot come to rest so, or do not begin at rest."""
+        for other, body in parts.placed(BodyModel):
+            initial = getattr(body, "initial", None)
+            velocity = any(getattr(body, "velocity", ()))
+            if body.moves and (velocity or initial):
+                key = "velocity" if velocity else "initial"
+                yield Finding((*other, key), "a steady state begins at rest", "leave it out")
+            if fault := body.why_not_relaxed(is_alone(body, parts)):
+                yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
+            elif self.mass_scaling and (not body.scales_inertia or parts.grid is not None):
+                text = "on a grid, contact needs the masses" if body.scales_inertia else f'kind "{body.kind}" keeps its masses'
+                yield Finding((*path, "mass_scaling"), text, "leave it out")
+
+
+class SettleCase(Part):
+    """Settling: before the clock starts, bodies come to rest in equilibrium with what acts at time 0.
+
+    They move by their own equations, and lose all velocity whenever their kinetic energy passes a peak. Time stands still for
+    loads and motions.
+    """
+
+    share: float = parameter(
+        "",
+        "kinetic energy that bodies no longer pass when they count as settled, of the largest energy that moved on the way",
+        1e-8,
+        gt=0,
+        le=0.1,
+    )
+    most_steps: int = parameter("", "steps of the settling before the run stops itself", 100_000, ge=10)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Steady states, bodies without inertia or not at rest, supports that move."""
+        if parts.one(SteadyCase) is not None:
+            yield Finding(path, "[steady] brings bodies to rest by itself", "leave one of the two out")
+        for other, body in parts.placed(BodyModel):
+            if not body.moves or body.has_own_step:
+                yield Finding((*other, "kind"), f'[settle]: kind "{body.kind}" does not move by inertia', "leave [settle] out")
+            for key in ("velocity", "angular_velocity", "velocity_wave"):
+                value = getattr(body, key, None)
+                if value is not None and (not isinstance(value, tuple) or any(value)):
+                    yield Finding((*other, key), "[settle] takes all velocity from the bodies", "leave it out")
+            for number, initial in enumerate(getattr(body, "initial", None) or ()):
+                if initial.kind == "velocity-gradient":
+                    text = "[settle] takes all velocity from the bodies"
+                    yield Finding((*other, "initial", number, "kind"), text, "leave it out")
+        for other, support in parts.placed(Support):
+            if any(support.velocity):
+                text = "[settle] holds the time of motions, but not a support that moves"
+                yield Finding((*other, "velocity"), text, "hold the nodes at rest, and move the body by a [[motion]]")
+
+
+class StartCase(Part):
+    """Bodies begin in the state that bodies of the same names had in an earlier run; time, works and impulses begin at zero.
+
+    Places, velocities and what the material carries come from that run; grid, supports, motions and loads are those of the
+    case, whose regions choose among the points where they are then.
+    """
+
+    path: InputFile = parameter("", "folder of the earlier run; a relative path starts from the case file's folder")
+    time: float | None = parameter(
+        "s", "instant of that run: the nearest frame of the fields; without it its last checkpoint", None, ge=0
+    )
+    body: tuple[str, ...] | None = parameter("", "names of the bodies; without it all that both runs have", None)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """No run there, or no such body here."""
+        folder = FilePath(self.path)
+        if not (folder / "case.toml").is_file():
+            other = "it is a file" if folder.exists() else "there is no such folder"
+            what = "it has no case.toml" if folder.is_dir() else other
+            within = folder.is_file() and (folder.parent / "case.toml").is_file()
+            remedy = f'name the folder: path = "{folder.parent}"' if within else "name the --out of a run of pellucid"
+            yield Finding((*path, "path"), f"is no folder of a run: {what}", remedy)
+        if self.body == ():
+            yield Finding((*path, "body"), "names no body", "leave it out for all bodies that both runs have, or drop [start]")
+        names = [body.name for body in parts.of(BodyModel)]
+        for number, name in enumerate(self.body or ()):
+            if name not in names:
+                yield Finding((*path, "body", number), f"there is no such body; those of the case are {', '.join(names)}")

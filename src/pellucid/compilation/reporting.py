@@ -1,0 +1,88 @@
+"""What numba compiles, told as it does: which kernel, the how manieth, of how many."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pellucid.errors import CaseError, Problem
+from pellucid.jit import cache_folder
+from pellucid.progress import Progress
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+@contextmanager
+def compilation_told(
+    progress: Progress, key: str, at_first: Callable[[], None] = lambda: None
+) -> Iterator[Callable[[], float]]:
+    """Tell of every kernel that is compiled in the block, and call `at_first` with the first; what is loaded from the cache is
+    none. Gives what says how long the block has compiled and loaded so far [s].
+
+    `key` names the kernels that the block needs. How many these are is known from an earlier time, such as that of other
+    sources or of another version of numba; a cache that holds some of them makes it fewer.
+    """
+    from numba.core.event import Listener, TimingListener, install_listener
+
+    expected = _kept_count(key)
+
+    class Teller(Listener):  # type: ignore[misc]
+        number = depth = 0
+
+        def on_start(self, event: Any) -> None:
+            self.number += 1
+            self.depth += 1
+            if self.number == 1:
+                at_first()
+            if self.depth == 1:  # what is compiled on the way to a kernel counts, but the kernel is named
+                progress.compiling(event.data["dispatcher"].py_func.__name__.lstrip("_"), self.number, expected)
+
+        def on_end(self, event: Any) -> None:
+            self.depth -= 1
+            if self.depth == 0:
+                progress.compiled()
+
+    teller, timer = Teller(), TimingListener()
+    with install_listener("numba:compile", teller), install_listener("numba:compiler_lock", timer):
+        yield lambda: timer.duration if timer.done else 0.0
+    if teller.number > expected:
+        _keep_count(key, teller.number)
+
+
+@contextmanager
+def laws_blamed(case: "Case") -> Iterator[None]:
+    """Raises CaseError naming the law where numba cannot compile it."""
+    from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+    try:
+        yield
+    except (NumbaError, UnsupportedBytecodeError) as error:
+        from pellucid.materials.compiled_trial import why_not_compiled
+
+        found = [(f"body.{body.name}.material", why_not_compiled(body.material)) for body in case.body]
+        remedy = (
+            "kernels take scalars, tuples and NamedTuples, see docs/extending.md; NUMBA_DISABLE_JIT=1 runs it as plain Python"
+        )
+        problems = [Problem(why, key, remedy=remedy) for key, why in found if why]
+        if not problems:
+            raise
+        raise CaseError(problems) from error
+
+
+def _kept_count(key: str) -> int:
+    with suppress(OSError, ValueError):
+        return int(_place(key).read_text(encoding="ascii"))
+    return 0
+
+
+def _keep_count(key: str, count: int) -> None:
+    """Silent where the cache cannot be written."""
+    with suppress(OSError):
+        _place(key).parent.mkdir(parents=True, exist_ok=True)
+        _place(key).write_text(str(count), encoding="ascii")
+
+
+def _place(key: str) -> Path:
+    """Beside the folders of compiled kernels, which are other ones after each change of the sources."""
+    return cache_folder().parent / "counts" / key

@@ -1,0 +1,95 @@
+"""Kernels compiled into the cache beforehand, those of several cases side by side."""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryFile
+from time import monotonic
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pellucid.compilation.reporting import laws_blamed
+from pellucid.errors import PellucidError, UsageError
+from pellucid.jit import cache_folder
+from pellucid.progress import Progress, WarningsOnly
+from pellucid.results.storage.start import read_start
+from pellucid.system.processes import Helper, free_cores, helped, shared
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+class Warmed(NamedTuple):
+    """What became of a case: how many kernels were compiled, in how long [s], and why not all were."""
+
+    case: str
+    kernels: int
+    seconds: float
+    trouble: str = ""
+
+
+def warm(cases: "Mapping[str, Case]", progress: Progress | None = None) -> list[Warmed]:
+    """Compile into the cache what set-up and first step of the cases, by names, need. Nothing else is written.
+
+    Of cases that need the same kernels the first counts for all. What a run needs later only, such as where a membrane tears,
+    it compiles then. Raises `UsageError` where the cache cannot be written.
+    """
+    from pellucid.case import dumps
+
+    _check_writable(cache_folder())
+    jobs = [(name, dumps(case)) for name, case in _different(cases).items()]
+    helpers = [Helper(_warmer) for _ in range(min(free_cores(), len(jobs) - 1))]
+    progress = progress or WarningsOnly()
+    progress.begin("compiling", len(jobs))
+    with helped(helpers):
+        return shared(jobs, compile_case, helpers, progress.count)
+
+
+def _check_writable(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        text = f"compiled kernels cannot be kept in {folder} ({error.strerror})"
+        raise UsageError(f"{text}: make room or name another folder in NUMBA_CACHE_DIR") from None
+
+
+def compile_case(job: tuple[str, str]) -> Warmed:
+    """Compile the kernels of a case, given by its name and its text."""
+    from numba.core.event import RecordingListener, install_listener
+
+    from pellucid.case import check_memory, loads
+    from pellucid.jit.cache import NotKept
+    from pellucid.simulation.simulation import Simulation
+
+    name, text = job
+    begun, compiled, trouble = monotonic(), RecordingListener(), ""
+    with install_listener("numba:compile", compiled), warnings.catch_warnings(action="ignore"):
+        warnings.simplefilter("error", NotKept)
+        try:
+            case = loads(text)
+            check_memory(case)
+            with laws_blamed(case):
+                simulation = Simulation(case, threads=1, start=read_start(case, lambda text: None))
+                simulation.step()
+                for body in simulation.bodies:
+                    for field in body.field_names:
+                        body.field(field)
+        except (PellucidError, NotKept) as error:
+            trouble = str(error)
+    return Warmed(name, len(compiled.buffer) // 2, monotonic() - begun, trouble)
+
+
+def _different(cases: "Mapping[str, Case]") -> "dict[str, Case]":
+    """One case for each set of kernels, in its quick variant where that needs the same."""
+    from pellucid.compilation.kernel_key import kernel_key
+
+    chosen: dict[str, tuple[str, Case]] = {}
+    for name, case in cases.items():
+        key, quick = kernel_key(case), case.quick_variant()
+        chosen.setdefault(key, (name, quick if kernel_key(quick) == key else case))
+    return dict(chosen.values())
+
+
+def _warmer() -> Any:
+    return compile_case

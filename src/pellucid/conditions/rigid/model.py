@@ -1,0 +1,34 @@
+"""Rigid bodies: what the key `rigid` of a body stands for."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pellucid.conditions.loads.rigid_spring import RigidSpring
+from pellucid.conditions.prescribed_motion import Motion
+from pellucid.energy import IMPACT_HEAT, Channel
+from pellucid.model import parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.condition import Condition
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
+
+
+class Rigid(Condition):
+    """A body that moves as a rigid one."""
+
+    body: str = parameter("", "name of the body")
+    motions: tuple[Motion, ...] = parameter("", "what leads it", ())
+    springs: tuple[RigidSpring, ...] = parameter("", "on what it swings", ())
+
+    def channels(self) -> Sequence[Channel]:
+        """What points lose that take the velocity of the rigid body at once."""
+        return (IMPACT_HEAT,)
+
+    @classmethod
+    def activate(cls, conditions: Sequence["Rigid"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+        """One for all."""
+        from pellucid.conditions.rigid.body import RigidBodies, RigidBody
+
+        bodies = [RigidBody(assembly.bodies[rigid.body], assembly, rigid.motions, rigid.springs) for rigid in conditions]
+        return [RigidBodies(bodies, assembly.layout.n_columns)] if bodies else []

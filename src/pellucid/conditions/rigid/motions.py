@@ -1,0 +1,138 @@
+"""Rigid motions as vectors of six numbers, and the walls that bodies with such motions do not pass."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from pellucid.conditions.rigid.leads import Leads
+from pellucid.grid.actions import NodalActions
+
+SMALL = 1e-9  # of the mass: inertia that is none, as about the line on which all points lie
+MOST_ROWS = 16  # points of a body that walls hold at once; three would do on each
+
+
+class RigidMotions:
+    """Velocities V + ω × s of places s from the centre of a body; its numbers are V and ω times a length of the body.
+
+    thin: axes along which nothing moves; turns: axes about which the body can turn; leads: what is prescribed of the motion.
+    """
+
+    def __init__(self, thin: Sequence[bool], turns: Sequence[int], leads: Leads, arm: np.ndarray) -> None:
+        """arm: of the points from the centre, shape (n, 3) [m]."""
+        self._may_move = ~np.array([*thin, *(axis not in turns for axis in range(3))])
+        self._free = np.flatnonzero(~leads.led)
+        self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
+        self.sizes = np.array([1.0, 1.0, 1.0, self.length, self.length, self.length])
+        """Of its numbers, over velocities and angular velocities; of what these take, over angular impulses and impulses."""
+        self.given = leads.rates * self.sizes
+        """The numbers that are prescribed, zero where they are free."""
+
+    def at(self, s: np.ndarray) -> np.ndarray:
+        """Velocities at places s from the centre for unit numbers: shape (n, 3, 6)."""
+        turning = np.cross(np.eye(3)[None], s[:, None, :]) / self.length  # (n, about, along)
+        along = np.broadcast_to(np.eye(3), (len(s), 3, 3))
+        return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
+
+    def momentum_of(self, strength: np.ndarray) -> np.ndarray:
+        """What a force at the centre [N] and a torque [N m], together (6,), give its numbers in a unit of time, (6,)."""
+        return np.asarray(strength / self.sizes * self._may_move)
+
+    def roots(self, weight: np.ndarray, motions: np.ndarray, mass: float) -> np.ndarray:
+        """R with R Rᵀ = K⁻¹ of the inertia K of masses, shape (n, 3), at such places, but for what is none beside this mass.
+
+        Of the free numbers: nothing else changes those that are prescribed.
+        """
+        inertia = np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
+        sizes, axes = np.linalg.eigh(inertia[np.ix_(self._free, self._free)])
+        real = sizes > SMALL * mass
+        roots = np.zeros((6, np.count_nonzero(real)))
+        roots[self._free] = axes[:, real] / np.sqrt(sizes[real])
+        return roots
+
+
+class Wall(NamedTuple):
+    """A face of the grid that a support holds along its normal."""
+
+    row: int  # of the support
+    axis: int
+    sign: float  # of the direction into the grid
+    place: float  # [m]
+    velocity: float  # [m/s]
+
+
+class Kept(NamedTuple):
+    """A motion that walls let pass, and what they gave for it: to its numbers, shape (6,), and each along its axis [N s]."""
+
+    motion: np.ndarray
+    given: np.ndarray
+    impulses: list[tuple[Wall, float]]
+
+
+class RigidWalls:
+    """The walls of a grid for one body: no point of it passes them in a step, and they push alone."""
+
+    def __init__(self, actions: NodalActions) -> None:
+        self._actions, self._faces = actions, _faces(actions)
+        self._rows, self._limits, self._of_row = np.zeros((0, 6)), np.zeros(0), list[Wall]()
+
+    def find(self, position: np.ndarray, width: np.ndarray, motions: np.ndarray, dt: float) -> None:
+        """Find what walls ask of the motion over a step dt [s] of points at these places, each so wide [m]."""
+        rows, limits, self._of_row = [np.zeros((0, 6))], [np.zeros(0)], []
+        cell = self._actions.field.grid.lattice.cell
+        for wall in self._walls():
+            gap = np.maximum(wall.sign * (position[:, wall.axis] - wall.place) - width, 0.0)
+            near = np.flatnonzero(gap < cell)
+            rows.append(wall.sign * motions[near, wall.axis])
+            limits.append(wall.sign * wall.velocity - gap[near] / dt)
+            self._of_row += [wall] * len(near)
+        self._rows, self._limits = np.concatenate(rows), np.concatenate(limits)
+
+    def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> "Kept":
+        """The motion nearest to this one that takes no point through a wall, but where what is prescribed of it does.
+
+        roots: of the inertia by which it is nearest, see `RigidMotions`. Least distance programming by non-negative least
+        squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23), with a row more as long as one is not kept.
+        """
+        rows, limits, kept, pushes = self._rows, self._limits, motion, np.zeros(0)
+        chosen: list[int] = []
+        tolerance = 1e-9 * (np.abs(limits).max(initial=0.0) + np.abs(rows @ motion).max(initial=0.0))
+        reach = rows @ roots
+        movable = np.abs(reach).max(axis=1, initial=0.0) > SMALL * np.abs(roots).max(initial=0.0)
+        while movable.any() and len(chosen) < MOST_ROWS:
+            lacking = np.where(movable, limits - rows @ kept, -np.inf)
+            worst = int(lacking.argmax())
+            if lacking[worst] <= tolerance or worst in chosen:
+                break
+            G, h = reach[[*chosen, worst]], limits[[*chosen, worst]] - rows[[*chosen, worst]] @ motion
+            size = float(np.abs(h).max() / np.abs(G).max())  # both of one size: else 1 - h u is rounding
+            u, _ = nnls(np.vstack([G.T, h / size]), np.append(np.zeros(G.shape[1]), 1.0))
+            if (left := 1.0 - h @ u / size) <= SMALL:
+                return Kept(motion, np.zeros(6), [])  # no free motion keeps to all of them: what is prescribed passes the walls
+            chosen.append(worst)
+            pushes = size * u / left
+            kept = motion + roots @ (G.T @ pushes)
+        walls = [self._of_row[number] for number in chosen]
+        impulses = [(wall, wall.sign * float(push)) for wall, push in zip(walls, pushes, strict=True)]
+        return Kept(kept, rows[chosen].T @ pushes, impulses)
+
+    def _walls(self) -> list[Wall]:
+        found, supports, constrained = [], self._actions.supports, self._actions.field.grid.nodes.constrained
+        for node, axis, sign, place in self._faces:
+            row = int(constrained[node, axis]) - 1
+            if row >= 0:
+                found.append(Wall(row, axis, sign, place, float(supports.velocity[row, axis])))
+        return found
+
+
+def _faces(actions: NodalActions) -> list[tuple[int, int, float, float]]:
+    """The node in the middle of each face of the grid, its axis, the direction into the grid and its place [m]."""
+    grid, found = actions.field.grid, []
+    index, position = grid.where()
+    for axis in (axis for axis in range(3) if not grid.thin[axis]):
+        for sign, place in ((1.0, position[:, axis].min()), (-1.0, position[:, axis].max())):
+            on_face = np.flatnonzero(position[:, axis] == place)
+            middle = on_face[np.square(position[on_face] - position[on_face].mean(axis=0)).sum(axis=1).argmin()]
+            found.append((int(index[middle]), axis, sign, float(place)))
+    return found

@@ -1,0 +1,74 @@
+"""Tables of a quantity over time in CSV files, as cases name them."""
+
+import csv
+from collections.abc import Callable, Iterator
+from math import isfinite
+
+import numpy as np
+
+from pellucid.system.input_files import file_bytes
+
+
+def read_rows(path: str, quantity: str) -> np.ndarray:
+    """The rows of a file, time [s] and a quantity such as "displacement [m]", shape (rows, 2); a row of names may stand first.
+
+    Raises ValueError naming the file's line.
+    """
+    try:
+        text = file_bytes(path).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
+        raise ValueError(f"cannot read the table {path}: {reason}") from None
+    rows: list[tuple[float, float]] = []
+    for number, cells in enumerate(_cells(text, path), start=1):
+        if not cells or cells[0].lstrip().startswith("#") or (not rows and number == 1 and not _numbers(cells)):
+            continue
+        place = f"line {number} of {path}"
+        if len(cells) != 2 or not _numbers(cells):
+            raise ValueError(f"{place} has other cells than two numbers; every row has time [s], {quantity}")
+        row = float(cells[0]), float(cells[1])
+        if rows and row[0] <= rows[-1][0]:
+            raise ValueError(
+                f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s; put the rows in the order of "
+                f"time, each time once"
+            )
+        rows.append(row)
+    if len(rows) < 2:
+        raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")
+    return np.array(rows)
+
+
+def between_rows(rows: np.ndarray) -> Callable[[float], float]:
+    """The quantity of such rows less that at t = 0, as a function of time [s].
+
+    Monotone cubics between the rows, constant before and behind.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    times, values = rows.T
+    curve = PchipInterpolator(times, values)
+
+    def within(t: float) -> float:
+        return float(curve(min(max(t, times[0]), times[-1])))
+
+    return lambda t: within(t) - within(0.0)
+
+
+def steepest(rows: np.ndarray) -> float:
+    """The largest slope between rows, at most 3 times that of a row to the next with monotone cubics."""
+    return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
+
+
+def _cells(text: str, path: str) -> Iterator[list[str]]:
+    reader = csv.reader(text.splitlines())
+    try:
+        yield from reader
+    except csv.Error as error:  # such as a cell of more than 131 072 characters
+        raise ValueError(f"line {reader.line_num} of {path} cannot be read as CSV: {error}") from None
+
+
+def _numbers(cells: list[str]) -> bool:
+    try:
+        return all(isfinite(float(cell)) for cell in cells)
+    except ValueError:
+        return False

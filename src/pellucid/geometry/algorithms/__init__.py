@@ -1,0 +1,1 @@
+"""Computational geometry: points in surfaces, crossings, quadrature, orders in space, moments."""

@@ -1,0 +1,176 @@
+"""What a file of a mesh holds: counts, size, shape of the elements, whether it is closed, and what is wrong with it."""
+
+import re
+from dataclasses import dataclass, field
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from pellucid.geometry.algorithms.crossing import self_crossing
+from pellucid.geometry.algorithms.enclosure import enclosed_volume
+from pellucid.geometry.checks.quality import dihedral_angles, quad_qualities, tetrahedron_qualities, triangle_qualities
+from pellucid.geometry.checks.solid_checks import apart, solid_faults
+from pellucid.geometry.checks.surface_checks import mesh_faults
+from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.files.contents import Contents
+from pellucid.geometry.files.first_order import counted, first_order
+from pellucid.geometry.files.read import ANY, read_file
+from pellucid.geometry.meshes.cells import outer_faces
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.meshes.triangulation import directed_edges, pieces
+from pellucid.geometry.solid_meshes.file import SOLID, solid_of
+from pellucid.geometry.surfaces.file import mended, surface_of
+
+MOST_CROSSED = 50_000  # triangles: where a larger surface crosses itself is not looked for, as that takes a while
+METRES, MILLIMETRES = 3.0, 1000.0
+"""Sizes up to which numbers mostly are metres and millimetres: people measure organs, cells, airbags."""
+HEAD = 2000
+"""Bytes in which a file may say what its unit is."""
+SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGNORECASE)
+
+Fault = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The mesh of a file in its own unit, rows of a table about it, what was done to it, and what is wrong."""
+
+    mesh: Mesh | SimplexMesh
+    rows: list[tuple[str, str]]
+    notes: list[str]
+    faults: list[Fault] = field(default_factory=list)
+
+
+def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
+    """Look at a file, whose unit has so many metres, as a solid where it has solid elements. Raises Refusal."""
+    contents = read_file(path, "a mesh", ANY)
+    raw, contents = contents, first_order(contents)
+    rows = [("format", contents.format), ("elements", _elements(raw)), *_sets(contents)]
+    if any(block.kind in SOLID and len(block.nodes) for block in contents.blocks):
+        solid, notes = solid_of(path, contents, repair)
+        in_metres = SimplexMesh(metres * solid.nodes, solid.cells, solid.sets)
+        faults = list(solid_faults(in_metres))
+        found = Survey(solid, rows, notes, faults)
+        nodes, corners = in_metres.nodes, [in_metres.cells]
+        about = _about_solid(in_metres)
+    else:
+        surface = surface_of(path, contents.points, contents.blocks)
+        surface, notes = mended(path, surface, close_holes) if repair else (surface, [])
+        scaled = surface._replace(vertices=metres * surface.vertices)
+        nodes, corners = scaled.vertices, [scaled.quads, scaled.triangles]
+        about, faults = _about_surface(scaled)
+        found = Survey(surface, rows, notes, faults)
+    rows += [("nodes", _nodes(len(contents.points), len(nodes))), *_size(path, nodes, metres), *_edges(nodes, corners), *about]
+    return Survey(found.mesh, rows, [*contents.notes, *found.notes], found.faults)
+
+
+def _elements(contents: Contents) -> str:
+    found: dict[str, int] = {}
+    for block in contents.blocks:
+        found[block.kind] = found.get(block.kind, 0) + len(block.nodes)
+    named = []
+    for kind, n in found.items():
+        base = next(block.base for block in contents.blocks if block.kind == kind)
+        named.append(f"{n} of type {kind}" if base is None else counted(n, base) + (f" ({kind})" if kind != base else ""))
+    return ", ".join(named) or "none"
+
+
+def _sets(contents: Contents) -> list[tuple[str, str]]:
+    named = [f"`{name}` ({len(nodes)} nodes)" for name, nodes in contents.node_sets.items()]
+    named += [f"`{name}` ({sum(map(len, parts))} elements)" for name, parts in contents.cell_sets.items()]
+    return [("sets", ", ".join(named) or "none")]
+
+
+def _nodes(of_file: int, left: int) -> str:
+    return f"{left}" if left == of_file else f"{left}, of {of_file} points of the file"
+
+
+def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    extent = " x ".join(f"{x:.5g}" for x in high - low)
+    text = f"{extent} m, from {_at(low)} to {_at(high)} m"
+    said = SAID.search(Path(path).read_bytes()[:HEAD])
+    if metres != 1.0:
+        return [("extent", text), ("unit", f"as you say: {metres:g} m")]
+    if said:
+        return [("extent", text), ("unit", f"the file says {said[1].decode().lower()}: `unit` beside its `path` in a case")]
+    return [("extent", f"{text}, if the unit is a metre"), ("unit", _guess(float((high - low).max())))]
+
+
+def _guess(largest: float) -> str:
+    """What unit numbers of such an extent mostly have, for people who know what the thing is."""
+    if largest < METRES:
+        return f"the file does not say; a size below {METRES:g} mostly is in metres, as it is taken here"
+    unit, other = ("mm", "um") if largest < MILLIMETRES else ("um", "mm")
+    text = f"the file does not say; a size of {largest:.3g} mostly is in {unit} or {other}, hardly in metres"
+    return f'{text}: `unit = "{unit}"` beside the `path` in a case, here --unit {unit}'
+
+
+def _edges(nodes: np.ndarray, corners: list[np.ndarray]) -> list[tuple[str, str]]:
+    """The shortest, mean and longest side of the elements, and where the shortest is."""
+    solid = len(corners) == 1
+    pairs = [elements[:, pair] for elements in corners for pair in combinations(range(4), 2)] if solid else []
+    edges = np.concatenate(pairs or [directed_edges(elements) for elements in corners])
+    codes = np.unique(edges.min(axis=1) * len(nodes) + edges.max(axis=1))
+    edges = np.stack([codes // len(nodes), codes % len(nodes)], axis=1)
+    length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
+    at = int(length.argmin())
+    text = f"{length[at]:.4g} m at the shortest, near {_at(nodes[edges[at]].mean(axis=0))} m; mean {length.mean():.4g} m,"
+    return [("edges", f"{text} longest {length.max():.4g} m")]
+
+
+def _about_solid(mesh: SimplexMesh) -> list[tuple[str, str]]:
+    quality, angles = tetrahedron_qualities(mesh.nodes, mesh.cells), dihedral_angles(mesh.nodes, mesh.cells)
+    rows = [("quality", _worst(quality, mesh.nodes[mesh.cells].mean(axis=1), "tetrahedra"))]
+    rows.append(("angles", f"{angles.min():.3g} to {angles.max():.3g} degrees between faces"))
+    rows.append(("volume", f"{mesh.volumes.sum():.6g} m^3"))
+    rows.append(("surface", f"{len(outer_faces(mesh.cells))} triangles"))
+    return [*rows, ("pieces", apart(mesh) or "1")]
+
+
+def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
+    quality = surface_qualities(mesh)
+    rows = [("quality", _worst(quality, mesh.centres(), "elements"))]
+    vertices, triangles = mesh.triangulated()
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    rows.append(("area", f"{0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum():.6g} m^2"))
+    edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+    label = pieces(edges, len(vertices))[edges[:, 0]]
+    rows.append(("pieces", str(len(np.unique(label)))))
+    holes = rims(mesh)
+    faults = list(mesh_faults(mesh, closed=not holes))
+    if holes:
+        sizes = sorted(map(len, holes))
+        named = ", ".join(map(str, sizes[:8])) + (", ..." if len(sizes) > 8 else "")
+        where = _at(vertices[min(holes, key=len)].mean(axis=0))
+        many = "1 rim or hole" if len(holes) == 1 else f"{len(holes)} rims or holes"
+        rows.append(("closed", f"no: {many}, of {named} edges; the smallest near {where} m"))
+    elif faults:
+        rows.append(("closed", "not known before the faults are mended"))
+    else:
+        rows += [("closed", "yes"), ("volume", f"{enclosed_volume(vertices, triangles):.6g} m^3")]
+    if not faults:
+        rows.append(("turned", "all elements alike" + ("" if holes else ", normals outward")))
+        crossed = self_crossing(mesh.triangulated()) if len(triangles) <= MOST_CROSSED else None
+        if crossed is not None:
+            faults.append(
+                (f"the surface crosses itself near {_at(crossed)} m", "mend it there, or keep one of two pieces that overlap")
+            )
+    return rows, faults
+
+
+def surface_qualities(mesh: Mesh) -> np.ndarray:
+    """How well shaped elements of a surface are, from 0 to 1, shape (q + t,)."""
+    return np.concatenate([quad_qualities(mesh.vertices, mesh.quads), triangle_qualities(mesh.vertices, mesh.triangles)])
+
+
+def _worst(quality: np.ndarray, centres: np.ndarray, what: str) -> str:
+    at = int(quality.argmin())
+    text = f"{quality[at]:.3g} at the least, near {_at(centres[at])} m; mean {quality.mean():.3g}"
+    return f"{text}; {np.count_nonzero(quality < 0.1)} of {len(quality)} {what} below 0.1, where 1 is regular and 0 flat"
+
+
+def _at(place: np.ndarray) -> str:
+    return f"({', '.join(f'{x:.4g}' for x in place)})"

@@ -1,0 +1,63 @@
+"""What can be mended of a mesh of tetrahedra without moving a node."""
+
+import numpy as np
+
+from pellucid.geometry.checks.solid_checks import flat_cells
+from pellucid.geometry.meshes.cells import outer_faces_of_cells
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+
+
+def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
+    """The mesh with corners in an order that makes volumes positive; what to tell of that of the first `n_told` cells."""
+    turned = np.flatnonzero(mesh.volumes < 0.0)
+    if not len(turned):
+        return mesh, []
+    cells = mesh.cells.copy()
+    cells[turned] = cells[turned][:, [1, 0, 2, 3]]
+    told = turned[turned < n_told]
+    upright_mesh = SimplexMesh(mesh.nodes, cells, mesh.sets)
+    if not len(told):
+        return upright_mesh, []
+    where = _place(mesh.nodes[mesh.cells[told[0]]].mean(axis=0))
+    how_many = "all" if len(told) == n_told else str(len(told))
+    return upright_mesh, [f"{how_many} of {n_told} tetrahedra were turned: their corners were in the other order, {where}"]
+
+
+def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
+    """The mesh without what holds nothing: tetrahedra with a corner twice, flat ones at the surface, those that are there
+    again, nodes of none, sets of no node. Says what it did, with places in the unit of the nodes."""
+    notes: list[str] = []
+
+    def kept(cells: np.ndarray, keep: np.ndarray, one: str, many: str) -> np.ndarray:
+        gone = np.flatnonzero(~keep)
+        if len(gone):
+            where = _place(mesh.nodes[cells[gone[0]]].mean(axis=0))
+            notes.append(f"{f'1 {one} was' if len(gone) == 1 else f'{len(gone)} {many} were'} left out, the first {where}")
+        return cells[keep]
+
+    cells = mesh.cells
+    twice = (np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1)
+    cells = kept(cells, ~twice, "tetrahedron with a corner twice", "tetrahedra with a corner twice")
+    first = np.zeros(len(cells), bool)
+    first[np.unique(np.sort(cells, axis=1), axis=0, return_index=True)[1]] = True
+    cells = kept(cells, first, "tetrahedron that is there again", "tetrahedra that are there again")
+    outer = np.zeros(len(cells), bool)
+    outer[outer_faces_of_cells(cells)[1]] = True  # within the solid one may hold together what lies on both of its sides
+    flat = outer & flat_cells(SimplexMesh(mesh.nodes, cells))
+    cells = kept(cells, ~flat, "tetrahedron without volume", "tetrahedra without volume")
+    used = np.zeros(len(mesh.nodes), bool)
+    used[cells] = True
+    if lone := int(np.count_nonzero(~used)):
+        where = _place(mesh.nodes[np.flatnonzero(~used)[0]])
+        notes.append(f"{'1 node of' if lone == 1 else f'{lone} nodes of'} no tetrahedron left out, the first {where}")
+    number = np.cumsum(used) - 1
+    sets = {name: number[nodes[used[nodes]]] for name, nodes in mesh.sets.items()}
+    empty = [f"`{name}`" for name, nodes in sets.items() if not len(nodes)]
+    if empty:
+        notes.append(f"{'1 set' if len(empty) == 1 else f'{len(empty)} sets'} without a node left out: {', '.join(empty)}")
+    sets = {name: nodes for name, nodes in sets.items() if len(nodes)}
+    return SimplexMesh(mesh.nodes[used], number[cells], sets), notes
+
+
+def _place(position: np.ndarray) -> str:
+    return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

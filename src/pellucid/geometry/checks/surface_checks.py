@@ -1,0 +1,231 @@
+"""What is wrong with a surface of elements: holes, flipped, repeated, empty or crooked elements, lone vertices."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from pellucid.geometry.algorithms.enclosure import signed_volume
+from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
+from pellucid.geometry.meshes.triangulation import directed_edges, pieces
+
+FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
+STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
+MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral, whose element is flat
+
+REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
+"""How a remedy ends that a program can apply."""
+
+Fault = tuple[str, str]
+
+
+def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
+    """Everything wrong with a surface of triangles, as text and remedy."""
+    return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed)
+
+
+def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
+    """Everything wrong with a surface of quadrilaterals and triangles, as text and remedy.
+
+    What makes neighbours ambiguous (repeated and empty elements, edges with more than two) hides the rest until it is mended.
+    """
+    nowhere = np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))
+    if len(nowhere):
+        number = int(nowhere[0])
+        yield f"vertex {number} is at {tuple(mesh.vertices[number].tolist())}, which is no place", "give it finite coordinates"
+        return
+    elements = _Elements(mesh)
+    ambiguous = False
+    yield from _lone(elements)
+    repeated = list(_repeated(elements))
+    # what repeated elements crowd is mended with them
+    once = _Elements(Mesh(mesh.vertices, _once(mesh.quads), _once(mesh.triangles))) if repeated else elements
+    for fault in (*_empty(elements), *repeated, *_crowded(once)):
+        ambiguous = True
+        yield fault
+    if ambiguous:
+        return
+    yield from _crooked(elements)
+    flipped = list(_flipped(elements))
+    yield from flipped
+    if closed:
+        holes = list(_holes(elements))
+        yield from holes
+        if not (flipped or holes) and (volume := signed_volume(*mesh.triangulated())) < 0.0:
+            text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
+            yield text, f"turn the {elements.many} round: of a file, `repair = true` or `reverse = true` does it"
+
+
+class _Elements:
+    """The elements, and the edges of all of them in order, so that those between the same vertices are neighbours."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.vertices, self.quads, self.triangles = mesh
+        self.first_triangle = len(mesh.quads)
+        mixed = len(mesh.quads) and len(mesh.triangles)
+        self.one = "element" if mixed else "quadrilateral" if len(mesh.quads) else "triangle"
+        self.many = f"{self.one}s"
+        self.edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
+        of_quads, of_triangles = np.arange(len(mesh.quads)), self.first_triangle + np.arange(len(mesh.triangles))
+        self.owner = np.concatenate([np.tile(of_quads, 4), np.tile(of_triangles, 3)])
+        start, end = self.edges.T
+        low, high = np.minimum(start, end), np.maximum(start, end)
+        self.codes = np.sort(2 * (low * len(self.vertices) + high) + (start > end))  # the last bit is the direction
+
+    def corner(self, element: int) -> np.ndarray:
+        """Where the first corner of an element is, shape (3,)."""
+        k = element - self.first_triangle
+        return np.asarray(self.vertices[self.quads[element, 0] if k < 0 else self.triangles[k, 0]])
+
+    def ends(self, codes: np.ndarray) -> np.ndarray:
+        """The two vertices of edges without direction, the smaller one first, shape (k, 2)."""
+        return np.stack([codes // len(self.vertices), codes % len(self.vertices)], axis=1)
+
+    def edges_of(self, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """The edges, shape (k, 2), whose number of elements is as wanted."""
+        first = np.flatnonzero(np.diff(self.codes // 2, prepend=-1))
+        counts = np.diff(first, append=len(self.codes))
+        return self.ends(self.codes[first[wanted(counts)]] // 2)
+
+    def place(self, edge: np.ndarray) -> str:
+        """Where an edge is, for a message."""
+        return _place(self.vertices[edge].mean(axis=0))
+
+    def count(self, n: int, verb: str, verbs: str) -> str:
+        """How many elements do what, for a message."""
+        return _count(n, f"{self.one} {verb}", f"{self.many} {verbs}")
+
+
+def _lone(elements: _Elements) -> Iterator[Fault]:
+    lone = np.flatnonzero(np.bincount(elements.edges[:, 0], minlength=len(elements.vertices)) == 0)
+    if len(lone):
+        text = f"{_count(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
+        yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", f"remove them: {REPAIR}"
+
+
+def _empty(elements: _Elements) -> Iterator[Fault]:
+    empty = empty_elements(Mesh(elements.vertices, elements.quads, elements.triangles))
+    found = np.flatnonzero(empty)
+    if len(found):
+        text = f"{elements.count(len(found), 'has', 'have')} no area, the first is number {found[0]}"
+        yield text + _place(elements.corner(found[0])), f"remove them, and join their corners where they are one: {REPAIR}"
+    collapsed = np.flatnonzero(
+        np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~empty[: elements.first_triangle]
+    )
+    if len(collapsed):
+        text = f"{_count(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
+        place = _place(elements.corner(collapsed[0]))
+        yield f"{text}, the first is number {collapsed[0]}{place}", f"make triangles of them: {REPAIR}"
+
+
+def empty_elements(mesh: Mesh, flattest: float = FLATTEST) -> np.ndarray:
+    """Which elements have no area, or less than `flattest` of the square of their longest side; quadrilaterals first, shape
+    (q + t,)."""
+    small = []
+    for corners in (mesh.quads, mesh.triangles):
+        places = mesh.vertices[corners]
+        longest = np.linalg.norm(places - np.roll(places, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+        small.append(np.linalg.norm(_vector_area(places), axis=1) <= flattest * longest**2)
+    return np.concatenate(small)
+
+
+def _repeated(elements: _Elements) -> Iterator[Fault]:
+    found = []
+    for corners, start in ((elements.quads, 0), (elements.triangles, elements.first_triangle)):
+        named = np.sort(corners, axis=1)
+        order = np.lexsort(named.T[::-1])
+        again = np.flatnonzero(np.all(named[order][1:] == named[order][:-1], axis=1))
+        found += [start + np.sort(order[[k, k + 1]]) for k in again]
+    if found:
+        one, other = found[0]
+        text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
+        yield text + _place(elements.corner(other)), f"keep each {elements.one} once: {REPAIR}"
+
+
+def _once(corners: np.ndarray) -> np.ndarray:
+    """The elements without those that are there again."""
+    first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)[1]
+    return corners[np.sort(first)]
+
+
+def _crowded(elements: _Elements) -> Iterator[Fault]:
+    crowded = elements.edges_of(lambda n: n > 2)
+    if len(crowded):
+        text = f"{_count(len(crowded), 'edge has', 'edges have')} more than two {elements.many}, for example"
+        yield f"{text} {_between(crowded[0])}{elements.place(crowded[0])}", "make each sheet that meets there a body of its own"
+
+
+def _crooked(elements: _Elements) -> Iterator[Fault]:
+    """Quadrilaterals that are not convex, or far from flat."""
+    bent, folds = crooked_quads(elements.vertices, elements.quads)
+    found = np.flatnonzero(bent)
+    if len(found):
+        text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
+        text += f"{_place(elements.corner(found[0]))}: it has a corner of 180 degrees or more, or its edges cross"
+        yield text, f"order the corners round the element, or cut it into triangles: {REPAIR}, where its edges do not cross"
+    fold = folds.max(axis=0)
+    found = np.flatnonzero((fold > MOST_FOLDED) & ~bent)
+    if len(found):
+        worst = found[np.argmax(fold[found])]
+        text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
+        text += f"{fold[worst]:.0f} degrees about a diagonal, which must be at most {MOST_FOLDED:g}"
+        yield text + _place(elements.corner(worst)), f"make them finer there, or cut them into triangles: {REPAIR}"
+
+
+def crooked_quads(vertices: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which quadrilaterals are not convex, shape (q,), and the angles between the halves of each where it is cut from the first
+    corner and from the second one [degrees], shape (2, q)."""
+    places = vertices[quads]
+    area = _vector_area(places)
+    size = np.linalg.norm(area, axis=1)
+    edge = np.roll(places, -1, axis=1) - places
+    at_corner = np.cross(np.roll(edge, 1, axis=1), edge)  # twice the vector area of the triangle at each corner
+    bent = np.einsum("ijk,ik->ij", at_corner, area).min(axis=1, initial=np.inf) <= STRAIGHTEST * size**2
+    both_ways = np.concatenate([quads, np.roll(quads, -1, axis=1)])
+    halves = _vector_area(vertices[cut_in_two(both_ways)])
+    one, other = halves[0::2], halves[1::2]
+    length = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    cosine = np.einsum("ij,ij->i", one, other) / np.maximum(length, np.finfo(float).tiny)
+    return bent, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).reshape(2, -1)
+
+
+def _flipped(elements: _Elements) -> Iterator[Fault]:
+    same = np.flatnonzero(elements.codes[1:] == elements.codes[:-1])
+    if len(same):
+        directed = elements.ends(elements.codes[same[:1]] // 2)[0]
+        if elements.codes[same[0]] % 2:
+            directed = directed[::-1]
+        one, other = elements.owner[np.all(elements.edges == directed, axis=1)]
+        text = f"neighbouring {elements.many} face opposite sides at {_count(len(same), 'edge', 'edges')}, for example numbers"
+        remedy = f"let all {elements.many} turn the same way about the normal: {REPAIR}"
+        yield f"{text} {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
+
+
+def _holes(elements: _Elements) -> Iterator[Fault]:
+    rim = elements.edges_of(lambda n: n == 1)
+    if len(rim):
+        loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
+        text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
+        largest = max(map(len, rims(Mesh(elements.vertices, elements.quads, elements.triangles))), default=len(rim))
+        remedy = f"close it: of a file, `repair = true` with `close_holes = {largest}` does it, or `pellucid mesh FILE --repair"
+        remedy += f" --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
+        yield f"{text}, one of them {_between(rim[0])}{elements.place(rim[0])}", remedy
+
+
+def _vector_area(places: np.ndarray) -> np.ndarray:
+    """Area times normal of triangles and quadrilaterals with corners at places, shape (m, 3 or 4, 3): shape (m, 3)."""
+    first, second = places[:, 2] - places[:, 0], places[:, -1] - places[:, 1]
+    return 0.5 * np.cross(first, second)
+
+
+def _count(n: int, one: str, many: str) -> str:
+    return f"{n} {one if n == 1 else many}"
+
+
+def _between(edge: np.ndarray) -> str:
+    return f"between vertices {edge[0]} and {edge[1]}"
+
+
+def _place(position: np.ndarray) -> str:
+    return f", near ({', '.join(f'{value:.4g}' for value in position)}) m"

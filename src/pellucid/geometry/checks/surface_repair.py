@@ -1,0 +1,173 @@
+"""What can be mended of a surface."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+from pellucid.geometry.checks.surface_checks import MOST_FOLDED, crooked_quads, empty_elements
+from pellucid.geometry.checks.surface_holes import without_holes
+from pellucid.geometry.checks.surface_orientation import outward, turned_alike
+from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.geometry.meshes.coincident import same_place
+from pellucid.geometry.meshes.surface_mesh import Mesh
+
+FLATTEST = 1e-6  # area over the square of the longest side: a flatter triangle is taken for a slit
+MOST_TURNED = 170.0  # degrees between the halves of a quadrilateral: beyond, its edges cross
+Mended = tuple[Mesh, list[str]]
+
+
+def repaired(mesh: Mesh, close_holes: int = 0) -> Mended:
+    """The surface with one vertex at each place, each element once and with an area, all turned alike, closed pieces outward
+    (those inside another one, which are holes, inward), without vertices of no element; holes of up to `close_holes` edges
+    are closed. Says what it did, with places in the unit of the vertices."""
+    notes: list[str] = []
+    steps: tuple[Callable[[Mesh], Mended], ...] = (
+        _merged,
+        _of_different_corners,
+        _without_slits,
+        _once,
+        _flat_quads,
+        turned_alike,
+        lambda so_far: without_holes(so_far, close_holes),
+        lambda so_far: (_without_slits(so_far)[0], []),
+        outward,
+        _without_lone,
+    )
+    for step in steps:
+        mesh, done = step(mesh)
+        notes += done
+    return mesh, notes
+
+
+def _merged(mesh: Mesh) -> Mended:
+    place = same_place(mesh.vertices, [mesh.quads, mesh.triangles])
+    merged = np.flatnonzero(place != np.arange(len(place)))
+    if not len(merged):
+        return mesh, []
+    kept = place == np.arange(len(place))
+    number = (np.cumsum(kept) - 1)[place]
+    note = f"{_count(len(merged), 'vertex was', 'vertices were')} merged with another one at the same place, the first"
+    joined = Mesh(mesh.vertices[kept], number[mesh.quads], number[mesh.triangles])
+    return joined, [f"{note} {_place(mesh.vertices[merged[0]])}"]
+
+
+def _of_different_corners(mesh: Mesh) -> Mended:
+    """Quadrilaterals with a corner twice made triangles; what has no three corners left out."""
+    notes, triangles = [], [mesh.triangles]
+    again = mesh.quads == np.roll(mesh.quads, 1, axis=1)
+    three = again.sum(axis=1) == 1
+    if three.any():
+        triangles.append(mesh.quads[three][~again[three]].reshape(-1, 3))
+        notes.append(f"{_count(int(three.sum()), 'quadrilateral', 'quadrilaterals')} with a corner twice made triangles")
+    quads, every = mesh.quads[~three], np.concatenate(triangles)
+    kept = [(np.diff(np.sort(corners, axis=1), axis=1) > 0).all(axis=1) for corners in (quads, every)]
+    gone = [corners[~keep] for corners, keep in zip((quads, every), kept, strict=True)]
+    if n := sum(map(len, gone)):
+        where = _place(mesh.vertices[next(corners for corners in gone if len(corners))[0, 0]])
+        notes.append(f"{_count(n, 'element', 'elements')} without area left out, the first {where}")
+    return Mesh(mesh.vertices, quads[kept[0]], every[kept[1]]), notes
+
+
+def _without_slits(mesh: Mesh) -> Mended:
+    """Triangles whose corners lie on a line left out; the element across their longest edge is cut at the corner on it, so
+    that no slit is left. Others without area stay."""
+    flat = np.flatnonzero(empty_elements(mesh, FLATTEST)[len(mesh.quads) :])
+    if not len(flat):
+        return mesh, []
+    elements: list[tuple[int, ...] | None] = [*map(tuple, mesh.quads.tolist()), *map(tuple, mesh.triangles.tolist())]
+    of_edge: dict[frozenset[int], set[int]] = {}
+
+    def note(number: int, there: bool) -> None:
+        corners = elements[number] or ()
+        for pair in zip(corners, corners[1:] + corners[:1], strict=True):
+            owners = of_edge.setdefault(frozenset(pair), set())
+            owners.add(number) if there else owners.discard(number)
+
+    for number in range(len(elements)):
+        note(number, True)
+    mended = []
+    for number in (len(mesh.quads) + flat).tolist():
+        corners = elements[number]
+        if corners is None or len(corners) != 3:
+            continue
+        sides = [
+            (float(np.linalg.norm(mesh.vertices[a] - mesh.vertices[b])), a, b)
+            for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
+        ]
+        _, a, b = max(sides)
+        (middle,) = set(corners) - {a, b}
+        across = of_edge[frozenset((a, b))] - {number}
+        if len(across) > 1 or any(middle in (elements[other] or ()) for other in across):
+            continue
+        note(number, False)
+        elements[number] = None
+        mended.append(middle)
+        for other in across:
+            whole = elements[other] or ()
+            note(other, False)
+            at = next(k for k in range(len(whole)) if {whole[k], whole[(k + 1) % len(whole)]} == {a, b})
+            ring = whole[at + 1 :] + whole[: at + 1]  # from the far end of the edge round to its start
+            parts = [(middle, *pair) for pair in pairwise(ring)]
+            elements[other] = parts[0]
+            note(other, True)
+            for part in parts[1:]:
+                elements.append(part)
+                note(len(elements) - 1, True)
+    if not mended:
+        return mesh, []
+    left = [corners for corners in elements if corners is not None]
+    quads, triangles = (np.array([c for c in left if len(c) == n], np.int64).reshape(-1, n) for n in (4, 3))
+    text = f"{_count(len(mended), 'triangle', 'triangles')} without area left out, the first {_place(mesh.vertices[mended[0]])}"
+    return Mesh(mesh.vertices, quads, triangles), [text]
+
+
+def _flat_quads(mesh: Mesh) -> Mended:
+    """Quadrilaterals that are not convex or far from flat cut in two, each along the diagonal about which it is folded less;
+    those whose edges cross stay."""
+    bent, folds = crooked_quads(mesh.vertices, mesh.quads)
+    cut = (bent | (folds.max(axis=0) > MOST_FOLDED)) & (folds.min(axis=0) < MOST_TURNED)
+    if not cut.any():
+        return mesh, []
+    quads = mesh.quads[cut]
+    second = folds[1, cut] < folds[0, cut]
+    quads[second] = np.roll(quads[second], -1, axis=1)
+    halves = cut_in_two(quads)
+    text = f"{_count(len(quads), 'quadrilateral', 'quadrilaterals')} not convex or far from flat cut in two, the first"
+    where = _place(mesh.vertices[quads[0]].mean(axis=0))
+    return Mesh(mesh.vertices, mesh.quads[~cut], np.concatenate([mesh.triangles, halves])), [f"{text} {where}"]
+
+
+def _once(mesh: Mesh) -> Mended:
+    kept, gone = [], []
+    for corners in (mesh.quads, mesh.triangles):
+        first = np.zeros(len(corners), bool)
+        first[np.unique(np.sort(corners, axis=1), axis=0, return_index=True)[1]] = True
+        kept.append(corners[first])
+        gone.append(corners[~first])
+    n = sum(map(len, gone))
+    if not n:
+        return mesh, []
+    where = _place(mesh.vertices[next(corners for corners in gone if len(corners))[0]].mean(axis=0))
+    return Mesh(mesh.vertices, *kept), [
+        f"{_count(n, 'element that was', 'elements that were')} there again left out, the first {where}"
+    ]
+
+
+def _without_lone(mesh: Mesh) -> Mended:
+    used = np.zeros(len(mesh.vertices), bool)
+    used[mesh.quads], used[mesh.triangles] = True, True
+    lone = np.flatnonzero(~used)
+    if not len(lone):
+        return mesh, []
+    number = np.cumsum(used) - 1
+    text = f"{_count(len(lone), 'vertex', 'vertices')} of no element left out, the first {_place(mesh.vertices[lone[0]])}"
+    return Mesh(mesh.vertices[used], number[mesh.quads], number[mesh.triangles]), [text]
+
+
+def _count(n: int, one: str, many: str) -> str:
+    return f"1 {one}" if n == 1 else f"{n} {many}"
+
+
+def _place(position: np.ndarray) -> str:
+    return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

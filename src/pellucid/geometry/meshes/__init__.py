@@ -1,0 +1,1 @@
+"""Meshes as data: vertices, elements, and how these are linked."""

@@ -1,0 +1,45 @@
+"""Points and nodes at one place."""
+
+import numpy as np
+
+from pellucid.geometry.meshes.triangulation import pieces
+
+NEAR = 1e-6  # of the mean edge: below, two points are one place
+SINGLE = 2.0**-22  # of the largest coordinate: two units in the last place of single precision, as of binary STL
+MOST = 1e-3  # of the mean edge, however far from the origin the mesh lies
+
+
+def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
+    """For each of n points [any unit], shape (n, 3), the smallest number of a point at its place, shape (n,).
+
+    elements: corners, shape (m, corners) each. One place is as wide as the precision of a file may make it.
+    """
+    from scipy.spatial import cKDTree
+
+    edges = [np.linalg.norm(points[corners] - np.roll(points[corners], 1, axis=1), axis=2).ravel() for corners in elements]
+    lengths = np.concatenate([np.zeros(0), *edges])
+    lengths = lengths[lengths > 0.0]
+    if not len(lengths):
+        return np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
+    mean = float(lengths.mean())
+    limit = min(max(NEAR * mean, SINGLE * float(np.abs(points).max())), MOST * mean)
+    return pieces(cKDTree(points).query_pairs(limit, output_type="ndarray").reshape(-1, 2), len(points))
+
+
+COINCIDENT = 1e-6  # of the mean length of the lines between neighbours: far above rounding, far below any spacing that is meant
+
+
+def coincident(places: np.ndarray, sides: np.ndarray) -> tuple[int, int] | None:
+    """The first two of n nodes at places [m], shape (n, d), that are at one place, be they neighbours or not; None without.
+
+    sides: corners of the elements between them, shape (m, corners); their mean length says what one place is.
+    """
+    from scipy.spatial import cKDTree
+
+    corners = places[sides]
+    mean = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+    pairs = cKDTree(places).query_pairs(COINCIDENT * mean, output_type="ndarray")
+    if not len(pairs):
+        return None
+    one, other = min(map(tuple, np.sort(pairs, axis=1).tolist()))
+    return one, other

@@ -1,0 +1,66 @@
+"""Quadrilaterals and triangles that share vertices: what surfaces are made of."""
+
+from abc import abstractmethod
+from typing import NamedTuple, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.geometry.meshes.most_points import refuse_too_many
+from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.model import Model
+
+NO_QUADS = np.zeros((0, 4), np.int64)
+NO_TRIANGLES = np.zeros((0, 3), np.int64)
+
+
+class Mesh(NamedTuple):
+    """Vertices [m], shape (n, 3), quadrilaterals, shape (q, 4), and triangles, shape (t, 3), counterclockwise about the normal.
+
+    Elements are counted through: the quadrilaterals from 0, then the triangles from q.
+    """
+
+    vertices: np.ndarray
+    quads: np.ndarray = NO_QUADS
+    triangles: np.ndarray = NO_TRIANGLES
+
+    def triangulated(self) -> Triangulation:
+        """The same vertices; every quadrilateral cut in two from its first to its third corner, then the triangles."""
+        return Triangulation(self.vertices, np.concatenate([cut_in_two(self.quads), self.triangles]))
+
+    def centres(self) -> np.ndarray:
+        """The means of the corners of its elements [m], shape (q + t, 3)."""
+        return np.concatenate([self.vertices[corners].mean(axis=1) for corners in (self.quads, self.triangles)])
+
+    def reversed(self) -> "Mesh":
+        """The same mesh with its normals on the other side; quadrilaterals keep their first corner, so are cut alike."""
+        return Mesh(self.vertices, self.quads[:, [0, 3, 2, 1]], self.triangles[:, ::-1].copy())
+
+
+class Meshed(Model):
+    """A surface of a case. Beside its mesh it says whether it encloses a volume: `closed`."""
+
+    @model_validator(mode="after")
+    def _can_be_held(self) -> Self:
+        refuse_too_many(self.expected_points())
+        return self
+
+    @abstractmethod
+    def expected_points(self) -> float:
+        """About how many vertices it has, found without making them."""
+
+    @abstractmethod
+    def mesh(self) -> Mesh:
+        """Its quadrilaterals and triangles."""
+
+    def triangulate(self) -> Triangulation:
+        """Its mesh with every quadrilateral cut in two: the vertices are the same."""
+        return self.mesh().triangulated()
+
+
+def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:
+    """A quadrilateral for each square of n × m points, shape (q, 4); where wrapped, the last row of squares joins the first."""
+    i, j = np.meshgrid(np.arange(n if wrapped else n - 1), np.arange(m - 1), indexing="ij")
+    a, b = (i * m + j).ravel(), ((i + 1) % n * m + j).ravel()
+    return np.stack([a, b, b + 1, a + 1], axis=1)

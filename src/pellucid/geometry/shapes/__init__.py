@@ -1,0 +1,1 @@
+"""Regions of space that bodies fill: balls, boxes, cylinders and more, as cases describe them."""

@@ -1,0 +1,122 @@
+"""Hollow balls and hollow cylinders."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
+from pellucid.geometry.shapes.solids import Cylinder, Sphere
+from pellucid.model import Vector, parameter
+
+AtLeastOne = Annotated[int, Field(ge=1)]
+AtLeastThree = Annotated[int, Field(ge=3)]
+
+
+class Hollow(Geometry):
+    """What lies between an inner and an outer radius."""
+
+    centre_: Vector = parameter("m", "centre; of a pipe the middle of its axis", alias="centre")
+    outer_radius: float = parameter("m", "outer radius", gt=0)
+    inner_radius: float = parameter("m", "inner radius, below the outer one", gt=0)
+
+    @model_validator(mode="after")
+    def _has_a_wall(self) -> "Hollow":
+        if self.inner_radius >= self.outer_radius:
+            raise ValueError(
+                f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m; "
+                f"make it smaller"
+            )
+        return self
+
+    def centre(self) -> np.ndarray:
+        """The centre [m], shape (3,)."""
+        return np.array(self.centre_)
+
+    def _in_the_wall(self, offset: np.ndarray) -> np.ndarray:
+        distance = np.einsum("ij,ij->i", offset, offset)
+        return (distance >= self.inner_radius**2) & (distance <= self.outer_radius**2)
+
+
+class Shell(Hollow):
+    """A hollow ball; a ring where one axis is thin, two segments where two are."""
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the outer ball."""
+        return self.centre() - self.outer_radius, self.centre() + self.outer_radius
+
+    def reach(self, direction: np.ndarray) -> float:
+        """That of the outer ball."""
+        return Sphere(centre_=self.centre_, radius=self.outer_radius).reach(direction)
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        """Which points lie in the wall."""
+        return self._in_the_wall((points - self.centre())[:, np.array(active)])
+
+    def measure(self, active: ActiveAxes) -> float:
+        """Outer ball without the inner one."""
+        n = sum(active)
+        unit = (0.0, 2.0, np.pi, 4.0 / 3.0 * np.pi)[n]
+        return float(unit * (self.outer_radius**n - self.inner_radius**n))
+
+
+class Pipe(Hollow):
+    """A hollow circular cylinder; a ring where its axis is thin. With `points` it has a lattice of its own, in rings."""
+
+    axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
+    height: float = parameter("m", "length along the axis; does not count where that axis is thin", 0.0, ge=0)
+    points: tuple[AtLeastOne, AtLeastThree, AtLeastOne] | None = parameter(
+        "", "points across the wall, around and along; without it the points of the grid's lattice that lie inside", None
+    )
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the full cylinder."""
+        half = np.full(3, self.outer_radius)
+        half[AXES.index(self.axis)] = 0.5 * self.height
+        return self.centre() - half, self.centre() + half
+
+    def reach(self, direction: np.ndarray) -> float:
+        """That of the full cylinder."""
+        full = Cylinder(centre_=self.centre_, radius=self.outer_radius, axis=self.axis, height=self.height)
+        return full.reach(direction)
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        """Which points lie in the wall."""
+        along = AXES.index(self.axis)
+        offset = points - self.centre()
+        inside = self._in_the_wall(offset[:, [a for a in range(3) if a != along and active[a]]])
+        if active[along]:
+            inside &= np.abs(offset[:, along]) <= 0.5 * self.height
+        return inside
+
+    def measure(self, active: ActiveAxes) -> float:
+        """Cross-section times height."""
+        along = AXES.index(self.axis)
+        across = sum(active[a] for a in range(3) if a != along)
+        section = (0.0, 2.0, np.pi)[across] * (self.outer_radius**across - self.inner_radius**across)
+        return float(section * (self.height if active[along] else 1.0))
+
+    def n_own_points(self) -> int | None:
+        """The product of `points`."""
+        return None if self.points is None else int(np.prod(self.points))
+
+    def own_points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points in the middle of equal parts of the wall's thickness, the circumference and the height.
+
+        The volume of each is exactly that of its sector of its ring, θ (r₁² - r₀²) Δz / 2.
+        """
+        if self.points is None:
+            raise ValueError("a pipe without `points` has no lattice of its own")
+        across, around, along = self.points
+        edges = np.linspace(self.inner_radius, self.outer_radius, across + 1)
+        r = 0.5 * (edges[:-1] + edges[1:])
+        angle = 2.0 * np.pi * (np.arange(around) + 0.5) / around
+        z = self.height * ((np.arange(along) + 0.5) / along - 0.5)
+        rr, turn, zz = (a.ravel() for a in np.meshgrid(r, angle, z, indexing="ij"))
+        axis = AXES.index(self.axis)
+        position = np.empty((len(rr), 3))
+        position[:, axis] = zz
+        position[:, (axis + 1) % 3] = rr * np.cos(turn)
+        position[:, (axis + 2) % 3] = rr * np.sin(turn)
+        sector = np.pi / around * (edges[1:] ** 2 - edges[:-1] ** 2) * self.height / along
+        return self.centre() + position, np.repeat(sector, around * along)

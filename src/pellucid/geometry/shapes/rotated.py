@@ -1,0 +1,51 @@
+"""A shape that is turned."""
+
+import numpy as np
+
+from pellucid.geometry.rotation import Rotations, Turn, turn_about
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.model import parameter
+
+
+class Rotated(Geometry):
+    """A shape turned about axes. On a grid with a thin axis it can be turned about that axis alone."""
+
+    shape: Geometry = parameter("", "what is turned")
+    rotate: Rotations = parameter("", "the rotations, in their order")
+
+    @property
+    def turn(self) -> Turn:
+        """From where the shape would be to where it is."""
+        return turn_about(self.rotate, self.shape.centre())
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """From how far the shape reaches along directions that are turned back."""
+        turn = self.turn
+        start = turn.after - turn.matrix @ turn.before
+        lower, upper = [-self.shape.reach(-row) for row in turn.matrix], [self.shape.reach(row) for row in turn.matrix]
+        return start + lower, start + upper
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        """Which points lie in the shape when turned back."""
+        return self.shape.contains(self.turn.back(points), active)
+
+    def measure(self, active: ActiveAxes) -> float:
+        """That of the shape."""
+        return self.shape.measure(active)
+
+    def centre(self) -> np.ndarray:
+        """Where the shape's centre comes to [m], shape (3,)."""
+        return self.turn.after
+
+    def in_own_frame(self, points: np.ndarray) -> tuple[Geometry, np.ndarray]:
+        """See `Geometry`."""
+        return self.shape.in_own_frame(self.turn.back(points))
+
+    def n_own_points(self) -> int | None:
+        """That of the shape."""
+        return self.shape.n_own_points()
+
+    def own_points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the shape, turned."""
+        points, volumes = self.shape.own_points()
+        return self.turn.forth(points), volumes

@@ -1,0 +1,35 @@
+"""Shapes of a case; a new one is one class in a file of its own and one line here."""
+
+from typing import ClassVar
+
+from pellucid.geometry.choice import Choice
+from pellucid.geometry.rotation import Rotations, rotate_parameter
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.cushion import Cushion
+from pellucid.geometry.shapes.hollow import Pipe, Shell
+from pellucid.geometry.shapes.inside import Inside
+from pellucid.geometry.shapes.rotated import Rotated
+from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
+
+__all__ = ["Box", "Cushion", "Cylinder", "Geometry", "Inside", "Pipe", "Rotated", "Shape", "Shell", "Sphere"]
+
+
+class Shape(Choice):
+    """A table with one key that names the shape."""
+
+    what: ClassVar[str] = "a shape"
+    beside: ClassVar[tuple[str, ...]] = ("rotate",)
+
+    box: Box | None = None
+    sphere: Sphere | None = None
+    cylinder: Cylinder | None = None
+    shell: Shell | None = None
+    pipe: Pipe | None = None
+    inside: Inside | None = None
+    cushion: Cushion | None = None
+    rotate: Rotations = rotate_parameter("the shape")
+
+    def geometry(self) -> Geometry:
+        """The shape itself."""
+        geometry: Geometry = self.chosen()
+        return geometry if self.rotate is None else Rotated(shape=geometry, rotate=self.rotate)

@@ -1,0 +1,93 @@
+"""Boxes, balls and cylinders: what they contain, their exact measure, their bounds."""
+
+from typing import Literal
+
+import numpy as np
+
+from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
+from pellucid.model import Vector, parameter
+
+
+class Box(Geometry):
+    """An axis-parallel box. Along an axis that is one cell thick its extent does not count."""
+
+    lower: Vector = parameter("m", "lower corner")
+    upper: Vector = parameter("m", "upper corner")
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.array(self.lower), np.array(self.upper)
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        keep = np.array(active)
+        lower, upper = self.bounds()
+        return np.all(((points >= lower) & (points <= upper))[:, keep], axis=1)
+
+    def measure(self, active: ActiveAxes) -> float:
+        """Length, area or volume over the active axes."""
+        lower, upper = self.bounds()
+        return float(np.prod((upper - lower)[np.array(active)]))
+
+    def centre(self) -> np.ndarray:
+        lower, upper = self.bounds()
+        return 0.5 * (lower + upper)
+
+
+class Sphere(Geometry):
+    """A ball; a disc where one axis is thin, a segment where two are."""
+
+    centre_: Vector = parameter("m", "centre", alias="centre")
+    radius: float = parameter("m", "radius", gt=0)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        centre = np.array(self.centre_)
+        return centre - self.radius, centre + self.radius
+
+    def reach(self, direction: np.ndarray) -> float:
+        return float(np.array(self.centre_) @ direction + self.radius * np.linalg.norm(direction))
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        offset = (points - np.array(self.centre_))[:, np.array(active)]
+        return np.einsum("ij,ij->i", offset, offset) <= self.radius**2
+
+    def measure(self, active: ActiveAxes) -> float:
+        return [1.0, 2.0, np.pi * self.radius, 4.0 / 3.0 * np.pi * self.radius**2][sum(active)] * self.radius
+
+    def centre(self) -> np.ndarray:
+        return np.array(self.centre_)
+
+
+class Cylinder(Geometry):
+    """A circular cylinder along an axis; `centre` is the middle of its axis. A disc where that axis is thin."""
+
+    centre_: Vector = parameter("m", "middle of the axis", alias="centre")
+    radius: float = parameter("m", "radius", gt=0)
+    axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
+    height: float = parameter("m", "length along the axis; does not count where that axis is thin", 0.0, ge=0)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        half = np.full(3, self.radius)
+        half[AXES.index(self.axis)] = 0.5 * self.height
+        return np.array(self.centre_) - half, np.array(self.centre_) + half
+
+    def reach(self, direction: np.ndarray) -> float:
+        along = AXES.index(self.axis)
+        across = self.radius * np.linalg.norm(np.delete(direction, along))
+        return float(np.array(self.centre_) @ direction + across + 0.5 * self.height * abs(direction[along]))
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        along = AXES.index(self.axis)
+        offset = points - np.array(self.centre_)
+        across = [a for a in range(3) if a != along and active[a]]
+        inside = np.einsum("ij,ij->i", offset[:, across], offset[:, across]) <= self.radius**2
+        if active[along]:
+            inside &= np.abs(offset[:, along]) <= 0.5 * self.height
+        return np.asarray(inside)
+
+    def measure(self, active: ActiveAxes) -> float:
+        along = AXES.index(self.axis)
+        across = sum(active[a] for a in range(3) if a != along)
+        section = (1.0, 2.0 * self.radius, np.pi * self.radius**2)[across]
+        return float(section * (self.height if active[along] else 1.0))
+
+    def centre(self) -> np.ndarray:
+        return np.array(self.centre_)

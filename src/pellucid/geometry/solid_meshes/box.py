@@ -1,0 +1,103 @@
+"""Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
+
+from math import prod
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pellucid.findings import Refusal
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_meshes.contract import Tetrahedral
+from pellucid.model import Vector, parameter
+
+Counts = tuple[int, int, int]
+AtLeastOne = Annotated[int, Field(ge=1)]
+Ratio = Annotated[float, Field(ge=1e-3, le=1e3)]
+EVEN = (1.0, 1.0, 1.0)
+
+
+class BoxMesh(Tetrahedral):
+    """A box of tetrahedra."""
+
+    lower: Vector = parameter("m", "lower corner")
+    upper: Vector = parameter("m", "upper corner")
+    cells: tuple[AtLeastOne, AtLeastOne, AtLeastOne] = parameter("", "cubes along x, y, z, of twelve tetrahedra each")
+    grading: tuple[Ratio, Ratio, Ratio] = parameter(
+        "", "width of the last cube over that of the first, along x, y, z; in between it grows by a constant factor", EVEN
+    )
+
+    @model_validator(mode="after")
+    def _has_volume(self) -> "BoxMesh":
+        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
+            if high <= low:
+                text = f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m"
+                raise Refusal(text, "exchange the two, or move one of them")
+        return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        return 2.0 * prod(map(float, self.cells))
+
+    @property
+    def is_pattern(self) -> bool:
+        """See `Tetrahedral`."""
+        return True
+
+    def make(self) -> SimplexMesh:
+        """Its nodes and tetrahedra."""
+        lower, upper = np.array(self.lower), np.array(self.upper)
+        if self.grading == EVEN:
+            return box_mesh(lower, upper, self.cells)
+        mesh = box_mesh(np.zeros(3), np.array(self.cells, float), self.cells)
+        ends = [graded(n, ratio) for n, ratio in zip(self.cells, self.grading, strict=True)]
+        share = [np.interp(mesh.nodes[:, axis], np.arange(len(end)), end) for axis, end in enumerate(ends)]
+        return SimplexMesh(lower + np.stack(share, axis=1) * (upper - lower), mesh.cells)
+
+
+def graded(n: int, ratio: float) -> np.ndarray:
+    """Ends of n intervals of a length of 1, shape (n + 1,), each wider than the one before by a constant factor.
+
+    ratio: width of the last over that of the first.
+    """
+    widths = ratio ** (np.arange(n) / max(n - 1, 1))
+    return np.asarray(np.append(0.0, np.cumsum(widths)) / widths.sum())
+
+
+def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMesh:
+    """A mesh of the box between two corners [m], with so many cubes along each axis: a node at each corner and each middle.
+
+    Four tetrahedra stand about the line between the middles of neighbouring cubes; at the faces of the box the pyramid over
+    a square is cut in two.
+    """
+    shape = np.array(counts)
+    corners = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    middles = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    places = np.concatenate([corners, middles + 0.5])
+    cells = []
+    for axis in range(3):
+        one, two = (axis + 1) % 3, (axis + 2) % 3
+        for index in range(counts[axis] + 1):  # planes of squares between cubes
+            square = middles[middles[:, axis] == 0].copy()
+            square[:, axis] = index
+            ring = [square + np.eye(3, dtype=int)[one] * i + np.eye(3, dtype=int)[two] * j for i, j in _TURN]
+            a, b, c, d = (_corner(place, shape) for place in ring)
+            below, above = _middle(square - np.eye(3, dtype=int)[axis], shape), _middle(square, shape)
+            if 0 < index < counts[axis]:
+                cells += [np.stack([start, end, below, above], axis=1) for start, end in ((a, b), (b, c), (c, d), (d, a))]
+            elif index == 0:
+                cells += [np.stack([*half, above], axis=1) for half in ((a, b, c), (a, c, d))]
+            else:
+                cells += [np.stack([*half, below], axis=1) for half in ((a, c, b), (a, d, c))]
+    return SimplexMesh(lower + places / shape * (np.asarray(upper) - lower), np.concatenate(cells))
+
+
+_TURN = ((0, 0), (1, 0), (1, 1), (0, 1))
+
+
+def _corner(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    return np.asarray((place[:, 0] * (shape[1] + 1) + place[:, 1]) * (shape[2] + 1) + place[:, 2])
+
+
+def _middle(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    return np.asarray(np.prod(shape + 1) + (place[:, 0] * shape[1] + place[:, 1]) * shape[2] + place[:, 2])

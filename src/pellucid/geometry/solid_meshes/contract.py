@@ -1,0 +1,54 @@
+"""What every mesh of a solid can do."""
+
+import warnings
+from abc import abstractmethod
+from functools import lru_cache
+from typing import Self
+
+from pydantic import model_validator
+
+from pellucid.geometry.checks.solid_checks import apart
+from pellucid.geometry.meshes.mesh_files import FileState, states_of_files
+from pellucid.geometry.meshes.most_points import refuse_too_many
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.model import Model
+
+
+class Tetrahedral(Model):
+    """A mesh of tetrahedra of a case."""
+
+    @model_validator(mode="after")
+    def _can_be_held(self) -> Self:
+        refuse_too_many(self.expected_points())
+        return self
+
+    @abstractmethod
+    def expected_points(self) -> float:
+        """About how many nodes it has, found without making them."""
+
+    @abstractmethod
+    def make(self) -> SimplexMesh:
+        """Its nodes and tetrahedra. Raises ValueError where there can be none."""
+
+    @property
+    def is_pattern(self) -> bool:
+        """Whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong."""
+        return False
+
+    @property
+    def origin(self) -> str:
+        """The file whose tetrahedra they are, for messages; empty where they are made here."""
+        return ""
+
+    def mesh(self) -> SimplexMesh:
+        """Its nodes and tetrahedra, made once while the files that it names do not change; whoever asks shares them, so
+        nobody writes to them. Warns of pieces that do not hold together."""
+        return _made(self, states_of_files(self))
+
+
+@lru_cache(maxsize=8)
+def _made(source: Tetrahedral, _states: tuple[FileState, ...]) -> SimplexMesh:
+    mesh = source.make()
+    if not source.is_pattern and (text := apart(mesh)) is not None:
+        warnings.warn(f"{source.origin}: {text}" if source.origin else text, stacklevel=2)
+    return mesh

@@ -1,0 +1,35 @@
+"""A circular cylinder of tetrahedra: a box whose cross-section is drawn out to a disc."""
+
+from typing import Literal
+
+import numpy as np
+
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.solid_meshes.box import box_mesh
+from pellucid.geometry.solid_meshes.contract import Tetrahedral
+from pellucid.model import Vector, parameter
+
+AXES = {"x": 0, "y": 1, "z": 2}
+
+
+class CylinderMesh(Tetrahedral):
+    """A circular cylinder of tetrahedra."""
+
+    base: Vector = parameter("m", "middle of its lower face")
+    radius: float = parameter("m", "radius", gt=0)
+    height: float = parameter("m", "height along its axis", gt=0)
+    axis: Literal["x", "y", "z"] = parameter("", "its axis", "z")
+    across: int = parameter("", "cubes across the diameter, of twelve tetrahedra each", ge=1)
+    along: int = parameter("", "cubes along the axis", ge=1)
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        return 2.0 * self.across**2 * self.along
+
+    def make(self) -> SimplexMesh:
+        """Its nodes and tetrahedra; the square [-1, 1]² becomes the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
+        square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))
+        x, y, z = square.nodes.T
+        disc = self.radius * x * np.sqrt(1.0 - 0.5 * y * y), self.radius * y * np.sqrt(1.0 - 0.5 * x * x), self.height * z
+        turned = np.roll(np.stack(disc, axis=1), AXES[self.axis] - 2, axis=1)  # a turn of the axes keeps cells upright
+        return SimplexMesh(np.array(self.base) + turned, square.cells)

@@ -1,0 +1,114 @@
+"""Tetrahedra that fill a closed surface to its very triangles, by TetGen (Si 2015, ACM Trans. Math. Softw. 41, 11)."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from math import prod
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.findings import Refusal
+from pellucid.geometry.algorithms.crossing import self_crossing
+from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
+from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.shapes.inside import closed_triangles
+from pellucid.geometry.solid_meshes.contract import Tetrahedral
+from pellucid.geometry.surfaces.surface import Surface
+from pellucid.model import parameter
+
+REGULAR = 6.0 * np.sqrt(2.0)  # cube of the edge of a regular tetrahedron over its volume
+ROUNDING = 1e-9  # of the volume
+AWAY = 1e-6  # of the extent: how far from the surface, in the mean, the mesh may end where triangles meet at almost 180 degrees
+MOST_OFF = 1e-5  # of the volume
+
+# TetGen ends the whole process on some surfaces that cross themselves, hence a process of its own
+_TETGEN = """
+import sys, numpy, tetgen
+given = numpy.load(sys.argv[1])
+mesher = tetgen.TetGen(given["vertices"], given["triangles"])
+nodes, cells = mesher.tetrahedralize(
+    plc=True, quality=True, minratio=1.5, mindihedral=10.0, fixedvolume=True, maxvolume=float(given["volume"]),
+    nomergefacet=bool(given["apart"]))[:2]
+numpy.savez(sys.argv[2], nodes=nodes, cells=cells)
+"""
+
+
+class InsideMesh(Tetrahedral):
+    """A closed surface, such as an STL file, filled with tetrahedra by TetGen; its vertices are nodes, and edges stay sharp."""
+
+    surface: Surface = parameter("", "the closed surface; a piece inside another piece is a hole")
+    size: float = parameter("m", "about the edge of the largest tetrahedra", gt=0)
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> "InsideMesh":
+        self.mesh()
+        return self
+
+    def expected_points(self) -> float:
+        """See `Tetrahedral`."""
+        corners = self.surface.mesh().vertices
+        return prod(extent / self.size + 1.0 for extent in np.ptp(corners, axis=0).tolist())
+
+    def make(self) -> SimplexMesh:
+        """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""
+        if find_spec("tetgen") is None:
+            raise Refusal("filling a surface with tetrahedra needs tetgen", "pip install '.[mesh]' in the clone of pellucid")
+        surface = closed_triangles(self.surface)
+        largest, reason = self.size**3 / REGULAR, Refusal("", "")
+        for apart in (False, True):
+            try:
+                mesh = _filled(surface, largest, apart)
+            except Refusal as refusal:
+                reason = refusal
+                continue
+            if (off := _off(mesh, surface, ROUNDING if apart else None)) is None:
+                return mesh
+            reason = off
+        raise reason
+
+
+def _off(mesh: SimplexMesh, surface: Triangulation, slack: float | None) -> Refusal | None:
+    """Why the mesh has another volume than the surface encloses, None where it has the same but for a share `slack`.
+
+    Without one, the mesh may end as far from the surface as flat parts are uneven when a file rounds their corners to six
+    digits: TetGen takes triangles that meet at more than 179.9 degrees for one flat part, and does not keep the edges within
+    it; to keep them, as is done where this is too far, takes up to five times as many tetrahedra, of worse shape.
+    """
+    volume, found = enclosed_volume(*surface), float(mesh.volumes.sum())
+    area = float(np.linalg.norm(vector_areas(*surface), axis=1).sum())
+    extent = float(np.ptp(surface.vertices, axis=0).max())
+    limit = slack * volume if slack is not None else min(AWAY * extent * area, MOST_OFF * volume)
+    if abs(found - volume) <= limit:
+        return None
+    text = f"the tetrahedra have {found:.10g} m^3, and the surface encloses {volume:.10g} m^3"
+    return Refusal(text, "look whether pieces of it overlap")
+
+
+def _filled(surface: Triangulation, volume: float, apart: bool) -> SimplexMesh:
+    """Tetrahedra of at most so much volume [m³] inside a closed surface, of which every edge is kept where `apart`."""
+    with TemporaryDirectory() as folder:
+        given, made = Path(folder, "given.npz"), Path(folder, "made.npz")
+        np.savez(given, vertices=surface.vertices, triangles=surface.triangles.astype(np.int32), volume=volume, apart=apart)
+        call = [sys.executable, "-c", _TETGEN, str(given), str(made)]
+        done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)  # it leaves files when it fails
+        if done.returncode or not made.is_file():
+            raise _refusal(surface, done.stderr)
+        with np.load(made) as found:
+            nodes, cells = found["nodes"], found["cells"]
+    within = inside(nodes[cells].mean(axis=1), *surface)  # TetGen fills holes as well
+    used, which = np.unique(cells[within], return_inverse=True)
+    return SimplexMesh(nodes[used], which.reshape(-1, 4))
+
+
+def _refusal(surface: Triangulation, said: str) -> Refusal:
+    place = self_crossing(surface)
+    if place is not None:
+        text = f"the surface crosses itself near ({', '.join(f'{x:.4g}' for x in place)}) m"
+        return Refusal(text, "mend it there, or keep one of two pieces that overlap")
+    last = said.strip().splitlines()[-1] if said.strip() else "it gave no reason"
+    return Refusal(f"TetGen could not fill the surface: {last}", "mend the surface, or take `fill`, which asks less of it")

@@ -1,0 +1,83 @@
+"""Meshes of solids, and the regions that they fill; a new one is one class in a file of its own and one line here."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from pellucid.geometry.algorithms.enclosure import inside
+from pellucid.geometry.checks.solid_checks import Fault, solid_faults
+from pellucid.geometry.choice import Choice
+from pellucid.geometry.meshes.cells import outer_faces
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.rotation import Rotations, rotate_parameter, turn_about
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.solid_meshes.box import BoxMesh
+from pellucid.geometry.solid_meshes.contract import Tetrahedral
+from pellucid.geometry.solid_meshes.cylinder import CylinderMesh
+from pellucid.geometry.solid_meshes.file import SolidFile
+from pellucid.geometry.solid_meshes.fill import FillMesh
+from pellucid.geometry.solid_meshes.heart import HeartMesh
+from pellucid.geometry.solid_meshes.inside import InsideMesh
+from pellucid.model import parameter
+
+
+class SolidMesh(Choice):
+    """A table with one key that names the mesh of a solid."""
+
+    what: ClassVar[str] = "the mesh of a solid"
+    beside: ClassVar[tuple[str, ...]] = ("rotate",)
+
+    box: BoxMesh | None = None
+    cylinder: CylinderMesh | None = None
+    fill: FillMesh | None = None
+    inside: InsideMesh | None = None
+    heart: HeartMesh | None = None
+    file: SolidFile | None = None
+    rotate: Rotations = rotate_parameter("the mesh")
+
+    def mesh(self) -> SimplexMesh:
+        """Its nodes and tetrahedra, made once; whoever asks shares them."""
+        chosen: Tetrahedral = self.chosen()
+        return _turned(chosen.mesh(), self.rotate)
+
+    def faults(self) -> Iterator[Fault]:
+        """Everything wrong with them, as text, which names the file that they are from, and remedy."""
+        chosen: Tetrahedral = self.chosen()
+        before = f"{chosen.origin}: " if chosen.origin else ""
+        return ((before + text, remedy) for text, remedy in _faults(self.mesh(), chosen.is_pattern))
+
+
+@lru_cache(maxsize=8)
+def _turned(mesh: SimplexMesh, rotate: Rotations) -> SimplexMesh:
+    if rotate is None:
+        return mesh
+    middle = 0.5 * (mesh.nodes.min(axis=0) + mesh.nodes.max(axis=0))
+    return SimplexMesh(turn_about(rotate, middle).forth(mesh.nodes), mesh.cells, mesh.sets)
+
+
+@lru_cache(maxsize=8)
+def _faults(mesh: SimplexMesh, is_pattern: bool) -> tuple[Fault, ...]:
+    """Found once for each mesh: reading a case asks for them several times."""
+    return tuple(solid_faults(mesh, is_pattern))
+
+
+class MeshRegion(Geometry):
+    """What the tetrahedra of a mesh fill, on a grid without thin axes."""
+
+    mesh: SolidMesh = parameter("", "its tetrahedra")
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the nodes."""
+        nodes = self.mesh.mesh().nodes
+        return nodes.min(axis=0), nodes.max(axis=0)
+
+    def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
+        """Which points lie within its outer faces."""
+        mesh = self.mesh.mesh()
+        return inside(points, mesh.nodes, outer_faces(mesh.cells))
+
+    def measure(self, active: ActiveAxes) -> float:
+        """Its volume [m³]."""
+        return float(self.mesh.mesh().volumes.sum())

@@ -1,0 +1,61 @@
+"""Two sheets that are joined at their edges: a bag that lies flat, or nearly."""
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
+from pellucid.geometry.shapes.cushion import CushionDimensions, dome
+from pellucid.geometry.surfaces.rectangle import AtLeastTwo
+from pellucid.model import parameter
+
+
+class CushionSurface(CushionDimensions, Meshed):
+    """Two rectangular sheets parallel to x and y, domed and joined at their four edges, of quadrilaterals; normals outward.
+
+    At distances ξ and η from the middle, as shares of half the sides, they are ± height/2 (1 - ξ²)(1 - η²) apart from the plane
+    of their edges.
+    """
+
+    points: tuple[AtLeastTwo, AtLeastTwo] = parameter(
+        "", "points along x and y of a sheet, or of its upper half; two whole sheets need three or more"
+    )
+
+    @model_validator(mode="after")
+    def _sheets_lie_apart(self) -> "CushionSurface":
+        for axis, n in zip("xy", self.points, strict=True):
+            if n == 2 and axis not in self.halved and "z" not in self.halved:
+                raise ValueError(
+                    f"2 points along {axis} all lie on the common edges, where the two sheets are one; use at least 3, or "
+                    f"halve the cushion along {axis} or z"
+                )
+        return self
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is whole."""
+        return not self.halved
+
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 2.0 * self.points[0] * self.points[1]
+
+    def mesh(self) -> Mesh:
+        """The upper sheet row by row along y, then the points of the lower one that are not on its edges."""
+        x, y = (np.linspace(0.0 if axis in self.halved else -1.0, 1.0, n) for axis, n in zip("xy", self.points, strict=True))
+        first, second = (a.ravel() for a in np.meshgrid(x, y, indexing="ij"))
+        bulge = dome(first, second)
+        half = 0.5 * np.array([*self.sides, self.height])
+        upper = np.stack([first, second, bulge], axis=1) * half
+        quads = grid_quads(*self.points, wrapped=False)
+        # at a corner of the cushion three of the vertices of a quadrilateral belong to both sheets: cut in two, it must be cut
+        # through the fourth, or the triangle between the three would be there twice
+        inner = bulge > 0.0
+        within = inner[quads]
+        fourth = (within.sum(axis=1) == 1) & within[:, [1, 3]].any(axis=1)
+        quads[fourth] = np.roll(quads[fourth], -1, axis=1)
+        if "z" in self.halved:
+            return Mesh(upper + np.array(self.centre_), quads)
+        below = np.arange(len(upper))
+        below[inner] = len(upper) + np.arange(np.count_nonzero(inner))
+        vertices = np.concatenate([upper, upper[inner] * (1.0, 1.0, -1.0)])
+        return Mesh(vertices + np.array(self.centre_), np.concatenate([quads, below[quads[:, [0, 3, 2, 1]]]]))

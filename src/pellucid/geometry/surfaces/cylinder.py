@@ -1,0 +1,60 @@
+"""A circular cylinder with its lids as a membrane."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pellucid.geometry.meshes.surface_mesh import NO_TRIANGLES, Mesh, Meshed, grid_quads
+from pellucid.geometry.meshes.triangulation import two_across
+from pellucid.geometry.surfaces.disc import rings_of_a_disc
+from pellucid.model import Vector, parameter
+
+AtLeastTwo = Annotated[int, Field(ge=2)]
+
+
+class CylinderSurface(Meshed):
+    """A circular cylinder: quadrilaterals round it, lids of triangles that share the points of the rims; normals outward."""
+
+    start: Vector = parameter("m", "centre of one end")
+    end: Vector = parameter("m", "centre of the other end")
+    radius: float = parameter("m", "radius", gt=0)
+    rings: int = parameter("", "rings of points about the centre of a lid; 6 rings points go round the cylinder", ge=1, le=1000)
+    along: AtLeastTwo = parameter("", "points along the axis, both rims included")
+    open: tuple[Literal["start", "end"], ...] = parameter("", "ends without a lid", ())
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> "CylinderSurface":
+        if self.start == self.end:
+            raise ValueError("start and end are the same point; move one of them")
+        return self
+
+    @property
+    def closed(self) -> bool:
+        """Whether both ends have lids."""
+        return not self.open
+
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 6.0 * self.rings * (self.along + self.rings)
+
+    def mesh(self) -> Mesh:
+        """The mantle in lines along the axis, then what the lid at the start adds, then that at the end."""
+        axis = np.array(self.end) - np.array(self.start)
+        side, up = two_across(axis)
+        plane, lid = rings_of_a_disc(self.rings)
+        inner, around, along = len(plane) - 6 * self.rings, 6 * self.rings, self.along
+        disc = self.radius * (plane[:, :1] * side + plane[:, 1:] * up)
+        s = np.linspace(0.0, 1.0, along)
+        vertices = [(s[None, :, None] * axis + disc[inner:, None, :]).reshape(-1, 3)]
+        triangles = [NO_TRIANGLES]
+        for end, place in (("start", 0), ("end", 1)):
+            if end in self.open:
+                continue
+            own = sum(map(len, vertices)) + np.arange(inner)
+            rim = np.arange(around) * along + place * (along - 1)
+            turned = np.concatenate([own, rim])[lid]
+            triangles.append(turned if end == "end" else turned[:, ::-1])
+            vertices.append(place * axis + disc[:inner])
+        quads = grid_quads(around, along, wrapped=True)
+        return Mesh(np.array(self.start) + np.concatenate(vertices), quads, np.concatenate(triangles))

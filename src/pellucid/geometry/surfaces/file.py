@@ -1,0 +1,98 @@
+"""Surfaces from files: STL, OBJ, PLY, Gmsh, VTK and what else meshlane reads."""
+
+import warnings
+from functools import lru_cache
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.findings import Refusal
+from pellucid.geometry.checks.surface_holes import MOST_EDGES
+from pellucid.geometry.checks.surface_repair import repaired
+from pellucid.geometry.files.contents import Block, flat_blocks
+from pellucid.geometry.files.first_order import first_order
+from pellucid.geometry.files.read import SURFACES, read_file
+from pellucid.geometry.meshes.mesh_files import FileState, MeshFile, states_of_files
+from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
+from pellucid.model import InputFile, parameter
+
+FLAT = ("quad", "triangle")
+BESIDE = ("vertex", "line")  # what a file may hold beside the elements of a surface
+
+
+class SurfaceFile(MeshFile, Meshed):
+    """A surface file. Vertices at the same place become one, as STL repeats them."""
+
+    path: InputFile = parameter("", "STL, OBJ, PLY, Gmsh or VTK file; a relative path starts from the case file's folder")
+    close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0, le=MOST_EDGES)
+    closed: bool = parameter("", "whether the surface encloses a volume; then it must have no holes", False)
+    reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)
+
+    @model_validator(mode="after")
+    def _can_be_read(self) -> "SurfaceFile":
+        if self.close_holes and not self.repair:
+            raise Refusal("`close_holes` is a part of the repair", "add `repair = true`, or leave it out")
+        self.mesh()
+        return self
+
+    def expected_points(self) -> float:
+        """None: what a file holds is known when it has been read."""
+        return 0.0
+
+    def mesh(self) -> Mesh:
+        """Vertices in the order of their first mention. Raises ValueError where the file cannot be read."""
+        vertices, quads, triangles = _read(*states_of_files(self), self.repair, self.close_holes)
+        mesh = Mesh(self.placed(vertices), quads.copy(), triangles.copy())
+        return mesh.reversed() if self.reverse else mesh
+
+
+@lru_cache(maxsize=8)
+def _read(state: FileState, repair: bool, close_holes: int) -> Mesh:
+    """The file's elements, read once for each of its states, in its unit."""
+    path = state[0]
+    contents = first_order(read_file(path, "a surface", SURFACES))
+    mesh = surface_of(path, contents.points, contents.blocks)
+    notes = list(contents.notes)
+    if repair:
+        mesh, done = mended(path, mesh, close_holes)
+        notes += done
+    for note in notes:
+        warnings.warn(f"{path}: {note}", stacklevel=2)
+    return mesh
+
+
+def surface_of(path: str, points: np.ndarray, blocks: tuple[Block, ...]) -> Mesh:
+    """The surface elements of a file, with one vertex at each place. Raises Refusal for other elements, or where none is."""
+    flat = [block for block in blocks if block.kind in FLAT]
+    for block in blocks:
+        if block.kind == "polygon":
+            flat += flat_blocks(points, np.asarray(block.nodes).tolist(), "polygon")
+    strange = sorted({block.kind for block in blocks if len(block.nodes)} - {*FLAT, *BESIDE, "polygon"})
+    if strange:
+        text = f"{path} holds cells of type {', '.join(strange)}; a membrane needs triangles or quadrilaterals alone"
+        raise Refusal(text, "leave these cells out of the file, or save the surface of the solid alone")
+    none = {"quad": NO_QUADS, "triangle": NO_TRIANGLES}
+    quads, triangles = (
+        np.concatenate([none[kind], *(block.nodes for block in flat if block.kind == kind)]).astype(np.int64) for kind in FLAT
+    )
+    if not len(quads) + len(triangles):
+        raise Refusal(f"{path} holds no triangle and no quadrilateral", "save the surface elements of the mesh too")
+    return _merged(points, quads, triangles)
+
+
+def mended(path: str, mesh: Mesh, close_holes: int) -> tuple[Mesh, list[str]]:
+    """The repaired surface of a file, and what was done. Raises Refusal where nothing is left of it."""
+    mesh, done = repaired(mesh, close_holes)
+    if not len(mesh.quads) + len(mesh.triangles):
+        raise Refusal(f"the repair leaves nothing of {path}: none of its elements has an area", "save the surface again")
+    return mesh, done
+
+
+def _merged(points: np.ndarray, quads: np.ndarray, triangles: np.ndarray) -> Mesh:
+    """Points at the same place made one, in the order of their first mention."""
+    _, first, which = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)  # + 0.0 makes -0.0 one with 0.0
+    order = np.argsort(first)
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    number = place[which.reshape(-1)]
+    return Mesh(points[first[order]], number[quads], number[triangles])

@@ -1,0 +1,58 @@
+"""A sphere of quadrilaterals."""
+
+import numpy as np
+from pydantic import model_validator
+
+from pellucid.findings import Refusal
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed
+from pellucid.geometry.shapes.solids import Box
+from pellucid.geometry.surfaces.box import FACES, lattice_faces
+from pellucid.model import Vector, parameter
+
+REACH = 1e-9  # of the radius, by which a corner may lie beyond the box: rounding must not decide
+
+
+class SphereSurface(Meshed):
+    """A sphere: the surface of a cube projected onto it, lines at equal angles on every face; 6 k² + 2 points, normals outward.
+
+    Source: the equiangular cubed sphere, Ronchi, Iacono & Paolucci 1996, J. Comput. Phys. 124, 93.
+    """
+
+    centre: Vector = parameter("m", "centre")
+    radius: float = parameter("m", "radius", gt=0)
+    divisions: int = parameter("", "quadrilaterals along the edge of each of the cube's faces, k", ge=1, le=2000)
+    part: Box | None = parameter(
+        "", "only the quadrilaterals with all corners in this box, such as a cap; without it the whole sphere", None
+    )
+
+    @model_validator(mode="after")
+    def _has_elements(self) -> "SphereSurface":
+        if self.part is not None and not len(self.mesh().quads):
+            longest = 2.0 * self.radius * np.sin(0.25 * np.pi / self.divisions)  # across the middle of a face of the cube
+            text = f"no quadrilateral of the sphere lies in `part` with all corners; they are up to {longest:.3g} m wide"
+            raise Refusal(text, "make the box larger, move it to the surface, or raise `divisions`")
+        return self
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is the whole sphere."""
+        return self.part is None
+
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return 6.0 * self.divisions**2 + 2.0
+
+    def mesh(self) -> Mesh:
+        """The points in the order of those of the cube: x, y, z, the last one fastest."""
+        k = self.divisions
+        lattice, quads = lattice_faces((k + 1, k + 1, k + 1), list(FACES))
+        cube = np.tan(0.25 * np.pi * (2.0 * lattice / k - 1.0))
+        direction = cube / np.linalg.norm(cube, axis=1)[:, None]
+        vertices = np.array(self.centre) + self.radius * direction
+        if self.part is None:
+            return Mesh(vertices, quads)
+        lower, upper = self.part.bounds()
+        reach = REACH * self.radius
+        inside = ((vertices >= lower - reach) & (vertices <= upper + reach)).all(axis=1)
+        used, which = np.unique(quads[inside[quads].all(axis=1)], return_inverse=True)
+        return Mesh(vertices[used], which.reshape(-1, 4))

@@ -1,0 +1,45 @@
+"""An open circular tube."""
+
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
+from pellucid.geometry.meshes.triangulation import two_across
+from pellucid.model import Vector, parameter
+
+AtLeastTwo = Annotated[int, Field(ge=2)]
+AtLeastThree = Annotated[int, Field(ge=3)]
+
+
+class Tube(Meshed):
+    """An open circular tube of quadrilaterals; normals point outward."""
+
+    start: Vector = parameter("m", "centre of one end")
+    end: Vector = parameter("m", "centre of the other end")
+    radius: float = parameter("m", "radius", gt=0)
+    points: tuple[AtLeastThree, AtLeastTwo] = parameter("", "points around, and along the axis")
+
+    closed: ClassVar[bool] = False
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> "Tube":
+        if self.start == self.end:
+            raise ValueError("start and end are the same point; move one of them")
+        return self
+
+    def expected_points(self) -> float:
+        """See `Meshed`."""
+        return float(self.points[0]) * self.points[1]
+
+    def mesh(self) -> Mesh:
+        """The points ring by ring."""
+        around, along = self.points
+        axis = np.array(self.end) - np.array(self.start)
+        side, up = two_across(axis)
+        angle = 2.0 * np.pi * np.arange(around) / around
+        ring = self.radius * (np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up)
+        s = np.linspace(0.0, 1.0, along)
+        vertices = (np.array(self.start) + s[None, :, None] * axis + ring[:, None, :]).reshape(-1, 3)
+        return Mesh(vertices, grid_quads(around, along, wrapped=True))

@@ -1,0 +1,136 @@
+"""Convergence studies: a case run for several values of a field, the error of a metric, the observed order."""
+
+import csv
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pellucid import catalogue
+from pellucid.case import Case, parse_value
+from pellucid.errors import UsageError
+from pellucid.progress import Progress
+
+if TYPE_CHECKING:
+    from pellucid.results.storage.run import Run
+
+
+class Step(NamedTuple):
+    """One value of the study: the error there; ratio and order against the value before."""
+
+    value: Any
+    error: float
+    ratio: float | None
+    order: float | None
+
+
+def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
+    """Values by key from "grid.cell=0.05,0.025" and the like.
+
+    Raises UsageError unless every key has the same number of values, and at least two.
+    """
+    sweep: dict[str, list[Any]] = {}
+    for text in texts:
+        key, equals, values = text.partition("=")
+        if not equals or not key.strip():
+            raise UsageError(f"--over {text}: write KEY=V1,V2,..., for example grid.cell=0.05,0.025,0.0125")
+        together = parse_value(f"[{values}]")
+        sweep[key.strip()] = together if isinstance(together, list) else [parse_value(item) for item in values.split(",")]
+    sizes = {key: len(values) for key, values in sweep.items()}
+    if min(sizes.values()) < 2:
+        raise UsageError("--over needs at least two values, for example grid.cell=0.05,0.025")
+    if len(set(sizes.values())) > 1:
+        counts = ", ".join(f"{key} {size}" for key, size in sizes.items())
+        raise UsageError(f"every --over needs as many values as the others; there are {counts}")
+    return sweep
+
+
+def study(
+    case: Case,
+    sweep: dict[str, list[Any]],
+    metric: str,
+    out: Path | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> list[Step]:
+    """Run the case for each row of values and follow the error of `metric`; the first key of the sweep is the abscissa.
+
+    The runs stay in folders of `out`, or are thrown away. Before anything runs it raises CaseError for an impossible value
+    and UsageError for a metric that the case does not have.
+    """
+    from pellucid.running.launch import run_case
+
+    known = getattr(catalogue.module(case.id), "METRICS", ())
+    if metric not in known:
+        raise UsageError(_unknown(metric, known, case.id or case.title))
+    rows = [dict(zip(sweep, row, strict=True)) for row in zip(*sweep.values(), strict=True)]
+    variants = [case.with_settings(row) for row in rows]
+    steps: list[Step] = []
+    with TemporaryDirectory(prefix="pellucid-") as scratch:
+        for number, (row, variant) in enumerate(zip(rows, variants, strict=True), 1):
+            if progress is not None:
+                progress.message(", ".join(f"{key} = {value}" for key, value in row.items()))
+            run = run_case(variant, (out or Path(scratch)) / f"{number}", threads=threads, progress=progress)
+            steps.append(_next_step(steps, next(iter(row.values())), _error(run, metric)))
+    return steps
+
+
+def observed_order(steps: Sequence[Step]) -> float | None:
+    """Slope of log error against log value by least squares; None unless all are positive numbers."""
+    numbers = [(step.value, step.error) for step in steps]
+    if not all(_positive(value) and _positive(error) for value, error in numbers):
+        return None
+    x = [math.log(value) for value, _ in numbers]
+    y = [math.log(error) for _, error in numbers]
+    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+    spread = sum((a - mean_x) ** 2 for a in x)
+    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / spread if spread else None
+
+
+def write_study(steps: Sequence[Step], key: str, metric: str, folder: Path) -> None:
+    """Write convergence.csv and, where all values are positive numbers, the log-log figure convergence.png."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "convergence.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow((key, f"error_of_{metric}", "ratio", "order"))
+        writer.writerows(steps)
+    order = observed_order(steps)
+    if order is None:
+        return
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.0, 4.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.loglog([step.value for step in steps], [step.error for step in steps], "o-", label=f"observed order {order:.2f}")
+    axes.set(xlabel=key, ylabel=f"error of {metric}")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend()
+    figure.savefig(folder / "convergence.png", dpi=150)
+
+
+def _next_step(steps: Sequence[Step], value: Any, error: float) -> Step:
+    if not steps or not (_positive(error) and _positive(steps[-1].error)):
+        return Step(value, error, None, None)
+    before = steps[-1]
+    ratio = before.error / error
+    comparable = _positive(value) and _positive(before.value) and value != before.value
+    return Step(value, error, ratio, math.log(ratio) / math.log(before.value / value) if comparable else None)
+
+
+def _error(run: "Run", metric: str) -> float:
+    metrics = run.metrics
+    if metric not in metrics:
+        raise UsageError(f"with these settings {_unknown(metric, metrics, run.case.id)}")
+    return float(metrics[metric].error)
+
+
+def _unknown(metric: str, known: Iterable[str], case: str) -> str:
+    names = ", ".join(known) or "none; a case has metrics where a Python module of the gallery measures it"
+    return f"{case} has no metric `{metric}`; it has {names}"
+
+
+def _positive(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < math.inf

@@ -1,0 +1,100 @@
+"""How long steps take on this machine, learned from the runs that were done on it.
+
+Each run leaves its time of a step and the size of its case, the memory that its bodies and its grid take. Those of runs that
+need the same kernels, so of the same kinds of bodies, laws, functions and conditions, tell the time of another one of about
+the same size, or of a size between two of them.
+"""
+
+import json
+import os
+from contextlib import suppress
+from math import exp, log
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, NamedTuple
+
+from pellucid.case.memory import PROGRAM_BYTES, memory_estimate
+from pellucid.compilation.kernel_key import kernel_key
+from pellucid.jit import cache_folder
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+FEWEST_STEPS, LEAST_SECONDS = 20, 0.2
+"""Of a run that teaches something."""
+KEPT = 12
+"""Runs of the same kernels that are remembered, the last ones."""
+SAME = 1.02
+"""Times as large: a case that is taken for one of the same size. Of these the last three runs count."""
+
+
+class Pace(NamedTuple):
+    """The time of a step lies between these [s]: they are equal where it is known."""
+
+    least: float
+    most: float
+
+
+class Sample(NamedTuple):
+    """The size of a case [bytes], and what a step of a run took [s]."""
+
+    size: float
+    seconds: float
+
+
+class Paces:
+    """What this machine has learned, in a folder beside the compiled kernels."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder or cache_folder().parent / "paces"
+
+    def learn(self, case: "Case", steps: int, seconds: float) -> None:
+        """Remember a run. Silent where the folder cannot be written."""
+        if steps < FEWEST_STEPS or seconds < LEAST_SECONDS:
+            return
+        file = self._file(case)
+        samples = [*self._read(file), Sample(size_of(case), seconds / steps)][-KEPT:]
+        with suppress(OSError):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            part = file.with_suffix(f".{os.getpid()}.part")
+            part.write_text(json.dumps(samples), encoding="utf-8")
+            part.replace(file)
+
+    def seconds_of_a_step(self, case: "Case") -> Pace | None:
+        """How long a step of a case takes; None where no run like it tells.
+
+        Of a case that is larger, or smaller, than all that ran, it may go with the size, as in large cases, or not, as in small
+        ones.
+        """
+        samples, size = self._read(self._file(case)), size_of(case)
+        same = [sample.seconds for sample in samples if size / SAME <= sample.size <= size * SAME]
+        if same:
+            return Pace(median(same[-3:]), median(same[-3:]))
+        below = max((sample for sample in samples if sample.size < size), default=None)
+        above = min((sample for sample in samples if sample.size > size), default=None)
+        if below and above:
+            share = log(size / below.size) / log(above.size / below.size)
+            between = exp((1.0 - share) * log(below.seconds) + share * log(above.seconds))
+            return Pace(between, between)
+        near = below or above
+        if near is None:
+            return None
+        with_size = near.seconds * size / near.size
+        return Pace(min(near.seconds, with_size), max(near.seconds, with_size))
+
+    def _file(self, case: "Case") -> Path:
+        return self.folder / f"{kernel_key(case)}.json"
+
+    @staticmethod
+    def _read(file: Path) -> list[Sample]:
+        """What a file remembers; nothing of one that is not there or is damaged."""
+        with suppress(OSError, ValueError, TypeError):
+            found = [Sample(float(size), float(seconds)) for size, seconds in json.loads(file.read_text(encoding="utf-8"))]
+            if all(sample.size > 0.0 and sample.seconds > 0.0 for sample in found):
+                return found
+        return []
+
+
+def size_of(case: "Case") -> float:
+    """The memory of bodies and grid [bytes], with which what a step has to do goes."""
+    return memory_estimate(case) - PROGRAM_BYTES

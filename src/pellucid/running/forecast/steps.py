@@ -1,0 +1,153 @@
+"""What bounds the step, and how many steps that makes: of a case that is not set up, and of a simulation as it is."""
+
+from collections.abc import Iterator
+from math import ceil, inf, isfinite, sqrt
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pellucid.case.sections import parts_of
+from pellucid.conditions.prescribed_motion import Motion
+from pellucid.contact.overlap import RESOLVED, swing_of
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import is_driven
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest
+from pellucid.running.forecast.quick_set_up import set_up_quickly
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+class Foretold(NamedTuple):
+    """The steps ahead, if they stay as they are now."""
+
+    step: float
+    """[s]; not a number where nobody knows."""
+    number: float
+    """Of steps until the end; not a number where nobody knows."""
+    why: str
+    """What bounds the step, or why nobody knows."""
+
+
+UNKNOWN = float("nan")
+Limits = dict[tuple[str, str], StepLimit | None]
+"""What bounds the step, by the name of the body and what there is of it."""
+
+
+def of_case(case: "Case") -> Foretold:
+    """From the model of a case; one with bodies that only tell when they are set up is set up, where that is quickly done."""
+    if case.steady is not None:
+        return _steady(case)
+    limits = dict(_limits(case))
+    unknown = [key[0] for key, limit in limits.items() if limit is None]
+    if unknown and case.time.step is None:
+        simulation = set_up_quickly(case)
+        if simulation is not None:
+            return of_simulation(simulation)
+        text = f"body `{unknown[0]}` tells what bounds the step when it is set up: see the first line of a run"
+        return Foretold(UNKNOWN, UNKNOWN, text)
+    return _foretold(case, *_tightest(limits), 0.0)
+
+
+def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
+    """From a simulation as it is, until its end or an earlier time [s]."""
+    case = simulation.case
+    if case.steady is not None:
+        return _steady(case)
+    limit, name = simulation.step_limit()
+    if simulation.n_steps == 0:  # what acts in bodies at rest may not be seen yet
+        limit, name = _tightest({(name, "now"): limit, **_limits(case)})
+    return _foretold(case, limit, name, simulation.time, until)
+
+
+def _tightest(limits: "Limits") -> tuple[StepLimit, str]:
+    known = {key: limit for key, limit in limits.items() if limit is not None}
+    first = min(known, key=lambda key: known[key].step, default=None)
+    return (NO_LIMIT, "") if first is None else (known[first], first[0])
+
+
+def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: float | None = None) -> Foretold:
+    time = case.time
+    left = (time.end if until is None else min(until, time.end)) - now
+    rows = time.end / max(1, round(time.end / case.output.rows_every(time.end))) if _has_own_steps(case) else inf
+    because = (f"body `{name}` ({limit.cause}): " if name else "") + limit.reason
+    if time.step is not None:
+        share = f", {time.step / limit.step:.2g} of the stable one, which {because}" if isfinite(limit.step) else ""
+        return _counted(left, time.step, f"time.step{share}")
+    if rows <= time.courant * limit.step:
+        text = "a row of the history is due; bodies with steps of their own take them within these, as their `accuracy` asks"
+        return _counted(left, rows, text)
+    courant = "" if limit.cause == "contact" else f"; time.courant = {time.courant:g}"
+    return _counted(left, time.courant * limit.step, f"{because}{courant}")
+
+
+def _counted(left: float, step: float, why: str) -> Foretold:
+    step = min(step, left)
+    return Foretold(step, ceil(left / step * (1.0 - 1e-9)) if step > 0.0 else 0, why)
+
+
+def _steady(case: "Case") -> Foretold:
+    steady = case.steady
+    number = steady.load_steps if steady is not None else 0
+    text = (
+        f"steady states, {number} in all: how many steps of the relaxation each takes shows only on the way, with "
+        f"steady.most_steps at the most"
+    )
+    return Foretold(UNKNOWN, UNKNOWN, text)
+
+
+def _has_own_steps(case: "Case") -> bool:
+    return any(body.has_own_step for body in case.body)
+
+
+def _limits(case: "Case") -> Limits:
+    """At the start."""
+    parts = parts_of(case)
+    cell = case.grid.cell if case.grid_or_none is not None else None
+    driven = {body.name for body in case.body if is_driven(body.name, parts)}
+    found = Limits()
+    for body in (model.with_others(case.body) for model in case.body):
+        found[body.name, ""] = body.limit_in_motion(cell, body.name in driven)
+    if cell is None:
+        return found
+    for motion in case.motion:
+        found[motion.body, motion.name] = motion_in_cells(cell, _top_speed(motion))
+    pull = _pull(case)
+    if pull > 0.0:
+        found["", ""] = fall_through_cells(sqrt(2.0 * cell / pull))
+    for name, limit in _contacts_of_hard_bodies(case, driven, cell, pull):
+        found[name, "contact"] = tightest([limit, *([known] if (known := found.get((name, "contact"))) else [])])
+    return found
+
+
+def _pull(case: "Case") -> float:
+    """The largest gravity [m/s²]."""
+    largest = case.gravity_amplitude.largest if case.gravity_amplitude is not None else 1.0
+    return sqrt(sum(g * g for g in case.gravity)) * largest
+
+
+def _top_speed(motion: Motion) -> float:
+    """[m/s]"""
+    signals = (getattr(motion.displacement, axis) for axis in ("x", "y", "z"))
+    return sqrt(sum(signal.top_speed() ** 2 for signal in signals if signal is not None))
+
+
+def _contacts_of_hard_bodies(case: "Case", driven: set[str], cell: float, pull: float) -> Iterator[tuple[str, StepLimit]]:
+    """Bodies that do not deform swing on each other and on walls so that steps can follow, whatever `time.courant` is."""
+    hard = (body for body in case.body if body.is_rigid or body.name in driven)
+    speeds = {body.name: body.fastest_at_start(body.places_between_bounds()) for body in hard}
+    rigid = [body for body in case.body if body.is_rigid]
+    walled = {body.name for wall in case.wall for body in wall.touching(case.body)}
+
+    def limit(speed: float) -> StepLimit:
+        rate = swing_of(cell, pull, speed) / RESOLVED
+        return swings(case.time.courant * rate, "contact")
+
+    for body in rigid:
+        if body.name in walled:
+            yield body.name, limit(speeds[body.name])
+        for other in _others(case, body):
+            if other.name in speeds:
+                yield body.name, limit(speeds[body.name] + speeds[other.name])
+
+
+def _others(case: "Case", body: BodyModel) -> list[BodyModel]:
+    return [other for other in case.body if other.field != body.field]

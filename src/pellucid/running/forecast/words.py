@@ -1,0 +1,46 @@
+"""What `validate` and the first lines of a run say of the steps ahead."""
+
+from contextlib import suppress
+from math import isnan, sqrt
+from typing import TYPE_CHECKING
+
+from pellucid.errors import UsageError
+from pellucid.progress import clock
+from pellucid.running.forecast.pace import Pace, Paces
+from pellucid.running.forecast.steps import Foretold, of_case
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+WIDE = 2.0
+"""Times as long as the least: up to then the mean is told, by their ratio."""
+
+
+def foretell_case(case: "Case") -> list[str]:
+    """What bounds the step and how many that makes; how long they take here. Raises CaseError as the set-up of the case."""
+    return lines(case, of_case(case), pace_of(case))
+
+
+def pace_of(case: "Case") -> Pace | None:
+    """The time of a step on this machine, if runs tell it; without a folder for what they leave, none does."""
+    with suppress(UsageError):
+        return Paces().seconds_of_a_step(case)
+    return None
+
+
+def lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool = False) -> list[str]:
+    """Two lines; each: the time of a step, if runs tell it; runs: whether these are of a run that begins."""
+    settling = "some to settle, then " if case.settle is not None else ""
+    if isnan(foretold.number):
+        steps = f"steps: {settling}{foretold.why}"
+    else:
+        about = "" if case.time.step is not None else "about "
+        steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, bounded by {foretold.why}"
+    if each is None:
+        later = "it is told after a second of steps" if runs else "one tells after its first second"
+        return [steps, f"time: no run like it on this machine tells; {later}"]
+    if isnan(foretold.number):
+        return [steps, f"time: about {1e3 * sqrt(each.least * each.most):.2g} ms a step on this machine"]
+    least, most = each.least * foretold.number, each.most * foretold.number
+    taken = f"about {clock(sqrt(least * most))}" if most <= WIDE * least else f"between {clock(least)} and {clock(most)}"
+    return [steps, f"time: {taken} on this machine, beside set-up, compilation and report"]

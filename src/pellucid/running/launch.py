@@ -1,0 +1,235 @@
+"""From a case to a finished run in a folder, and from a folder on."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any
+
+from pellucid.compilation.reporting import compilation_told, laws_blamed
+from pellucid.errors import CaseError, RunStopped, UsageError
+from pellucid.jit import set_threads
+from pellucid.progress import Progress, WarningsOnly
+from pellucid.registry import Registry
+from pellucid.results.storage import checkpoint
+from pellucid.results.storage.files import explained
+from pellucid.results.storage.identity import check_bodies, check_case, check_start, with_changes
+from pellucid.results.storage.probes import check_probes
+from pellucid.results.storage.recorder import Recorder
+from pellucid.results.storage.run import Run
+from pellucid.results.storage.run_folder import RunFolder
+from pellucid.results.storage.start import read_start
+from pellucid.running.forecast import foretold, pace_learned
+from pellucid.system.processes import helped
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+def run_case(
+    case: "Case",
+    out: Path | str | None = None,
+    threads: int | None = None,
+    until: float | None = None,
+    progress: Progress | None = None,
+    report: bool = True,
+    foretell: bool = False,
+) -> Run:
+    """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
+
+    `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report, `foretell`
+    says before it begins how many steps it will take. An earlier run in `out` is replaced. Raises `UsageError` for what is no
+    case, for a folder with other files in it or in use, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint,
+    `OutputError` for a full disk.
+    """
+    from pellucid.case.spec import required
+
+    progress, case = progress or WarningsOnly(), required(case)
+    _check_until(until, case)
+    if out is not None:
+        RunFolder(out).check_replaceable()  # before the set-up, which may take long
+        if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
+            raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
+    start = read_start(case, progress.message)
+    # before the folder is touched: a bad case erases nothing
+    with _simulation(case, threads, progress, start) as (simulation, compiling):
+        check_probes(case.probe, simulation.bodies)
+        folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
+        recorder = Recorder(folder, case, compiling, start=start)
+        with explained(folder.path), folder.made():
+            if folder.case.is_file():
+                progress.note(f"replacing the earlier run in {folder.path}")
+            folder.start(case)
+            return _finish(simulation, recorder, until, progress, report, foretell, temporary=out is None)
+
+
+def resume_case(
+    out: Path | str,
+    until: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    report: bool = True,
+    settings: Mapping[str, object] | None = None,
+    foretell: bool = False,
+) -> Run:
+    """Go on with the run in `out` from its last checkpoint, bit for bit; from the start where it has none yet.
+
+    `settings` change what may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output); then
+    it goes on with these. Raises `UsageError` where there is no run or a setting may not change, otherwise as `run_case`.
+    """
+    progress = progress or WarningsOnly()
+    folder = RunFolder(out)
+    with explained(folder.path), folder.held():
+        return _go_on(folder, until, threads, progress, report, settings or {}, foretell)
+
+
+def _go_on(
+    folder: RunFolder,
+    until: float | None,
+    threads: int | None,
+    progress: Progress,
+    report: bool,
+    settings: Mapping[str, object],
+    foretell: bool,
+) -> Run:
+    try:
+        case = folder.read_case()
+    except CaseError as error:
+        raise UsageError(_why_not_resumed(folder, error)) from error
+    if settings:
+        case = with_changes(case, settings)
+    _check_until(until, case)
+    found = checkpoint.read_latest(folder.checkpoint, progress.message)
+    if found is None:
+        progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
+        start = read_start(case, progress.message)
+        with _simulation(case, threads, progress, start) as (simulation, compiling):
+            recorder = Recorder(folder, case, compiling, start=start)
+            folder.start(case)
+            if settings:
+                folder.write_case(case)
+            return _finish(simulation, recorder, until, progress, report, foretell)
+    arrays, numbers = found
+    recorded = numbers["recorder"]
+    kept = recorded.get("identity", {})
+    check_case(folder.path, case, kept)
+    _same_inputs(case, recorded["inputs"])
+    start = read_start(case, progress.message)
+    check_start(folder.path, start, kept)
+    with _simulation(case, threads, progress, start) as (simulation, compiling):
+        check_bodies(folder.path, simulation.bodies, kept)
+        simulation.restore(arrays, numbers["simulation"])
+        if case.time.passed(simulation.time):
+            text = f"time.end = {case.time.end:g} s is before {simulation.time:g} s, where the run in {folder.path} is"
+            raise UsageError(f"{text}; give a later end, or start a new run")
+        if settings:
+            folder.write_case(case)
+        recorder = Recorder(folder, case, compiling, recorded, start)
+        if not recorder.resumes_record:
+            folder.discard_record(case)
+        return _finish(simulation, recorder, until, progress, report, foretell)
+
+
+def _check_until(until: float | None, case: "Case") -> None:
+    if until is not None and not until > 0.0:
+        raise UsageError(f"until = {until!r} must be a positive time [s]; leave it out to run to the end of the case")
+    if until is not None and case.time.passed(until):
+        text = f"until = {until!r} s is after the end of the case, time.end = {case.time.end!r} s"
+        raise UsageError(f"{text}; leave it out to run to that end, or set time.end to a later one")
+
+
+@contextmanager
+def _simulation(
+    case: "Case", threads: int | None, progress: Progress, start: Mapping[str, Mapping[str, Any]] | None = None
+) -> Iterator[tuple[Any, Callable[[], float]]]:
+    """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told.
+
+    With it comes what says how long that has taken so far [s].
+    """
+    set_threads(threads)  # before numba is imported: more threads than cores can only be had then
+    from pellucid.case import check_memory
+    from pellucid.compilation.ahead import compiled_ahead
+    from pellucid.compilation.kernel_key import kernel_key
+    from pellucid.simulation.simulation import Simulation
+
+    check_memory(case)
+    progress.begin("setting up")
+    with compiled_ahead(case) as begin, compilation_told(progress, kernel_key(case), begin) as seconds, laws_blamed(case):
+        yield Simulation(case, threads, start=start), seconds
+
+
+def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
+    """Which file a run misses whose case cannot be read, and what to do."""
+    stored = folder.read_stored()
+    found = checkpoint.read_latest(folder.checkpoint, lambda text: None)
+    homes = found[1]["recorder"].get("kinds", {}) if found else {}
+    lines = [f"the run in {folder.path} cannot go on, because its case can no longer be read"]
+    lines += [f"{path} is missing: put it back" for path in stored.extensions if not Path(path).is_file()]
+    for name, home in homes.items():
+        if home not in stored.extensions and not any(name in registry.entries for registry in Registry.every):
+            text = f'"{name}" was registered by {home}, which the case does not name under `extensions`'
+            lines.append(f'{text}: import it in a script that calls `pellucid.resume("{folder.path}")`')
+    if len(lines) == 1:
+        lines += str(error).splitlines()
+    lines.append(
+        f'its results can be read all the same, with `pellucid report {folder.path}` or `pellucid.Run("{folder.path}")`'
+    )
+    return "\n    ".join(lines)
+
+
+def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
+    """Raises UsageError where a file that the case reads is not the one that the run began with."""
+    from pellucid.case.inputs import digests
+
+    now = digests(case)
+    for path, digest in before.items():
+        if now.get(path) != digest:
+            raise UsageError(f"{path} has changed since the run began: put the old file back to go on, or start a new run")
+
+
+def _finish(
+    simulation: Any,
+    recorder: Recorder,
+    until: float | None,
+    progress: Progress,
+    report: bool,
+    foretell: bool,
+    temporary: bool = False,
+) -> Run:
+    folder = recorder.folder
+    if foretell:
+        progress = foretold(simulation, until, progress)
+    try:
+        with pace_learned(simulation, recorder):
+            simulation.run(recorder, until=until, progress=progress)
+    except RunStopped as error:
+        if recorder.facts:  # it stopped itself in a step, not while it was set up
+            folder.write_summary(recorder.facts, {})
+            if report and not temporary:
+                _report_stop(error, folder, progress)
+        raise
+    progress.begin("metrics")
+    folder.write_summary(recorder.facts, {})
+    run = Run(folder.path, temporary)
+    if not report:
+        folder.write_summary(recorder.facts, run.metrics)
+        return run
+
+    from pellucid.results.pictures.painter import drawing_helpers
+    from pellucid.results.report.report import draw_report
+
+    helpers = drawing_helpers(run)
+    with helped(helpers):  # they get ready while the metrics are found
+        folder.write_summary(recorder.facts, run.metrics)
+        draw_report(run, progress=progress, helpers=helpers)
+    return run
+
+
+def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> None:
+    """Draw what there is of a run that stopped itself. Never hides the error behind one of its own."""
+    from pellucid.results.report.report import draw_report
+
+    try:
+        error.add_note(f"its curves and last pictures are in {draw_report(Run(folder.path), progress=progress)}")
+    except Exception as trouble:
+        error.add_note(f"its report could not be drawn: {trouble}")

@@ -1,0 +1,58 @@
+"""Verification: run cases of the gallery and set what they find against their references."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from pellucid.errors import RunStopped
+from pellucid.results.metrics import Metric
+from pellucid.running.launch import run_case
+
+if TYPE_CHECKING:
+    from pellucid.progress import Progress
+
+
+class Row(NamedTuple):
+    """A line of the table that `pellucid verify` shows."""
+
+    case: str
+    name: str
+    metric: Metric
+
+
+def verify(
+    ids: Sequence[str] | None = None,
+    full: bool = False,
+    out: Path | str | None = None,
+    threads: int | None = None,
+    progress: "Progress | None" = None,
+) -> list[Row]:
+    """Run cases of the gallery, all by default, in their quick variants or in full, and return every metric.
+
+    With `out` each case leaves its results in `out/<group>/<case>`. A run that stops itself is a row that has not
+    passed. Raises `CaseError` for an id that is none.
+    """
+    from pellucid import catalogue
+    from pellucid.case import load
+
+    cases = {name: load(name) for name in ids or catalogue.ids()}
+    rows = []
+    for name, case in cases.items():
+        folder = Path(out) / name if out is not None else None
+        if progress is not None:
+            progress.message(f"{name} ...")
+        variant = case if full else case.quick_variant()
+        try:
+            run = run_case(variant, folder, threads, progress=progress, report=folder is not None)
+        except RunStopped as error:
+            rows.append(_failure(name, f"the run stopped itself: {error}"))
+            continue
+        rows += [Row(name, label, metric) for label, metric in run.metrics.items()]
+        if catalogue.module(name) and not run.metrics:
+            rows.append(_failure(name, "the metrics could not be computed"))
+    return rows
+
+
+def _failure(case: str, what: str) -> Row:
+    return Row(case, "run", Metric(math.nan, math.nan, math.inf, 0.0, "", what))

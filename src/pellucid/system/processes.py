@@ -1,0 +1,133 @@
+"""Work shared with other processes, which end with this one, however that ends."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from threading import Thread
+from time import sleep
+from typing import Any
+
+Work = Callable[[Any], Any]
+PAUSE = 0.02  # s between two looks at what helpers have done
+BEGIN = """
+import sys
+from multiprocessing.connection import Connection
+connection = Connection(int(sys.argv[1]))
+sys.path[:] = connection.recv()
+from pellucid.system.processes import serve
+serve(connection)
+"""
+
+
+class Helper:
+    """Another Python process that makes a worker, `make(*arguments)`, and calls it with each job that it is given.
+
+    It says nothing, and Ctrl-C does not reach it. `multiprocessing` would run the script of a user a second time.
+    """
+
+    def __init__(self, make: Callable[..., Work | None], *arguments: Any) -> None:
+        self._connection, there = Pipe()
+        with there:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", BEGIN, str(there.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                pass_fds=[there.fileno()],
+                process_group=0,
+            )
+        self._connection.send(sys.path)
+        self._connection.send_bytes(pickle.dumps((make, arguments)))
+
+    def ask(self, job: Any) -> Any:
+        """The worker's answer to a job. Raises RuntimeError with what the worker raised, EOFError where the process ended."""
+        self._connection.send_bytes(pickle.dumps(job))
+        done, answer = self._connection.recv()
+        if not done:
+            raise RuntimeError(answer)
+        return answer
+
+    def end(self) -> None:
+        """End the process, whatever it is doing."""
+        self._process.kill()
+        self._process.wait()
+        self._connection.close()
+
+
+def serve(connection: Connection) -> None:
+    """What a helper does: it answers jobs until the other end is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    received: SimpleQueue[bytes] = SimpleQueue()
+
+    def listen() -> None:
+        try:
+            while True:
+                received.put(connection.recv_bytes())
+        finally:
+            os._exit(0)
+
+    Thread(target=listen, daemon=True).start()
+    make, arguments = pickle.loads(received.get())
+    work = make(*arguments)
+    while True:
+        job = pickle.loads(received.get())
+        try:
+            answer = True, work(job)
+        except Exception as error:
+            answer = False, f"{type(error).__name__}: {error}"
+        connection.send(answer)
+
+
+@contextmanager
+def helped(helpers: Sequence[Helper]) -> Iterator[None]:
+    """End helpers with the block."""
+    try:
+        yield
+    finally:
+        for helper in helpers:
+            helper.end()
+
+
+def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Callable[[int], None]) -> list[Any]:
+    """The answers to jobs, of which helpers and this process take the next one whenever they are free.
+
+    `count` is told how many are done. What a helper fails at is done here, and fails here or not.
+    """
+    waiting, answers = deque(enumerate(jobs)), dict[int, Any]()
+
+    def give(helper: Helper) -> None:
+        with suppress(IndexError):
+            while True:
+                number, job = waiting.popleft()
+                try:
+                    answers[number] = helper.ask(job)
+                except Exception:
+                    waiting.append((number, job))
+                    return
+
+    for helper in helpers:
+        Thread(target=give, args=(helper,), daemon=True).start()
+    while len(answers) < len(jobs):
+        try:
+            number, job = waiting.popleft()
+        except IndexError:
+            sleep(PAUSE)
+        else:
+            answers[number] = work(job)
+        count(len(answers))
+    count(len(jobs))
+    return [answers[number] for number in range(len(jobs))]
+
+
+def free_cores() -> int:
+    """Cores that this process may use beside the one that it runs on."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cores - 1

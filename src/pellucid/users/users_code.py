@@ -1,0 +1,113 @@
+"""Exceptions of users' code: told with the file, the line and what failed, in place of a bare traceback."""
+
+import linecache
+import os
+import sys
+import sysconfig
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pellucid.errors import PellucidError
+
+OWN = str(Path(__file__).parents[1]) + os.sep
+LIBRARIES = tuple({sysconfig.get_paths()[name] + os.sep for name in ("stdlib", "platstdlib", "purelib", "platlib")})
+
+
+class WrongArray(ValueError):
+    """A user's function returned no array of numbers, or one of a wrong shape; says which and what it must be."""
+
+
+@contextmanager
+def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterator[None]:
+    """Raise what `make` makes of the description of an exception that users' code raises in the block, which calls a function.
+
+    Errors of pellucid itself pass as they are.
+    """
+    try:
+        yield
+    except PellucidError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise make(failure(error, function)) from error
+
+
+def failure(error: BaseException, function: Any = None) -> str:
+    """What an exception says and where it arose, or else where the function is, with a remedy where the cause is known."""
+    words = " ".join(str(error).partition("\n\n")[0].split())
+    text = f"{type(error).__name__}: {words}" if words else type(error).__name__
+    if place := place_of(error):
+        text += f", at {place}"
+    elif function is not None:
+        text += f", see {home_of(function)}"
+    if isinstance(error, ValueError) and "read-only" in words:
+        text += "; the arrays are the body's own and cannot be written to: work on a copy, such as `position.copy()`"
+    return text
+
+
+def place_of(error: BaseException) -> str:
+    """The innermost line of users' code on the way to an exception, such as "drag.py:17 (`return 1 / 0`)"; else empty."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return line_at(error.filename, error.lineno or 1)
+    frames = traceback.extract_tb(error.__traceback__)
+    called = next((number for number, frame in enumerate(frames) if is_own(frame.filename)), 0)  # what calls pellucid is before
+    behind = [frame for frame in frames[called:] if not is_own(frame.filename)]
+    written = [frame for frame in behind if is_users(frame.filename)] or behind[:1]
+    return line_at(written[-1].filename, written[-1].lineno or 1) if written else ""
+
+
+def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
+    """What a user's function returned, as an array of numbers of a shape. Raises WrongArray."""
+    array, given = np.zeros(0), ""
+    try:
+        array = np.asarray(found)
+    except ValueError:
+        given = "a list of unequal rows"
+    if found is None:
+        given = "None"
+    elif not given and array.dtype.kind not in "biuf":
+        given = f"an array of {array.dtype.name}" if array.shape else f"a {type(found).__name__}"
+    elif not given and array.shape != shape:
+        given = f"an array of shape {array.shape}" if array.shape else "one number"
+    if given:
+        wanted = f"an array of shape {shape}" if shape else "one number"
+        raise WrongArray(f"returns {given}; it must return {wanted}, see {home_of(function)}")
+    return array.astype(float, copy=False)
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A view of an array that cannot be written to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def home_of(function: Any) -> str:
+    """The file and line where a function or method is defined, such as "drag.py:9"; its name where it has none."""
+    code = getattr(function, "__code__", None)
+    return f"{code.co_filename}:{code.co_firstlineno}" if code else str(function)
+
+
+def file_of(source: Any) -> str:
+    """The file in which a class or function is defined; its module where that has none, as in a notebook."""
+    return getattr(sys.modules.get(source.__module__), "__file__", None) or str(source.__module__)
+
+
+def line_at(filename: str, line: int) -> str:
+    """A line of a file and what stands there, such as "drag.py:17 (`return 1 / 0`)"."""
+    text = linecache.getline(filename, line).strip()
+    return f"{filename}:{line}" + (f" (`{text}`)" if text else "")
+
+
+def is_own(filename: str) -> bool:
+    """Whether this is a file of pellucid itself."""
+    return filename.startswith(OWN)
+
+
+def is_users(filename: str) -> bool:
+    """Whether this is a file neither of pellucid nor of an installed library."""
+    return not (is_own(filename) or filename.startswith(("<", *LIBRARIES)))

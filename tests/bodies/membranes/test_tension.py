@@ -1,0 +1,92 @@
+"""Initial tension of membranes: equilibrium, energy, and the frequency of a taut square."""
+
+import numpy as np
+import pytest
+from membranes import sheet
+from small_cases import advance, simulation
+
+from pellucid.bodies.membranes.prestretch import prestretch
+from pellucid.materials.linear_membrane import LinearMembrane
+from pellucid.materials.neo_hookean_membrane import NeoHookeanMembrane
+
+TENSION, DENSITY, THICKNESS = 40.0, 1000.0, 0.01
+KINDS = {
+    "points": {"kind": "membrane-points"},
+    "quadrilaterals": {"kind": "membrane-elements"},
+    "triangles": {"kind": "membrane-elements", "elements": "triangles"},
+}
+
+
+def taut(kind, law="linear-membrane", n=21, tension=TENSION):
+    """A square of 1 m whose rim is held: by a motion, which every kind of membrane follows."""
+    square = {"rectangle": {"corner": [0, 0, 0], "first_edge": (1, 0, 0), "second_edge": (0, 1, 0), "points": (n, n)}}
+    table = sheet(law) | {"surface": square, "thickness": THICKNESS, "tension": tension, "name": "sheet"} | KINDS[kind]
+    held = []
+    for name, lower, upper in (
+        ("left", (-0.01, -0.01, -1), (0.01, 1.01, 1)),
+        ("right", (0.99, -0.01, -1), (1.01, 1.01, 1)),
+        ("front", (0.011, -0.01, -1), (0.989, 0.01, 1)),
+        ("back", (0.011, 0.99, -1), (0.989, 1.01, 1)),
+    ):
+        held.append({"name": name, "body": "sheet", "hold": ["x", "y", "z"], "part": {"box": {"lower": lower, "upper": upper}}})
+    grid = {"counts": (20, 20, 8), "cell": 0.075, "lower": (-0.25, -0.25, -0.3), "functions": "quadratic-bspline"}
+    return simulation(table, motion=held, end=10.0, **grid)
+
+
+@pytest.mark.parametrize("law", ["linear-membrane", "neo-hookean-membrane"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_held_sheet_stays_at_rest_under_its_tension(kind, law):
+    sim = taut(kind, law)
+    stress = sim.bodies[0].field("stress")
+    assert stress[:, :2] == pytest.approx(TENSION / THICKNESS, rel=1e-9)
+    assert sim.bodies[0].mass == pytest.approx(DENSITY * THICKNESS)
+    stored = prestretch(sim.bodies[0].law if kind == "points" else sim.bodies[0].surface.law, TENSION, THICKNESS).energy
+    assert sim.energies()["strain"] == pytest.approx(stored * THICKNESS, rel=1e-9)
+    advance(sim, 50)
+    assert np.abs(sim.bodies[0].arrays["velocity"]).max() < 1e-9
+    assert sim.bodies[0].field("stress")[:, :2] == pytest.approx(TENSION / THICKNESS, rel=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "tolerance"), [("points", 0.03), ("quadrilaterals", 0.01), ("triangles", 0.01)])
+def test_a_taut_square_swings_at_its_frequency(kind, tolerance):
+    """f = √(T/m) √2/2a of the first mode; elements of 1/20 are right to (π/20)²/12 and less, points on cells of 1/20 less so:
+    their rim is held by nodes half a cell wide."""
+    sim = taut(kind)
+    arrays = sim.bodies[0].arrays
+    x, y, _ = arrays["position"].T
+    arrays["velocity"][:, 2] = 1e-3 * np.sin(np.pi * x) * np.sin(np.pi * y)
+    sim.bodies[0].renew_totals()
+    period = 2.0 / (np.sqrt(2.0) * np.sqrt(TENSION / (DENSITY * THICKNESS)))
+    middle = arrays["id"][np.argmin((x - 0.5) ** 2 + (y - 0.5) ** 2)]
+    before, before_time = 0.0, 0.0
+    while sim.time < 0.75 * period:
+        sim.step()
+        arrays = sim.bodies[0].arrays
+        height = float(arrays["position"][arrays["id"] == middle, 2][0])
+        if height <= 0.0 < before:
+            crossing = before_time + (sim.time - before_time) * before / (before - height)
+            break
+        before, before_time = height, sim.time
+    assert crossing == pytest.approx(0.5 * period, rel=tolerance)
+
+
+def test_tension_by_linear_elasticity():
+    """σ = E ln λ/(1 - ν)."""
+    found = prestretch(LinearMembrane(1e6, 0.3), 5.0, 1e-3)
+    assert np.log(found.stretch) == pytest.approx(5e3 * 0.7 / 1e6)
+    assert found.stress == pytest.approx(5e3)
+    assert found.energy == pytest.approx(5e3**2 * 0.7 / 1e6, rel=0.01)  # σ²(1 - ν)/E for small strains
+
+
+def test_energy_is_the_work_of_the_tension():
+    law, small = NeoHookeanMembrane(4e6, 1e6), 1e-5
+    low, high = (prestretch(law, tension, 1e-3) for tension in (300.0 * (1 - small), 300.0 * (1 + small)))
+    volume = [state.stretch**2 * state.ratio for state in (low, high)]
+    gained = high.energy * volume[1] - low.energy * volume[0]
+    mean = 0.5 * (low.stress * low.ratio * low.stretch + high.stress * high.ratio * high.stretch)
+    assert gained == pytest.approx(2.0 * mean * (high.stretch - low.stretch), rel=1e-6)
+
+
+def test_a_tension_that_no_stretch_bears_is_refused():
+    with pytest.raises(ValueError, match="the material bears no tension of 1e\\+09 N/m"):
+        taut("triangles", tension=1e9)

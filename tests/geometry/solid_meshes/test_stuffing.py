@@ -1,0 +1,92 @@
+"""Tetrahedra that fill regions: how well shaped, how much of the volume, whole boundaries."""
+
+import numpy as np
+import pytest
+from boundaries import boundary_edges
+from pydantic import ValidationError
+
+from pellucid.geometry.checks.quality import dihedral_angles
+from pellucid.geometry.checks.solid_checks import solid_faults
+from pellucid.geometry.solid_meshes.solid_mesh import SolidMesh
+from pellucid.geometry.solid_meshes.stuffing import stuffed
+
+GUARANTEED = 10.7, 164.8
+"""Smallest and largest dihedral angles [degrees] of Labelle & Shewchuk 2007, table 1, for their cuts of the same lattice."""
+BALL = {"sphere": {"centre": (1.0, 2.0, 3.0), "radius": 1.0}}
+SHAPES = {
+    "sphere": BALL,
+    "cylinder": {"cylinder": {"centre": (0, 0, 0), "radius": 1.0, "height": 1.5, "axis": "x"}},
+    "shell": {"shell": {"centre": (0, 0, 0), "outer_radius": 1.0, "inner_radius": 0.6}},
+    "box": {"box": {"lower": (0, 0, 0), "upper": (1.0, 1.5, 0.77)}},
+    "inside": {"inside": {"surface": {"icosphere": {"centre": (0, 0, 0), "radius": 1.0, "refinements": 2}}}},
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("size", [0.2, 0.13])
+def test_cells_are_sound_and_well_shaped(name, size):
+    mesh = SolidMesh(fill={"shape": SHAPES[name], "size": size}).mesh()
+    assert list(solid_faults(mesh)) == []
+    angles = dihedral_angles(mesh.nodes, mesh.cells)
+    assert angles.min() > GUARANTEED[0]
+    assert angles.max() < GUARANTEED[1]
+    assert set(boundary_edges(mesh)) == {2}, "the boundary is whole and touches itself nowhere"
+
+
+def test_outer_nodes_lie_on_the_sphere_and_the_volume_errs_with_the_square_of_the_size():
+    missing = []
+    for size in (0.4, 0.2, 0.1):
+        mesh = SolidMesh(fill={"shape": BALL, "size": size}).mesh()
+        outer = mesh.nodes[np.unique(mesh.faces[0][mesh.boundary])]
+        assert np.linalg.norm(outer - (1.0, 2.0, 3.0), axis=1) == pytest.approx(1.0, abs=1e-10)
+        missing.append(1.0 - mesh.volumes.sum() / (4.0 / 3.0 * np.pi))
+    orders = np.log2(np.divide(missing[:-1], missing[1:]))
+    assert missing[-1] < 0.003
+    assert orders[-1] == pytest.approx(2.0, abs=0.2)
+
+
+def test_faces_of_the_lattices_box_are_flat_and_end_sharp():
+    mesh = stuffed(lambda points: np.linalg.norm(points, axis=1) <= 1.0, np.array([-1.05, -1.05, -1.2]), (14, 14, 8), 0.15)
+    at_face = mesh.nodes[:, 2] > -1e-9
+    assert mesh.nodes[at_face, 2] == pytest.approx(0.0, abs=1e-12)
+    faces = mesh.faces[0][mesh.boundary]
+    corners = mesh.nodes[faces[at_face[faces].all(axis=1)]]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    assert area == pytest.approx(np.pi, rel=0.015)  # a polygon within the circle whose sides are about 0.15: 2 % at most
+    rim = at_face[np.unique(faces[~at_face[faces].all(axis=1)])]
+    on_rim = mesh.nodes[np.unique(faces[~at_face[faces].all(axis=1)])][rim]
+    assert np.linalg.norm(on_rim, axis=1) == pytest.approx(1.0, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("size", "words"),
+    [
+        (1.0, r"have 64 % of the volume of the shape, which must be within 10 %; make `size` smaller"),
+        (1e-3, r"a mesh of about 1.6e\+10 points, and one has at most 2e\+06; make it coarser"),
+    ],
+)
+def test_a_lattice_too_coarse_or_too_fine_is_refused(size, words):
+    with pytest.raises(ValidationError, match=words):
+        SolidMesh(fill={"shape": BALL, "size": size})
+
+
+def test_nothing_inside_is_refused():
+    with pytest.raises(ValueError, match=r"no node of a lattice with cubes of 0\.5 m lies inside; make `size` smaller"):
+        stuffed(lambda points: np.zeros(len(points), bool), np.zeros(3), (2, 2, 2), 0.5)
+
+
+def test_parts_that_touch_along_an_edge_alone_are_refused():
+    def two_cubes(points):
+        return ((points[:, 0] <= 0.0) & (points[:, 1] <= 0.0)) | ((points[:, 0] >= 0.0) & (points[:, 1] >= 0.0))
+
+    with pytest.raises(ValueError, match="parts of the mesh touch along an edge alone at"):
+        stuffed(two_cubes, np.array([-1.0, -1.0, -1.0]), (8, 8, 8), 0.25)
+
+
+def test_the_surface_of_what_is_filled_must_be_closed():
+    ball = {"file": {"path": __file__}}
+    with pytest.raises(ValidationError):
+        SolidMesh(fill={"shape": {"inside": {"surface": ball}}, "size": 0.1})
+    tube = {"tube": {"start": (0, 0, 0), "end": (0, 0, 1), "radius": 0.5, "points": (12, 5)}}
+    with pytest.raises(ValidationError, match="the surface is open: it has no inside"):
+        SolidMesh(fill={"shape": {"inside": {"surface": tube}}, "size": 0.1})
