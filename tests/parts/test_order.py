@@ -297,6 +297,6 @@ def test_a_film_goes_on_from_an_earlier_run_in_the_order_of_its_surface(alone: b
     earlier = advance(build("fluid-film", alone, load=[{"kind": "shove", "body": "it", "force": FORCE}]), 2).bodies[0]
     film = build("fluid-film", alone).bodies[0]
     assert not np.array_equal(earlier.arrays["id"], np.arange(earlier.n_points))
-    film.take_up(_in_order(earlier.state_arrays()))
+    film.load_state(_in_order(earlier.state_arrays()))
     for name, values in earlier.frame().items():
         assert np.array_equal(film.frame()[name], values), name

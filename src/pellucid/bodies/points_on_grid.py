@@ -10,6 +10,7 @@ from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
+from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import ParticleToGrid
 from pellucid.grid.passes.each_point import each_point_by_colour
 from pellucid.grid.points import (
@@ -129,10 +130,9 @@ class PointsOnGrid(GridBody):
         if self.contact_surface is not None:
             self.contact_surface.find_hosts()
 
-    def keep_forces_apart(self) -> None:
-        """Add internal forces to those that its velocity field keeps apart."""
-        rows = self.velocity_field.forces_apart()
-        self._nodes = self.grid.nodes._replace(forces=rows.reshape(-1), force=rows[:, :3])
+    def use_separate_force_buffer(self) -> None:
+        """Add internal forces to the separate buffer of its velocity field."""
+        self._nodes = with_fields(self.grid.nodes, {"forces": self.velocity_field.separate_forces()})
         self._make_bundles()
 
     @property
@@ -145,10 +145,10 @@ class PointsOnGrid(GridBody):
         self._cells = cells
         self._make_bundles()
 
-    def take_shift(self, dt: float) -> None:
+    def apply_volume_correction(self, dt: float) -> None:
         """The work of the pressure on what volumes lack of the growth of full cells."""
         if self.keeps_heat and self._cells is not None:
-            full_cells.take_shift(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
+            full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
             self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `update_velocities`
 
     @property
@@ -205,7 +205,7 @@ class PointsOnGrid(GridBody):
             rows = np.zeros_like(self._nodes.inertia)
             to_rows = self.mapped.content._replace(nodes=self._nodes._replace(inertia=rows))
             ParticleToGrid(to_rows, self.arrays.get("affine")).scatter_momentum()
-            self.velocity_field.slow((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
+            self.velocity_field.add_drag((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
             self._affine[:, :FIELD_ENERGY] *= kept
             self._affine[:, FIELD_ENERGY:] *= kept**2
@@ -366,15 +366,15 @@ class PointsOnGrid(GridBody):
             self.contact_surface.restore(arrays)
         self._follow_order()
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
-        self._take(state)
+        self._load_arrays(state)
         self._put_behind(self.arrays["mass"] == 0.0)
         self.sort()
         self._goes_on = True
         self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
 
-    def _take(self, state: Mapping[str, np.ndarray]) -> None:
+    def _load_arrays(self, state: Mapping[str, np.ndarray]) -> None:
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
             self.arrays[name][...] = state[name][self.arrays["id"]]
         for name, array in self.element_arrays.items():

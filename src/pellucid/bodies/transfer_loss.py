@@ -28,13 +28,13 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.families import GridBody
 
 
-def part_forces(bodies: Iterable[Sequence[GridBody]]) -> None:
+def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
     """In velocity fields where some bodies keep heat and others do not, let the former have nodal forces of their own."""
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
                 if body.keeps_heat:
-                    body.keep_forces_apart()
+                    body.use_separate_force_buffer()
 
 
 def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
@@ -56,7 +56,7 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
         of_stress = field.strain_lag_work(dt) + ahead
     done = no_work(TRANSFER + 1, 0)
     if others:
-        done.works[DAMPING] = field.slowed_work(dt) if strained_last else -field.slowed_work(dt)
+        done.works[DAMPING] = field.drag_work(dt) if strained_last else -field.drag_work(dt)
     done.works[CONTACT] = -ahead
     done.works[INTERNAL] = done.works[DAMPING] + ahead - of_stress - kept
     done.works[TRANSFER] = taken - of_stress - kept

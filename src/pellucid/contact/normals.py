@@ -4,10 +4,13 @@ The nodes are listed and numbered; what is summed about a node is its moments, a
 """
 
 from math import sqrt
+from typing import Annotated, NamedTuple
 
+import numpy as np
 from numpy import uintp
 
 from pellucid.contact.shared import beyond
+from pellucid.grid.nodal_fields import MAX, STEP, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
@@ -19,6 +22,22 @@ SMOOTH = 0.7
 """Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
 NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
 """Columns of moments, two vectors; of a surface its area at rest is the volume."""
+
+
+class NumberedNodes(NamedTuple):
+    """What is known of the nodes that two velocity fields share, by their numbers; of either side where there are several."""
+
+    moments: Annotated[
+        np.ndarray,
+        NodalField(COLUMNS, SUM, STEP, "m², m³, m⁴", "normal, volume, centre of a body about it", several=True),
+    ]
+    foremost: Annotated[np.ndarray, NodalField(1, MAX, STEP, "m", "how far a body reaches along the normal", several=True)]
+    extents: Annotated[
+        np.ndarray, NodalField(4, (MAX, MAX, SUM, SUM), STEP, "m, m, m⁴, m³", "of a body along the normal and against it")
+    ]
+    places: Annotated[
+        np.ndarray, NodalField(2, SUM, STEP, "m³, m²", "place of a surface along the normal, and its area", several=True)
+    ]
 
 
 @pointwise

@@ -277,7 +277,7 @@ class Body(ABC):
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays, bit for bit."""
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin, before conditions act on it, with the arrays that such a body had in an earlier run, in the order of the
         numbers of its points. Raises KeyError naming the array without which it cannot."""
         for name in self.arrays.keys() - {"id"}:

@@ -67,8 +67,8 @@ class GridBody(Body):
         """After a step: remove the points that left through these faces; None where there are none."""
         return None
 
-    def keep_forces_apart(self) -> None:
-        """Add internal forces to those that its velocity field keeps apart: asked of bodies that keep heat."""
+    def use_separate_force_buffer(self) -> None:
+        """Add internal forces to the separate buffer of its velocity field: asked of bodies that keep heat."""
         raise ValueError(f"body {self.name} keeps no heat")
 
     @abstractmethod

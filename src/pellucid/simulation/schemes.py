@@ -6,34 +6,14 @@ uses the shape functions of its place at the start of the step throughout. Bodie
 of motion; the grid gives them contact alone.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from pellucid.parts.families import GridBody, NodalBody
-
-
-class Steppable(Protocol):
-    """The verbs that a scheme calls."""
-
-    has_contact: bool
-
-    @property
-    def grid_bodies(self) -> Sequence[GridBody]: ...
-    @property
-    def nodal_bodies(self) -> Sequence[NodalBody]: ...
-    def clear(self) -> None: ...
-    def find_pressures(self) -> None: ...
-    def find_shifts(self, dt: float) -> None: ...
-    def particle_to_grid(self, inertia: bool, force: bool) -> None: ...
-    def update_velocities(self, dt: float, remap: bool) -> None: ...
-    def update_stress(self, dt: float, move: bool) -> None: ...
-    def detect_contact(self, dt: float) -> None: ...
-    def advance(self, dt: float) -> None: ...
-    def project(self, dt: float | None = None) -> None: ...
-    def give_second_impulses(self, dt: float) -> None: ...
+if TYPE_CHECKING:
+    from pellucid.simulation.simulation import Simulation
 
 
-def musl(simulation: Steppable, dt: float) -> None:
+def musl(simulation: "Simulation", dt: float) -> None:
     """Modified update stress last, Gan's order."""
     simulation.clear()
     simulation.find_pressures()
@@ -53,7 +33,7 @@ def musl(simulation: Steppable, dt: float) -> None:
         own.update(dt)
 
 
-def usl(simulation: Steppable, dt: float) -> None:
+def usl(simulation: "Simulation", dt: float) -> None:
     """Update stress last."""
     simulation.clear()
     simulation.find_pressures()
@@ -71,7 +51,7 @@ def usl(simulation: Steppable, dt: float) -> None:
         own.update(dt)
 
 
-def usf(simulation: Steppable, dt: float) -> None:
+def usf(simulation: "Simulation", dt: float) -> None:
     """Update stress first."""
     simulation.clear()
     simulation.particle_to_grid(inertia=True, force=False)
@@ -93,4 +73,4 @@ def usf(simulation: Steppable, dt: float) -> None:
         own.update(dt)
 
 
-SCHEMES: dict[str, Callable[[Steppable, float], None]] = {"musl": musl, "usl": usl, "usf": usf}
+SCHEMES: dict[str, Callable[["Simulation", float], None]] = {"musl": musl, "usl": usl, "usf": usf}

@@ -7,11 +7,10 @@ Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R
 import signal
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.energy import EnergyBudget
 from pellucid.errors import Interrupted, RunStopped
 from pellucid.grid.points import FAULTS, LOST
 from pellucid.parts.body import Body
@@ -21,8 +20,8 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.observer import Observer
 
 if TYPE_CHECKING:
-    from pellucid.case import Case
     from pellucid.case.stages import SettleCase
+    from pellucid.simulation.simulation import Simulation
 
 CROSSINGS = 2.0  # of a body by pressure waves in which peaks stay small, at least: news of every place has reached every other
 AT_REST = 1e-12  # of what is at stake: kinetic energies below it are rest, however little has moved
@@ -113,22 +112,9 @@ class SettlingClock(Clock):
         vars(self).update(numbers[SETTLING])
 
 
-class Settles(Protocol):
-    """What is asked of a simulation."""
-
-    case: "Case"
-    clock: Clock
-    budget: EnergyBudget
-
-    def settling_clock(self, settle: "SettleCase") -> SettlingClock: ...
-    def advance_bodies(self) -> None: ...
-    def kinetic_energy(self) -> float: ...
-    def stop_bodies(self) -> None: ...
-    def begin_balance(self) -> None: ...
-    def show(self, progress: Progress | None) -> None: ...
-
-
-def settle(simulation: Settles, caught: Sequence[int], progress: Progress | None, keeper: Observer | None) -> dict[str, Any]:
+def settle(
+    simulation: "Simulation", caught: Sequence[int], progress: Progress | None, keeper: Observer | None
+) -> dict[str, Any]:
     """Bring the bodies of a simulation to rest with what acts at time 0, or go on with it; what the summary tells of it.
 
     caught: signals that arrived so far; one ends the settling, which goes on from what the keeper has of it. Raises RunStopped,
@@ -160,7 +146,7 @@ def _while_settling(text: str) -> str:
     return f"{text}, and hold what can fall, slide or flow for ever" if FAULTS[LOST].meaning in text else text
 
 
-def _stop_what_moves(simulation: Settles, share: float) -> None:
+def _stop_what_moves(simulation: "Simulation", share: float) -> None:
     """Velocities in the case are errors, but bodies may bring some from an earlier run. They are to settle where they are, and
     what that motion was says nothing of how small the kinetic energy is to become."""
     kinetic = simulation.kinetic_energy()
@@ -172,7 +158,7 @@ def _stop_what_moves(simulation: Settles, share: float) -> None:
 
 
 def _come_to_rest(
-    simulation: Settles, settling: SettlingClock, caught: Sequence[int], progress: Progress | None, keeper: Observer | None
+    simulation: "Simulation", settling: SettlingClock, caught: Sequence[int], progress: Progress | None, keeper: Observer | None
 ) -> None:
     while not settling.is_settled:
         budget = simulation.budget

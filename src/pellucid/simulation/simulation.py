@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.bodies.transfer_loss import contact_lag_work, part_forces, return_heat, transfer_work
+from pellucid.bodies.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions, layout_of
 from pellucid.conditions.symmetry import symmetry_planes
@@ -51,7 +51,7 @@ from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
-from pellucid.simulation.start import take_up
+from pellucid.simulation.start import load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_verbs
@@ -97,7 +97,7 @@ class Simulation:
         if case.start is not None and start is None:
             raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
         start = start or {}
-        take_up(built, start)
+        load_state(built, start)
         self.bodies = [built[body.name][0] for body in case.body]
         self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self._on_grid: dict[VelocityField, list[GridBody]] = {}
@@ -110,7 +110,7 @@ class Simulation:
         standing = {body.name: body.standing(body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
-        part_forces(self._on_grid.values())
+        separate_force_buffers(self._on_grid.values())
         self._cell_pressures = cell_pressures(self._on_grid)
         mapped_again = isinstance(transfer, Flip) and case.time.scheme == "musl"
         self._mapped_again = [

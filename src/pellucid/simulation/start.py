@@ -10,7 +10,7 @@ from pellucid.parts.body import Body, in_metres
 from pellucid.simulation.assembly import Built
 
 
-def take_up(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
     """Give bodies the arrays by which they go on, before conditions act on them. Raises `CaseError` where they do not fit."""
     for name, state in start.items():
         body, field = built[name]
@@ -24,7 +24,7 @@ def take_up(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None
 
 def _give(body: Body, state: Mapping[str, np.ndarray]) -> None:
     try:
-        body.take_up(state)
+        body.load_state(state)
     except KeyError as missing:
         text = f"body {body.name} goes on by its {missing.args[0]}, which the earlier run does not have there"
         remedy = "frames hold less than checkpoints: leave start.time out, or let kind and material be those of that run"

@@ -188,7 +188,7 @@ class FluidFilm(NodalBody):
         kept = {f"{part}.{name}": array for part, of in self._stateful().items() for name, array in of.state_arrays().items()}
         return {**self.arrays, "elapsed": np.array([self._elapsed]), **kept}
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the nodes of an earlier run."""
         number = self.arrays["id"]
         self.restore({name: array[number] if len(array) == len(number) else array for name, array in state.items()})

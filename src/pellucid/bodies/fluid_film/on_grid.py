@@ -102,10 +102,10 @@ class FilmOnGrid(PointsOnGrid):
         super().restore(arrays)
         self._show()
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the nodes of an earlier run."""
         self.geometry.restore(of_owner("geometry", state))
-        super().take_up(state)
+        super().load_state(state)
         self._show()
 
     # forces

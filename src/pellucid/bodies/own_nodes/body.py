@@ -246,7 +246,7 @@ class ExplicitNodes(NodalBody):
         surface = self.contact_surface.state_arrays() if self.contact_surface else {}
         return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index), **surface}
 
-    def take_up(self, state: Mapping[str, np.ndarray]) -> None:
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with places, velocities and elements of an earlier run."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]

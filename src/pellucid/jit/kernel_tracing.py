@@ -10,7 +10,7 @@ from typing import Any
 
 
 @contextmanager
-def calls_put_down() -> Iterator[dict[tuple[Any, tuple[Any, ...]], None]]:
+def record_kernel_calls() -> Iterator[dict[tuple[Any, tuple[Any, ...]], None]]:
     """Put the kernels down that Python calls in the block, in order, with the types of their arguments; they are not run.
 
     What they would have filled stays as it was. Those that give something back run as plain Python.
