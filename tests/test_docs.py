@@ -8,6 +8,7 @@ import pytest
 import tomlkit
 from typer.main import get_command
 
+import nodal_field_table
 from case_reference import PAGE, reference
 from pellucid import loads
 from pellucid.cli import app
@@ -97,3 +98,8 @@ def test_every_command_and_option_is_told() -> None:
 
 def test_case_reference_is_fresh() -> None:
     assert reference() == PAGE.read_text(encoding="utf-8"), "run `python docs/case_reference.py`"
+
+
+def test_table_of_nodal_fields_is_fresh() -> None:
+    page = nodal_field_table.PAGE.read_text(encoding="utf-8")
+    assert nodal_field_table.page() == page, "run `python docs/nodal_field_table.py`"

@@ -146,7 +146,7 @@ def test_a_field_holds_one_of_a_registry_s_names() -> None:
     registry: Registry[int] = Registry("number")
     Registry.every.remove(registry)
     adapter = TypeAdapter(Annotated[str, OneNameOf(registry.entries, "many")])
-    registry.take("one", 1, test_a_field_holds_one_of_a_registry_s_names)
+    registry.register("one", 1, test_a_field_holds_one_of_a_registry_s_names)
     assert adapter.validate_python("one") == "one"
     assert adapter.json_schema() == {"type": "string", "enum": ["one", "many"]}
     with pytest.raises(ValidationError, match="'one', 'many'"):

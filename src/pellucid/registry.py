@@ -34,7 +34,7 @@ class Registry(Generic[EntryType]):
         """What is registered, by name."""
         return self._entries
 
-    def take(self, name: str, entry: EntryType, source: Any) -> None:
+    def register(self, name: str, entry: EntryType, source: Any) -> None:
         """Register an entry; `source` is the class or function behind it.
 
         The same source, made anew when its file is read again, takes the place of the old one. Raises ValueError for a name
@@ -71,7 +71,7 @@ class Family(Registry[type[ModelType]]):
         if lacking := sorted(model.__abstractmethods__):
             methods = listed([f"`{name}`" for name in lacking])
             raise TypeError(f"{model.__name__} does not define {methods}, which a kind of {self.what} must have")
-        self.take(field.default, model, model)
+        self.register(field.default, model, model)
 
     def kinds_of(self, base: type[BaseModel]) -> dict[str, type[ModelType]]:
         """The models that derive from a base, by kind."""

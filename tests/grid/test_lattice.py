@@ -2,7 +2,7 @@
 
 import pytest
 
-from pellucid.grid.lattice import aligned_rows
+from pellucid.grid.nodal_fields import aligned_rows
 from pellucid.jit.kernels import LINE
 
 

@@ -9,6 +9,7 @@ from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import CHUNK, ExternalAction
+from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.velocity_field import VelocityField
 
@@ -41,7 +42,7 @@ def advanced(nodes, walls, gravity, external=None):
 
 def momentum_of(nodes, walls, gravity, external=None):
     """Of these nodes, on which nothing else acts where `external` is left out."""
-    free = ExternalAction(np.zeros((0, 0, 3)), *(np.zeros((0, 3)) for _ in range(5)))
+    free = allocate(ExternalAction, 0)
     return NodalMomentum(nodes, walls, gravity, SMALL, flip=1.0, external=external or free)
 
 

@@ -8,7 +8,7 @@ from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.energy import FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import FIRM
+from pellucid.grid.momentum import FULL_DRIVE_FRACTION
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 
@@ -30,7 +30,7 @@ def advanced(support=(), driven=False):
     actions = NodalActions(field, 1)
     actions.take_loads()
     if driven:
-        actions.driven().mass[:] = nodes.mass[:, None] * generator.choice([0.0, FIRM], (n, 1))
+        actions.driven().mass[:] = nodes.mass[:, None] * generator.choice([0.0, FULL_DRIVE_FRACTION], (n, 1))
     external = actions.external()
     external.loads[0, full] = generator.normal(size=(full.sum(), 3))
     field.set_actions(walls, external, PULL, SMALL, flip=1.0)

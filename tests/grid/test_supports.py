@@ -8,6 +8,7 @@ from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.nodal_momentum import NodalMomentum
 
 DT, SMALL = 0.25, 1e-3
@@ -30,7 +31,7 @@ def heavy_nodes(*support, held=()):
 
 def momentum_of(nodes, walls):
     """Of these nodes, on which nothing acts but forces, gravity and walls."""
-    nothing = ExternalAction(np.zeros((0, 0, 3)), *(np.zeros((0, 3)) for _ in range(5)))
+    nothing = allocate(ExternalAction, 0)
     return NodalMomentum(nodes, walls, GRAVITY, SMALL, flip=1.0, external=nothing)
 
 

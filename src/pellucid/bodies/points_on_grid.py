@@ -10,6 +10,7 @@ from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
+from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import ParticleToGrid
 from pellucid.grid.passes.each_point import each_point_by_colour
 from pellucid.grid.points import (
@@ -132,8 +133,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     def use_separate_force_buffer(self) -> None:
         """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
-        rows = self.velocity_field.forces_apart()
-        self._nodes = self.grid.nodes._replace(forces=rows.reshape(-1), force=rows[:, :3])
+        self._nodes = with_fields(self.grid.nodes, {"forces": self.velocity_field.separate_forces()})
         self._make_bundles()
 
     @property
@@ -146,10 +146,10 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         self._cells = cells
         self._make_bundles()
 
-    def take_shift(self, dt: float) -> None:
+    def apply_volume_correction(self, dt: float) -> None:
         """The work of the pressure on what volumes lack of the growth of full cells."""
         if self.keeps_heat and self._cells is not None:
-            full_cells.take_shift(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
+            full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
             self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `update_velocities`
 
     @property
@@ -206,7 +206,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             rows = np.zeros_like(self._nodes.inertia)
             to_rows = self.mapped.content._replace(nodes=self._nodes._replace(inertia=rows))
             ParticleToGrid(to_rows, self.arrays.get("affine")).scatter_momentum()
-            self.velocity_field.slow((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
+            self.velocity_field.add_drag((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
             self._affine[:, :FIELD_ENERGY] *= kept
             self._affine[:, FIELD_ENERGY:] *= kept**2

@@ -57,7 +57,7 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
         of_stress = field.strain_lag_work(dt) + ahead
     done = no_work(TRANSFER + 1, 0)
     if others:
-        done.works[DAMPING] = field.slowed_work(dt) if strained_last else -field.slowed_work(dt)
+        done.works[DAMPING] = field.drag_work(dt) if strained_last else -field.drag_work(dt)
     done.works[CONTACT] = -ahead
     done.works[INTERNAL] = done.works[DAMPING] + ahead - of_stress - kept
     done.works[TRANSFER] = taken - of_stress - kept

@@ -4,13 +4,17 @@ import os
 from math import prod
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.lattice import PAD
+from pellucid.grid.lattice import PAD, Nodes
+from pellucid.grid.listed import NodeFlags
+from pellucid.grid.nodal_fields import bytes_of
 
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
-NODE_BYTES = 209  # six rows of four numbers, three constraints; a place in the list of nodes that own nodes reach; three flags
+NODE_BYTES = bytes_of(Nodes) + bytes_of(NodeFlags) + np.dtype(np.int64).itemsize  # and a place in a list of nodes
 PROGRAM_BYTES = 300 * 2**20  # the program, its libraries and kernels
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 

@@ -55,7 +55,7 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
         raise ValueError(f'the reduction "{name}" is taken by pellucid itself: choose another name')
 
     def add(function: ReductionFunction) -> ReductionFunction:
-        REDUCTIONS.take(name, Reduction(function), function)
+        REDUCTIONS.register(name, Reduction(function), function)
         return function
 
     return add
@@ -82,7 +82,7 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
         raise ValueError(f'the quantity "{name}" is taken by the field of this name: choose another name')
 
     def add(function: QuantityFunction) -> QuantityFunction:
-        QUANTITIES.take(name, Quantity(function, Field(components, unit, meaning)), function)
+        QUANTITIES.register(name, Quantity(function, Field(components, unit, meaning)), function)
         return function
 
     return add

@@ -64,10 +64,10 @@ def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
 
     None of them is run: what depends on their results may go wrong, and what would follow is not known then.
     """
-    from pellucid.jit.put_down import calls_put_down
+    from pellucid.jit.kernel_tracing import record_kernel_calls
     from pellucid.simulation.simulation import Simulation
 
-    with calls_put_down() as calls, suppress(Exception), warnings.catch_warnings(action="ignore"):
+    with record_kernel_calls() as calls, suppress(Exception), warnings.catch_warnings(action="ignore"):
         simulation = Simulation(case, threads=1)
         simulation.advance_bodies()
         for body in simulation.bodies:

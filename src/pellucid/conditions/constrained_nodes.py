@@ -1,48 +1,34 @@
 """Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
 from collections.abc import Collection, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.conditions.open_walls import OpenWalls
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
-from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, Where, chosen_nodes, faults
+from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
+from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.capabilities import NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 
+if TYPE_CHECKING:
+    from pellucid.conditions.support import Support
+
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
-
-
-class ConstrainsNodes(Protocol):
-    """A support, as nodes need it."""
-
-    @property
-    def name(self) -> str | None: ...
-    @property
-    def body(self) -> str | None: ...
-    @property
-    def velocity(self) -> tuple[float, float, float]: ...
-    @property
-    def until(self) -> float | None: ...
-    def region(self) -> Where | None: ...
-    def face(self) -> tuple[int, int] | None: ...
-    def axes(self) -> tuple[bool, bool, bool]: ...
-    def wall_friction(self) -> float: ...
-    def lets_go(self) -> bool: ...
 
 
 class Released(ActiveCondition):
     """Supports that let the nodes of grids and bodies go at a time."""
 
     def __init__(
-        self, supports: Sequence[ConstrainsNodes], actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
+        self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
     ) -> None:
         self._supports, self._actions, self._bodies = supports, actions, bodies
         self._gone: set[int] = set()
@@ -66,7 +52,7 @@ class Released(ActiveCondition):
         constrained[: len(held)][let_go & (held > 0)] = 0
 
 
-def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Sequence[ActiveCondition]:
+def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[ActiveCondition]:
     """Let supports constrain the nodes of all grids and those of bodies with their own; what lets them go in a run. Raises
     CaseError for a support without nodes."""
     own: dict[NodalBody, list[NodalSupport]] = {}
@@ -88,7 +74,7 @@ def constrain_all(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> Se
     return [*released, *_open_walls(supports, assembly)]
 
 
-def _open_walls(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> list[OpenWalls]:
+def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
     """The walls that open, for each velocity field that moves points."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
     found = []
@@ -101,7 +87,7 @@ def _open_walls(supports: Sequence[ConstrainsNodes], assembly: Assembly) -> list
 
 
 def constrain_nodes(
-    grid: Grid, supports: Sequence[ConstrainsNodes], elsewhere: Collection[int] = (), gone: Collection[int] = ()
+    grid: Grid, supports: "Sequence[Support]", elsewhere: Collection[int] = (), gone: Collection[int] = ()
 ) -> Supports:
     """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes.
 
@@ -130,7 +116,7 @@ def constrain_nodes(
     return Supports(velocity, np.array([*faces, True], dtype=np.int64), _yielding(supports, constrained))
 
 
-def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> YieldingWalls:
+def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
     """The walls among supports that rub or open, and the nodes that these hold, of all that are constrained."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
@@ -140,11 +126,13 @@ def _yielding(supports: Sequence[ConstrainsNodes], constrained: np.ndarray) -> Y
         return no_walls()
     held = np.where(yields[constrained], constrained, 0).astype(constrained.dtype)
     numbers = np.array([*friction, 0.0]), np.array([*opens, False], np.uint8), np.array([*inward, 0.0])
-    gap = np.zeros(held.shape if any(opens) else (0, 3))
-    return YieldingWalls(*numbers, held, np.zeros_like(held), gap, np.zeros(held.shape))
+    walls, n = fields_of(YieldingWalls), len(held)
+    gap = walls["gap"].allocate(n if any(opens) else 0)
+    gap.fill(0.0)  # before it is measured, velocities alone tell whether walls let nodes go
+    return YieldingWalls(*numbers, held, walls["stuck"].allocate(n), gap, walls["impulse"].allocate(n))
 
 
-def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) -> NodalSupport:
+def nodal_support(member: AssembledBody, support: "Support", number: int) -> NodalSupport:
     """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
     It holds those that lie on it at the start, unless it lets them go.
 
@@ -164,7 +152,7 @@ def nodal_support(member: AssembledBody, support: ConstrainsNodes, number: int) 
     return NodalSupport(held, axes, support.velocity, wall, label, support.wall_friction())
 
 
-def nodes_of(support: ConstrainsNodes, grid: Grid | None, of: Selectable) -> np.ndarray:
+def nodes_of(support: "Support", grid: Grid | None, of: Selectable) -> np.ndarray:
     """Which nodes a support constrains, shape (n,): those of the grid or a body's own."""
     region, face, position = support.region(), support.face(), of.position
     if region is not None:

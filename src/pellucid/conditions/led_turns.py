@@ -1,7 +1,7 @@
 """Prescribed rotations of rigid bodies, as the user describes them, and what a motion of a rigid body cannot be."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Protocol
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
 
 from pellucid.conditions.signals import Turn
 from pellucid.conditions.signals.turns import TurnModel
@@ -10,6 +10,9 @@ from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Model, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.conditions.prescribed_motion import Motion
 
 
 class Rotations(Model):
@@ -29,28 +32,7 @@ class Rotations(Model):
         return set(self.turns())
 
 
-class MovedAndTurned(Protocol):
-    """A motion, by what it prescribes."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def body(self) -> str: ...
-    @property
-    def part(self) -> object: ...
-    @property
-    def displacement(self) -> Model: ...
-    @property
-    def rotation(self) -> Rotations: ...
-    @property
-    def held_turns(self) -> Sequence[str]: ...
-    def axes(self) -> set[int]: ...
-    def turns_about(self) -> set[int]: ...
-
-
-def turn_problems(
-    motion: MovedAndTurned, body: BodyModel, path: Path, parts: Parts, others: Iterable[MovedAndTurned]
-) -> Iterator[Finding]:
+def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, others: "Iterable[Motion]") -> Iterator[Finding]:
     """Of a motion that leads a rigid body or prescribes a rotation; others: those before it."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
@@ -76,14 +58,14 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
         yield Finding(path, text, f"leave {strange[0]} out, or enlarge the grid along {listed(sorted(thin - {strange[0]}))}")
 
 
-def _thin_problems(motion: MovedAndTurned, path: Path, parts: Parts) -> Iterator[Finding]:
+def _thin_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
     for axis, counts in zip(AXES, parts.active_axes, strict=True):
         if not counts and getattr(motion.displacement, axis) is not None:
             text = f"the grid is one cell thick along {axis}, where nothing moves"
             yield Finding((*path, "displacement", axis), text, f"leave {axis} out, or enlarge the grid along it")
 
 
-def _shared_problems(motion: MovedAndTurned, other: MovedAndTurned, path: Path) -> Iterator[Finding]:
+def _shared_problems(motion: "Motion", other: "Motion", path: Path) -> Iterator[Finding]:
     if other.body != motion.body:
         return
     along, about = motion.axes() & other.axes(), motion.turns_about() & other.turns_about()

@@ -1,27 +1,24 @@
 """Prescribed motions of nodes of a fluid film along its normal."""
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.conditions.prescribed_points import MarksPoints, marked
+from pellucid.conditions.prescribed_points import marked
 from pellucid.findings import Finding, refuse
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody
 from pellucid.parts.capabilities import TakesNormalMotions
 
-
-class FollowedAlongNormal(MarksPoints, Protocol):
-    """A motion, as the nodes that follow it need it."""
-
-    def along_normal(self) -> Callable[[float], float]: ...
+if TYPE_CHECKING:
+    from pellucid.conditions.prescribed_motion import Motion
 
 
 class NormalMotions(ActiveCondition):
     """The motions of one film. It counts their work and impulses itself."""
 
-    def __init__(self, member: AssembledBody, motions: Sequence[FollowedAlongNormal]) -> None:
+    def __init__(self, member: AssembledBody, motions: "Sequence[Motion]") -> None:
         self._functions = [motion.along_normal() for motion in motions]
         numbers = marked(member, motions)
         if reason := member.model.why_no_normal_motion(whole=bool((numbers > 0).all())):

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.normals import reach_of_point
+from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Lattice
+from pellucid.grid.nodal_fields import STEP
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import YieldingWalls
@@ -55,13 +55,14 @@ class OpenWalls(ActiveCondition):
     """The walls of one velocity field that open, by axis and end of their faces, and the bodies in it."""
 
     def __init__(self, lattice: Lattice, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
-        self._bodies, self._walls, self._gap, self._near = list(bodies), Bundle(walls), walls.gap, NEAR * lattice.cell
+        self._bodies, self._walls, self._near = list(bodies), Bundle(walls), NEAR * lattice.cell
+        self._clear = Clearing(STEP, walls)
         ends = ((axis, end, lattice.lower[axis] + end * lattice.counts[axis] * lattice.cell) for axis, end in faces)
         self._faces = [(axis, 1.0 - 2.0 * end, place) for axis, end, place in ends]
 
     def begin(self, time: float, dt: float) -> None:
         """Find the gaps over the coming step."""
-        self._gap.fill(np.inf)
+        self._clear()
         for body in self._bodies:
             for face in self._faces:
                 _measure_gaps(body.n_slabs, body.mapped, self._walls, face, body.half_width(), self._near)

@@ -1,16 +1,15 @@
 """Prescribed motions in a run: constraints on the points of a body, and on the nodes that these reach."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.conditions import driven_points
-from pellucid.conditions.signals.contract import Displacement
 from pellucid.energy import IMPACT, MOTION, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
-from pellucid.geometry.region import Where, chosen_nodes, faults
+from pellucid.geometry.region import chosen_nodes, faults
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.active_condition import ActiveCondition
@@ -19,24 +18,11 @@ from pellucid.parts.capabilities import TakesMotions
 from pellucid.parts.families import GridBody
 from pellucid.reductions import ordered_sum
 
-
-class MarksPoints(Protocol):
-    """A motion, by the points that follow it."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def part(self) -> Where | None: ...
+if TYPE_CHECKING:
+    from pellucid.conditions.prescribed_motion import Motion
 
 
-class FollowedMotion(MarksPoints, Protocol):
-    """A motion, as the points that follow it need it."""
-
-    def functions(self) -> Mapping[int, Displacement]: ...
-    def top_speed(self) -> float: ...
-
-
-def marked(member: AssembledBody, motions: Sequence[MarksPoints]) -> np.ndarray:
+def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
     """1 + the number of the motion that a point of the body follows, 0 where it follows none, shape (n,)."""
     body, of = member.body, member.selectable()
     driven = np.zeros(body.n_points, np.int64)
@@ -63,7 +49,7 @@ class PrescribedPoints(ActiveCondition):
     by_slabs = True
     """It leads the points of a slab without those of others, by joint loops (`pellucid.jit.joint`)."""
 
-    def __init__(self, member: AssembledBody, motions: Sequence[FollowedMotion], assembly: Assembly) -> None:
+    def __init__(self, member: AssembledBody, motions: "Sequence[Motion]", assembly: Assembly) -> None:
         body, thin, self._layout = member.body, member.thin, assembly.layout
         self.body, self._points = body, body.on_grid
         self.names = [motion.name for motion in motions]

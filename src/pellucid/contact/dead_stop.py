@@ -14,28 +14,18 @@ sides look elsewhere, by those along the normals of the other body, over which i
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 
+if TYPE_CHECKING:
+    from pellucid.contact.overlap import Overlap
+
 DEAD = 8.0  # over what is critical
 FACING, ASKEW = 0.97, 0.9
 """Cosines of the angle between normals that face each other, from which on they do so wholly, and down to which at all."""
-
-
-class Touching(Protocol):
-    """Points of a surface that lie in another body: see `pellucid.contact.overlap.Overlap`."""
-
-    @property
-    def one(self) -> ContactSurface: ...
-    @property
-    def listed(self) -> np.ndarray: ...
-    @property
-    def normal(self) -> np.ndarray: ...
-    @property
-    def relative(self) -> np.ndarray: ...
 
 
 class DeadStop:
@@ -48,7 +38,7 @@ class DeadStop:
         """Of all dampers [N], and the mean approach [m/s], as the last step began."""
 
     def force(
-        self, overlaps: Sequence[Touching], pressures: Sequence[np.ndarray], stiffness: tuple[float, float], dt: float
+        self, overlaps: "Sequence[Overlap]", pressures: Sequence[np.ndarray], stiffness: tuple[float, float], dt: float
     ) -> float:
         """Of the damper over a step dt [s], shared out as the pressures are [N]; stiffness: now, and after
         it as it counts in the bound on the step [N/m].
@@ -99,7 +89,7 @@ def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
     return max(1.0, float(sum((along @ way) ** 2 for along in pushed_along)) / max(float(way @ way), 1e-300))
 
 
-def _approach(part: Touching) -> np.ndarray:
+def _approach(part: "Overlap") -> np.ndarray:
     """How fast the surfaces come nearer at each point [m/s], shape (n,)."""
     area = part.one.area[part.listed]
     own = area / np.linalg.norm(area, axis=1, keepdims=True)

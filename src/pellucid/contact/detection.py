@@ -21,7 +21,8 @@ import numpy as np
 from pellucid.contact import extents, faces, normals, shared
 from pellucid.contact.contact_body import ContactBody, ContactMembrane, HasFaces, is_membrane
 from pellucid.contact.faces import FaceAreas, Faces
-from pellucid.contact.normals import COLUMNS, NORMAL, VOLUME, Along, Areas
+from pellucid.contact.normals import NORMAL, VOLUME, Along, Areas, NumberedNodes
+from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 
@@ -32,6 +33,7 @@ So each keeps its side of the other: sheets as thin as these do not tell by them
 """
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 """Of the gradients of two volumes in the normals that are tried."""
+NUMBERED = fields_of(NumberedNodes)
 SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
 OF_VOLUME = Areas(np.zeros((0, 3)))
 
@@ -50,7 +52,7 @@ class ContactDetection:
         self._fields, self._grid, self._bodies = fields, fields[0].grid, bodies
         n = self._grid.n_nodes
         self._shared = np.empty(n, np.int64)
-        self._slot, self._near = np.full(n, -1, np.int32), np.zeros(n, np.uint8)
+        self._slot, self._near = shared.no_numbers(n)
         self._box, self._narrow = np.empty((2, 3)), np.zeros(1, np.int64)
         self._where = Bundle(shared.SharedNodes(self._slot, self._near, self._box, self._narrow))
         functions = [body.functions for side in bodies for body in side]
@@ -83,7 +85,7 @@ class ContactDetection:
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
 
     def _measure(self, n: int) -> None:
-        moments = np.zeros((2, n, COLUMNS))
+        moments = NUMBERED["moments"].allocate(n, 2)
         surfaces = [side for side in range(2) if self._surfaces[side]]
         for side in surfaces:
             self._sum_moments(side, moments[side])
@@ -118,7 +120,7 @@ class ContactDetection:
                 faces.move_inwards(moments[side], self._grid.lattice.cell)
         for direction in self._directions(moments[0], moments[1], crumpled):
             normals.orient(moments[0], moments[1], direction)
-            sums = np.zeros((2, len(direction), 2))
+            sums = NUMBERED["places"].allocate(len(direction), 2)
             for side, sign in enumerate(SIGNS):
                 for found in points[side]:
                     how = self._where, found.areas, Along(direction, sign)
@@ -134,8 +136,8 @@ class ContactDetection:
 
     def _detect_smooth(self, membrane: int, moments: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Orient the normals of a membrane; as `_foremost`, with one pass over the points of the volume, not two."""
-        volume, foremost = 1 - membrane, np.full((2, len(normal)), -np.inf)
-        found = np.tile(extents.NOWHERE, (len(normal), 1))
+        volume, foremost = 1 - membrane, NUMBERED["foremost"].allocate(len(normal), 2)
+        found = NUMBERED["extents"].allocate(len(normal))
         for body in self._bodies[volume]:
             extents.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), found)
         extents.orient_membrane_normals(moments, found, SIGNS[volume], normal, foremost[volume])
@@ -161,7 +163,7 @@ class ContactDetection:
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:
         """How far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
-        foremost = np.full((2, len(normal)), -np.inf)
+        foremost = NUMBERED["foremost"].allocate(len(normal), 2)
         for side in range(2):
             self._reach_of(side, normal, foremost[side])
         return foremost

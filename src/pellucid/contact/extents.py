@@ -1,12 +1,11 @@
 """How far a volume reaches about the numbered nodes along the normals of a membrane there, which may point either way."""
 
-from math import inf
-
 from numpy import uintp
 
-from pellucid.contact.normals import CENTRE, VOLUME, reach_of_point
+from pellucid.contact.normals import CENTRE, VOLUME, NumberedNodes, reach_of_point
 from pellucid.contact.shared import list_within
 from pellucid.grid.lattice import LARGEST_STENCIL
+from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, functions_like, run_end
 from pellucid.grid.points import ByIndex
 from pellucid.grid.stencil import node_at
@@ -21,7 +20,7 @@ AHEAD, BEHIND, PLACES, VOLUMES, COLUMNS = range(5)
 """Columns of extents: how far points reach along the normal and against it [m]; Σ N_I V x·n [m⁴], Σ N_I V [m³]."""
 POINT = ZERO_VECTOR, 0.0, 0.0  # what a block has of a point: place, volume, how far the body reaches beyond it
 VOLUME_OF_POINT, REACH = 3, 4  # columns of a block
-NOWHERE = -inf, -inf, 0.0, 0.0
+NOWHERE = tuple(fields_of(NumberedNodes)["extents"].start)
 
 
 @pointwise

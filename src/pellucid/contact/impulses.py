@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import FIRM, ExternalAction
+from pellucid.grid.momentum import FULL_DRIVE_FRACTION, ExternalAction
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_for
 
@@ -55,7 +55,7 @@ def _mobility_of(side, first, end, node, mobility):
         I = node[e]
         m = mass[I]
         for d in range(3):
-            firm = constrained[I, d] > 0 or (len(driven_mass) > 0 and driven_mass[I, d] >= FIRM * m)
+            firm = constrained[I, d] > 0 or (len(driven_mass) > 0 and driven_mass[I, d] >= FULL_DRIVE_FRACTION * m)
             mobility[e, d] = 0.0 if firm else 1.0 / m
 
 

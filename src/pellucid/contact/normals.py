@@ -4,12 +4,13 @@ The nodes are listed and numbered; what is summed about a node is its moments, a
 """
 
 from math import sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy import uintp
 
 from pellucid.contact.shared import beyond
+from pellucid.grid.nodal_fields import MAX, STEP, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
@@ -35,6 +36,22 @@ class Along(NamedTuple):
 
     normal: np.ndarray  # (n, 3)
     sign: float
+
+
+class NumberedNodes(NamedTuple):
+    """What is known of the nodes that two velocity fields share, by their numbers; of either side where there are several."""
+
+    moments: Annotated[
+        np.ndarray,
+        NodalField(COLUMNS, SUM, STEP, "m², m³, m⁴", "normal, volume, centre of a body about it", several=True),
+    ]
+    foremost: Annotated[np.ndarray, NodalField(1, MAX, STEP, "m", "how far a body reaches along the normal", several=True)]
+    extents: Annotated[
+        np.ndarray, NodalField(4, (MAX, MAX, SUM, SUM), STEP, "m, m, m⁴, m³", "of a body along the normal and against it")
+    ]
+    places: Annotated[
+        np.ndarray, NodalField(2, SUM, STEP, "m³, m²", "place of a surface along the normal, and its area", several=True)
+    ]
 
 
 @pointwise

@@ -1,12 +1,13 @@
 """The nodes that two velocity fields share, listed and numbered, and the points that may reach them: kernels."""
 
 from math import inf
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy import uintp
 
-from pellucid.grid.momentum import NOTHING
+from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_fields import FOUND, RUN, NodalField, fields_of
 from pellucid.grid.points import place_of
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK
@@ -17,10 +18,17 @@ MARGIN = 1e-6  # of a cell, for rounding
 class SharedNodes(NamedTuple):
     """Where the numbered nodes are, over all nodes of the grid."""
 
-    slot: np.ndarray  # (nodes,) number of the node, -1 where it has none
-    near: np.ndarray  # (nodes,) 1 where a stencil that begins here holds a numbered node
+    slot: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "number of a node that two fields share, else -1", np.int32)]
+    near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 where a stencil that begins here holds such a node", np.uint8)]
     box: np.ndarray  # (2, 3) the points beyond it reach none [m]
     narrow: np.ndarray  # (1,) the axis along which it is the smallest part of the grid: most points beyond it are so there
+
+
+def no_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """`slot` and `near` of a grid of n nodes, none of which has a number."""
+    slot, near = (fields_of(SharedNodes)[name].allocate(n) for name in ("slot", "near"))
+    slot.fill(-1)
+    return slot, near
 
 
 @kernel()
@@ -28,7 +36,7 @@ def list_shared(first, second, node):
     """The nodes that have mass of both velocity fields into `node`; how many they are."""
     n = 0
     for I in range(len(first)):
-        if first[I] > NOTHING and second[I] > NOTHING:
+        if first[I] > MASS_EPS and second[I] > MASS_EPS:
             node[n] = I
             n += 1
     return n
@@ -40,7 +48,7 @@ def list_shared_of(reached, first, second, node):
     n = 0
     for e in range(len(reached)):
         I = reached[e]
-        if first[I] > NOTHING and second[I] > NOTHING:
+        if first[I] > MASS_EPS and second[I] > MASS_EPS:
             node[n] = I
             n += 1
     return n

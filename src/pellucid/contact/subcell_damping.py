@@ -8,13 +8,26 @@ along n, the direction of the whole impulse. Where Δv « σ, what it takes over
 """
 
 from math import sqrt
+from typing import Annotated, NamedTuple
 
+import numpy as np
+
+from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
 CHUNK = 1024  # nodes of the grid that a thread takes at a time
+
+
+class SubcellMotion(NamedTuple):
+    """Of the nodes of a membrane about those of the grid; cleared where they reach it."""
+
+    mean: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "m²/s²", "mean velocity along Δv of contact, times this")]
+    fluctuation: Annotated[
+        np.ndarray, NodalField(1, SUM, REMAP, "kg m⁴/s⁴", "square of what nodes have against it; then the part that is taken")
+    ]
 
 
 @pointwise
@@ -90,16 +103,16 @@ def _loss_slab(s, mapped, mean, taken, loss):
 
 
 @kernel()
-def damp_subcell_velocities(n, mapped, reached, scratch, loss):
+def damp_subcell_velocities(n, mapped, reached, motion, loss):
     """The velocities against the mean that contact takes from the nodes of n slabs [m/s], into loss, shape (n, 3).
 
     Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: velocity increments by contact [m/s], and
     momentum [kg m/s] and mass [kg] as the nodes of the membrane gave them last. As Σ_K m_K N_I (v_K - p_I/m_I) = 0, momentum
     stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). reached: the nodes of the grid that those of the
-    membrane reach, shape (m,); scratch: room of shape (2, nodes of the grid).
+    membrane reach, shape (m,); motion: a bundle of `SubcellMotion`.
     """
     contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
-    mean, fluctuation = scratch[0], scratch[1]
+    mean, fluctuation = motion.mean, motion.fluctuation
     chunks = (len(reached) + CHUNK - 1) // CHUNK
     parallel_for(_mean_chunk, chunks, reached, contact, momentum, mass, mean, fluctuation)
     parallel_by_colour(_measure_slab, n, mapped.slabs.across, mapped, mean, fluctuation)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_fields import allocate, with_memory
 from pellucid.grid.supports import Supports
 from pellucid.grid.velocity_field import VelocityField
 
@@ -29,26 +30,27 @@ class NodalActions:
 
     def __init__(self, field: VelocityField, n_loads: int) -> None:
         self.field = field
-        self._loads, self._absorption = np.zeros((n_loads, 0, 3)), np.zeros((0, 3))
-        self._driven = DrivenNodes(*(np.zeros((0, 3)) for _ in range(3)))
+        self._external = allocate(ExternalAction, 0, n_loads)
 
     def take_loads(self) -> None:
         """Let the bodies of the field take external forces; those with their own nodes keep these themselves."""
-        if self.field.moves_points and not self._loads.shape[1]:
-            self._loads = np.zeros((len(self._loads), self.field.grid.n_nodes, 3))
+        if self.field.moves_points:
+            self._ask("loads")
 
     def absorption(self) -> np.ndarray:
         """Rates at which absorbing faces take momentum [1/s], shape (n, 3), to which a condition adds its own."""
-        if not len(self._absorption):
-            self._absorption = np.zeros((self.field.grid.n_nodes, 3))
-        return self._absorption
+        return self._ask("absorption", "absorbed").absorption
 
     def driven(self) -> DrivenNodes:
         """What driven points bring to the nodes, to which a condition adds that of its own in each step."""
-        if not len(self._driven.mass):
-            self._driven = DrivenNodes(*(np.zeros((self.field.grid.n_nodes, 3)) for _ in range(3)))
-        return self._driven
+        external = self._ask("driven_mass", "driven_momentum", "impulse")
+        return DrivenNodes(external.driven_mass, external.driven_momentum, external.impulse)
 
     def external(self) -> ExternalAction:
         """All that was asked for, as the momentum equation takes it."""
-        return ExternalAction(self._loads, self._absorption, np.zeros_like(self._absorption), *self._driven)
+        return self._external
+
+    def _ask(self, *names: str) -> ExternalAction:
+        """Have memory for these fields, which are zero at first."""
+        self._external = with_memory(self._external, self.field.grid.n_nodes, *names)
+        return self._external

@@ -25,7 +25,9 @@ import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.grid.cell_integrals import AxisIntegrals, axis_integrals
+from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Grid, Lattice
+from pellucid.grid.nodal_fields import STEP, allocate
 from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
@@ -81,7 +83,7 @@ def _take_shift_slab(s, mapped, found, energy, dt):
 
 
 @kernel()
-def take_shift(n, mapped, found, energy, dt):
+def apply_volume_correction(n, mapped, found, energy, dt):
     """Take the work of each point's pressure on what its volume lacks of growth over the step dt [s] from its specific energy
     [J/kg], shape (points,); found: as `FullCells` has it. GAINED of the sums: what they gained [J]."""
     parallel_for(_take_shift_slab, n, mapped, found, energy, dt)
@@ -275,7 +277,7 @@ class Filling(Protocol):
     @property
     def nodal_forces(self) -> np.ndarray: ...
     def share_cells(self, cells: FullCells) -> None: ...
-    def take_shift(self, dt: float) -> None: ...
+    def apply_volume_correction(self, dt: float) -> None: ...
 
 
 class CellPressure:
@@ -283,7 +285,8 @@ class CellPressure:
 
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
-        self.cells = FullCells(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n, np.bool_))
+        self.cells = allocate(FullCells, n)
+        self._clear = Clearing(STEP, self.cells)
         x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
         self._grid = Bundle(CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, grid.cell_volume))
         self._chunks = -(-grid.lattice.counts[grid.lattice.slab_axis] // LAYERS)
@@ -293,8 +296,7 @@ class CellPressure:
 
     def clear(self) -> None:
         """Forget the step before."""
-        self.cells.sums.fill(0.0)
-        self.cells.found.fill(0.0)
+        self._clear()
 
     def find_pressures(self) -> None:
         """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
@@ -312,4 +314,4 @@ class CellPressure:
         np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])
         for body in self._bodies:
-            body.take_shift(dt)
+            body.apply_volume_correction(dt)

@@ -1,11 +1,11 @@
 """The Eulerian grid: the places of its nodes, and the nodal arrays of one velocity field."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.grid.model import GridCase
-from pellucid.jit.kernels import LINE
+from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
 PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
 LARGEST_STENCIL = 4
@@ -24,33 +24,34 @@ class Lattice(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodal arrays of one velocity field; n nodes."""
+    """Nodal arrays of one velocity field; n nodes. A number of rows that no view shows has no meaning."""
 
-    inertia: np.ndarray  # (4 n,) rows of momentum x, y, z and mass, as points give them to the nodes
-    forces: np.ndarray  # (4 n,) rows of internal force x, y, z and nothing
-    velocities: np.ndarray  # (4 n,) rows of `velocity` and a number without meaning,
-    increments: np.ndarray  # (4 n,) of `velocity_increment` and `increment_energy`,
-    strain_velocities: np.ndarray  # (4 n,) of `strain_velocity` and
-    mean_velocities: np.ndarray  # (4 n,) `mean_velocity`, each with a number without meaning
-    mass: np.ndarray  # (n,) [kg]; this and the next seven are views of the rows
-    momentum: np.ndarray  # (n, 3) mapped from the points [kg m/s]
-    force: np.ndarray  # (n, 3) internal force [N]
-    velocity: np.ndarray  # (n, 3) at the end of the step; it moves the points [m/s]
-    velocity_increment: np.ndarray  # (n, 3) over the step [m/s]; of a body with its own nodes, by contact alone
-    strain_velocity: np.ndarray  # (n, 3) velocity whose gradient strains the points [m/s]
-    mean_velocity: np.ndarray  # (n, 3) along which forces do work over the step [m/s]
-    increment_energy: np.ndarray  # (n,) half the square of the velocity increment [J/kg]
-    has_mass: np.ndarray  # (n,) of nodes that move points: 0 where there was none when the momentum was advanced last; the
-    # rows of velocities and increments are zero there
-    constrained: np.ndarray  # (n, 3) 0 where free, else 1 + the number of the support that constrains this direction
-
-
-def aligned_rows(n: int) -> np.ndarray:
-    """Rows of zeros, shape (n, 4), two to a line of the cache: a row that lies in two lines takes longer to add to."""
-    row = 4 * np.dtype(float).itemsize
-    memory = np.zeros(n * row + LINE, np.uint8)
-    start = -memory.ctypes.data % LINE
-    return memory[start : start + n * row].view(float).reshape(n, 4)
+    inertia: Annotated[np.ndarray, rows(SUM, STEP, "kg m/s, kg", "momentum and mass of the points")]
+    forces: Annotated[np.ndarray, rows(SUM, STEP, "N", "internal forces of the points")]
+    velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "at the end of the step")]
+    increments: Annotated[np.ndarray, rows(FOUND, RUN, "m/s, J/kg", "of velocities and of what they are worth")]
+    strain_velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "that strain the points")]
+    mean_velocities: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "before and after the step")]
+    mass: Annotated[np.ndarray, View("inertia", 3, "kg", "lumped mass $m_I$")]
+    momentum: Annotated[np.ndarray, View("inertia", VECTOR, "kg m/s", "$\\mathbf p_I$, mapped from the points", REMAP)]
+    force: Annotated[np.ndarray, View("forces", VECTOR, "N", "internal force $\\mathbf f_I$")]
+    velocity: Annotated[np.ndarray, View("velocities", VECTOR, "m/s", "it moves the points")]
+    velocity_increment: Annotated[
+        np.ndarray, View("increments", VECTOR, "m/s", "over the step; of a body with its own nodes, by contact alone")
+    ]
+    strain_velocity: Annotated[np.ndarray, View("strain_velocities", VECTOR, "m/s", "its gradient strains the points")]
+    mean_velocity: Annotated[np.ndarray, View("mean_velocities", VECTOR, "m/s", "along which forces do work over the step")]
+    increment_energy: Annotated[np.ndarray, View("increments", 3, "J/kg", "half the square of the velocity increment")]
+    has_mass: Annotated[
+        np.ndarray,
+        NodalField(
+            1, FOUND, RUN, "", "of nodes that move points: 0 where there was no mass when momentum was advanced last", np.uint8
+        ),
+    ]  # the rows of velocities and increments are zero there
+    constrained: Annotated[
+        np.ndarray,
+        NodalField(3, FOUND, RUN, "", "0 where free, else 1 + the number of the support along this axis", np.int16),
+    ]
 
 
 class Grid:
@@ -81,25 +82,7 @@ class Grid:
         self.cell_volume = case.cell ** (3 - sum(thin)) * self.slice_thickness ** sum(thin)
         self.volume = self.cell_volume * float(np.prod(counts))
         """Of the cells [m³], those of the slice where axes are thin."""
-        inertia, forces, velocities, increments, strain_velocities, mean_velocities = (aligned_rows(n) for _ in range(6))
-        self.nodes = Nodes(
-            inertia=inertia.reshape(-1),
-            forces=forces.reshape(-1),
-            velocities=velocities.reshape(-1),
-            increments=increments.reshape(-1),
-            strain_velocities=strain_velocities.reshape(-1),
-            mean_velocities=mean_velocities.reshape(-1),
-            mass=inertia[:, 3],
-            momentum=inertia[:, :3],
-            force=forces[:, :3],
-            velocity=velocities[:, :3],
-            velocity_increment=increments[:, :3],
-            strain_velocity=strain_velocities[:, :3],
-            mean_velocity=mean_velocities[:, :3],
-            increment_energy=increments[:, 3],
-            has_mass=np.zeros(n, np.uint8),
-            constrained=np.zeros((n, 3), np.int16),
-        )
+        self.nodes = allocate(Nodes, n)
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

@@ -3,20 +3,20 @@
 Most nodes are free, and nothing acts on them beside internal forces and gravity: these go by rows, a vector for each node.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import CHUNK
+from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField
 from pellucid.grid.supports import Supports, is_beside, leaves, rub
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import LANES, load, nothing, row, store
 
-FIRM = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
-NO_FORCES = np.zeros((0, 4))
-NOTHING = 1e-290  # kg; no point reaches a node below this
+FULL_DRIVE_FRACTION = 0.05  # share of driven points in the mass of a node from which it wholly follows their motion
+MASS_EPS = 1e-290  # kg; no point reaches a node below this
 
 
 class ExternalAction(NamedTuple):
@@ -24,17 +24,19 @@ class ExternalAction(NamedTuple):
 
     Conditions ask for them: see `pellucid.grid.actions`.
 
-    Prescribed motions constrain the nodes that driven points reach: wholly where these give a node a share FIRM of its mass,
-    below that in proportion to the share. A constraint that was complete as soon as the function of a driven point reaches a
-    node would give an impulse at every cell that a body crosses; one in proportion throughout would yield to a lasting force.
+    Prescribed motions constrain the nodes that driven points reach: wholly where these give a node a share FULL_DRIVE_FRACTION
+    of its mass, below that in proportion to the share. A constraint that was complete as soon as the function of a driven
+    point reaches a node would give an impulse at every cell that a body crosses; one in proportion throughout would yield to a
+    lasting force.
     """
 
-    loads: np.ndarray  # (channels, n, 3) external forces [N], those of each channel apart
-    absorption: np.ndarray  # (n, 3) rate at which an absorbing face takes momentum [1/s]
-    absorbed: np.ndarray  # (n, 3) impulse of absorbing faces over the step [N s]
-    driven_mass: np.ndarray  # (n, 3) mass of driven points [kg]
-    driven_momentum: np.ndarray  # (n, 3) their momentum with the prescribed velocity [kg m/s]
-    impulse: np.ndarray  # (n, 3) impulse of prescribed motions on unit driven mass over the step [m/s]
+    loads: Annotated[np.ndarray, NodalField(3, SUM, STEP, "N", "external forces, an array for each channel", several=True)]
+    absorption: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "1/s", "rate at which an absorbing face takes momentum")]
+    absorbed: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "impulse of absorbing faces over the step")]
+    driven_mass: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg", "mass of driven points")]
+    driven_momentum: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "theirs with the prescribed velocity")]
+    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "m/s", "of prescribed motions on unit driven mass over the step")]
+    drag_momentum: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m/s", "that drags took of points before the step")]
 
 
 class AdvancedNodes(NamedTuple):
@@ -44,15 +46,15 @@ class AdvancedNodes(NamedTuple):
     supports: Supports
     gravity: np.ndarray  # (3,) what acts of it [m/s²]
     external: ExternalAction
-    load: np.ndarray  # (n, 3) the sum of the external forces [N]; no rows where there are none
-    apart: np.ndarray  # (4 n,) rows of internal forces of the bodies that keep heat [N]; empty where these are with all others
+    load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "the sum of the external forces, where there are any")]
+    separate_forces: np.ndarray  # see `FieldNodes`
     work: np.ndarray  # (rows, ...) works as `pellucid.energy` lays them out, a row for each chunk
 
 
 @pointwise
-def following(external, I, d, m):
+def driven_fraction(external, I, d, m):
     """How far node I of mass m [kg] follows the driven points that reach it, 0 to 1."""
-    return min(1.0, external.driven_mass[I, d] / (FIRM * m))
+    return min(1.0, external.driven_mass[I, d] / (FULL_DRIVE_FRACTION * m))
 
 
 @pointwise
@@ -68,15 +70,15 @@ def is_driven(external, I, d):
 
 
 @pointwise
-def led(external, I, d, m, v):
+def apply_prescribed_velocity(external, I, d, m, v):
     """What driven points that reach node I of mass m [kg] make of its velocity v along d [m/s]."""
-    if is_driven(external, I, d) and m >= NOTHING:
-        v += following(external, I, d, m) * (driven_velocity(external, I, d) - v)
+    if is_driven(external, I, d) and m >= MASS_EPS:
+        v += driven_fraction(external, I, d, m) * (driven_velocity(external, I, d) - v)
     return v
 
 
 @pointwise
-def slowed(external, I, d, dt, old, new):
+def apply_absorption(external, I, d, dt, old, new):
     """The new velocity of node I along d with absorption by the mean velocity over the step: stable for any step."""
     half = 0.5 * dt * external.absorption[I, d]
     return (new - half * old) / (1.0 + half)
@@ -89,7 +91,7 @@ def is_zero(vectors, I):
 
 
 @pointwise
-def is_unled(nodes, external, I):
+def is_unconstrained(nodes, external, I):
     """Whether neither supports nor driven points lead node I."""
     return is_zero(nodes.constrained, I) and (len(external.driven_mass) == 0 or is_zero(external.driven_mass, I))
 
@@ -124,7 +126,7 @@ def meet_wall(field, I, d, m, v, gained):
     """
     nodes, walls = field.nodes, field.supports.walls
     s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
-    if leaves(field.supports, s, I, d, led(field.external, I, d, m, v + gained)):
+    if leaves(field.supports, s, I, d, apply_prescribed_velocity(field.external, I, d, m, v + gained)):
         nodes.constrained[I, d] = 0
         return 0, False
     nodes.constrained[I, d] = s
@@ -146,16 +148,16 @@ def advance_chunk(chunk, field, dt, small, flip):
     velocity_increment, strain_velocity, constrained = nodes.velocity_increment, nodes.strain_velocity, nodes.constrained
     acts, total_load = what_acts(field), field.load
     loaded, absorbing, driven = acts
-    fall = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
+    gravity_increment = row(dt * gravity[0], dt * gravity[1], dt * gravity[2], 0.0)
     pushed = lost = rubbed = 0.0
     yields = len(field.supports.walls.held) > 0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m = mass[I]
-        if m < NOTHING:
+        if m < MASS_EPS:
             if nodes.has_mass[I]:
                 nodes.has_mass[I] = 0
-                zero = nothing(fall)
+                zero = nothing(gravity_increment)
                 store(nodes.velocities, 4 * I, zero)
                 store(nodes.increments, 4 * I, zero)
                 store(nodes.strain_velocities, 4 * I, zero)
@@ -166,14 +168,14 @@ def advance_chunk(chunk, field, dt, small, flip):
             if driven:
                 external.impulse[I, 0] = external.impulse[I, 1] = external.impulse[I, 2] = 0.0
             before = over_m * load(nodes.inertia, 4 * I)
-            falling = before + fall
-            after = falling + (dt * over_m) * load(nodes.forces, 4 * I)
+            with_gravity = before + gravity_increment
+            after = with_gravity + (dt * over_m) * load(nodes.forces, 4 * I)
             store(nodes.velocities, 4 * I, after)
             store(nodes.increments, 4 * I, after - before)
             if m > small:
                 store(nodes.strain_velocities, 4 * I, after)
             else:
-                store(nodes.strain_velocities, 4 * I, falling)
+                store(nodes.strain_velocities, 4 * I, with_gravity)
             continue
         for d in range(3):
             mapped = momentum[I, d] * over_m
@@ -186,15 +188,17 @@ def advance_chunk(chunk, field, dt, small, flip):
             # a wall's nodes have its velocity before the step too: then points beside a wall keep their velocity, as they do
             # beside their mirror image; points in a clamp take the velocity of the clamp
             v = walls[s - 1, d] if mirrored else mapped
-            light = v + dt * gravity[d]
-            new = light + dt * (force[I, d] + external_force) * over_m
+            velocity_without_force = v + dt * gravity[d]
+            new = velocity_without_force + dt * (force[I, d] + external_force) * over_m
             if absorbing and s == 0:
-                freely, new, light = new, slowed(external, I, d, dt, v, new), slowed(external, I, d, dt, v, light)
+                freely, new = new, apply_absorption(external, I, d, dt, v, new)
+                velocity_without_force = apply_absorption(external, I, d, dt, v, velocity_without_force)
                 external.absorbed[I, d] = m * (new - freely)
             if driven and s == 0:
                 external.impulse[I, d] = 0.0
                 if is_driven(external, I, d):
-                    freely, new, light = new, led(external, I, d, m, new), led(external, I, d, m, light)
+                    freely, new = new, apply_prescribed_velocity(external, I, d, m, new)
+                    velocity_without_force = apply_prescribed_velocity(external, I, d, m, velocity_without_force)
                     external.impulse[I, d] = m * (new - freely) / external.driven_mass[I, d]
             if s > 0:
                 wall = walls[s - 1, d]
@@ -213,7 +217,7 @@ def advance_chunk(chunk, field, dt, small, flip):
             velocity[I, d] = new
             # f/m of a node that hardly any mass reaches has no bound. Points feel it in proportion to their weight, which
             # bounds it by f over their own mass and keeps momentum; gradients do not, so it must not strain them
-            strain_velocity[I, d] = new if m > small or s > 0 else light
+            strain_velocity[I, d] = new if m > small or s > 0 else velocity_without_force
         if yields:
             slides = may_slide(field, I, 0), may_slide(field, I, 1), may_slide(field, I, 2)
             rubbed += rub(nodes, field.supports, slides, I, m, small, work[chunk], first)
@@ -235,8 +239,8 @@ def sum_loads_chunk(chunk, field):
 
 
 @kernel(inner=True)
-def add_apart_chunk(chunk, field):
-    """Add the internal forces that were kept apart to those on the nodes of a chunk."""
-    forces, apart = field.nodes.forces, field.apart
-    for k in range(4 * CHUNK * chunk, min(4 * CHUNK * (chunk + 1), len(apart)), LANES):
-        store(forces, k, load(forces, k) + load(apart, k))
+def add_separate_forces_chunk(chunk, field):
+    """Add the separate internal forces to the others on the nodes of a chunk."""
+    forces, separate = field.nodes.forces, field.separate_forces
+    for k in range(4 * CHUNK * chunk, min(4 * CHUNK * (chunk + 1), len(separate)), LANES):
+        store(forces, k, load(forces, k) + load(separate, k))

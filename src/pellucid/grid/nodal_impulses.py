@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.momentum import FIRM, NOTHING, ExternalAction
+from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS, ExternalAction
 
 
 def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray) -> np.ndarray:
@@ -12,9 +12,9 @@ def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray) ->
     Constrained directions, those wholly led by driven points, and nodes without mass take nothing.
     """
     mass = nodes.mass[:, None]
-    free = (mass >= NOTHING) & (nodes.constrained == 0)
+    free = (mass >= MASS_EPS) & (nodes.constrained == 0)
     if len(external.driven_mass):
-        free &= external.driven_mass < FIRM * mass
+        free &= external.driven_mass < FULL_DRIVE_FRACTION * mass
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(free, impulse / mass, 0.0)
     strained = np.where(nodes.strain_velocity == nodes.velocity, change, 0.0)  # else a light node, which must not strain points

@@ -6,13 +6,16 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import ALL, chunks_of
-from pellucid.grid.momentum import NO_FORCES, NOTHING, AdvancedNodes, ExternalAction
+from pellucid.grid.listed import ALL, NodeFlags, chunks_of
+from pellucid.grid.momentum import MASS_EPS, AdvancedNodes, ExternalAction
+from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of
 from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
 from pellucid.grid.nodal_works import NOWHERE
 from pellucid.grid.supports import Supports
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
+
+NO_SEPARATE_FORCES = np.zeros(0)
 
 
 class NodalMomentum:
@@ -30,7 +33,7 @@ class NodalMomentum:
         small_mass: float,
         flip: float,
         external: ExternalAction,
-        apart: np.ndarray = NO_FORCES,
+        separate_forces: np.ndarray = NO_SEPARATE_FORCES,
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
@@ -43,10 +46,10 @@ class NodalMomentum:
         rows = 2 * self._chunks  # of all nodes, and of those that are listed
         self._sums = np.zeros((rows, row_length(self._columns, len(supports.velocity) + 1)))
         self._lags = np.zeros((rows, 1))
-        load = np.zeros((external.loads.shape[1] if len(external.loads) else 0, 3))
+        load = fields_of(AdvancedNodes)["load"].allocate(external.loads.shape[1] if len(external.loads) else 0)
         self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
         self._gravity = self._full_gravity.copy()
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, apart.reshape(-1), self._sums))
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, separate_forces, self._sums))
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act."""
@@ -55,7 +58,7 @@ class NodalMomentum:
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
         """Let the nodes of these lists, and no others, await impulses in this step after their momentum is advanced."""
         if not len(self._awaiting):
-            self._awaiting = np.zeros(len(self._bundle.nodes.mass), np.uint8)
+            self._awaiting = fields_of(NodeFlags)["awaiting"].allocate(len(self._bundle.nodes.mass))
         self._awaiting[self._list] = 0
         lists = [ALL]
         for node in nodes:
@@ -102,18 +105,18 @@ class NodalMomentum:
             sum_strain_lag(chunks_of(len(self._list)), self._chunks, self._list, NOWHERE, *how)
         return float(ordered_sum(self._lags)[0])
 
-    def slowed_work(self, momentum: np.ndarray, dt: float) -> float:
+    def drag_work(self, momentum: np.ndarray, dt: float) -> float:
         """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
         its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
         nodes = self._bundle.nodes
-        moves = (nodes.mass[:, None] >= NOTHING) & (nodes.constrained == 0)
+        moves = (nodes.mass[:, None] >= MASS_EPS) & (nodes.constrained == 0)
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return self.half_work(slice(None), slower, dt)
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
         """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
-        nodes, apart = self._bundle.nodes, self._bundle.apart.reshape(-1, 4)[:, :3]
-        force = nodes.force[node] - apart[node] if len(apart) else nodes.force[node]
+        nodes, separate = self._bundle.nodes, self._bundle.separate_forces.reshape(-1, ROW)[:, VECTOR]
+        force = nodes.force[node] - separate[node] if len(separate) else nodes.force[node]
         return 0.5 * dt * float(np.sum(force * increment))
 
     def impulse_velocity(self) -> np.ndarray:
@@ -122,8 +125,8 @@ class NodalMomentum:
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
         if not len(driven):
             return np.asarray(nodes.mean_velocity)
-        led = (driven > 0.0) & (nodes.constrained == 0)
-        return np.where(led, nodes.velocity - 0.5 * nodes.velocity_increment, nodes.mean_velocity)
+        moved = (driven > 0.0) & (nodes.constrained == 0)
+        return np.where(moved, nodes.velocity - 0.5 * nodes.velocity_increment, nodes.mean_velocity)
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`.

@@ -3,7 +3,7 @@
 node: a list of nodes, or `ALL` of them; awaiting: flags of the nodes that await impulses of contact, or `NOWHERE`.
 """
 
-from pellucid.grid.momentum import add_apart_chunk, advance_chunk, sum_loads_chunk
+from pellucid.grid.momentum import add_separate_forces_chunk, advance_chunk, sum_loads_chunk
 from pellucid.grid.nodal_works import count_works_chunk, sum_strain_lag_chunk
 from pellucid.grid.projection import project_chunk
 from pellucid.jit import kernel
@@ -20,8 +20,8 @@ def _advance_chunk(chunk, field, dt, small, flip, counted, node, awaiting):
 @kernel()
 def advance(chunks, field, dt, small, flip, counted, node, awaiting):
     """The momentum equation of all nodes; where `counted`, their works too, while the nodes are at hand."""
-    if len(field.apart) > 0:
-        parallel_for(add_apart_chunk, chunks, field)
+    if len(field.separate_forces) > 0:
+        parallel_for(add_separate_forces_chunk, chunks, field)
     if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
         parallel_for(sum_loads_chunk, chunks, field)
     parallel_for(_advance_chunk, chunks, field, dt, small, flip, counted, node, awaiting)

@@ -9,11 +9,11 @@ import numpy as np
 from pellucid.energy import ABSORBED, FIRST_LOAD, FRICTION, GRAVITY, IMPACT, INTERNAL, MOTION
 from pellucid.grid.listed import CHUNK, end_of, listed
 from pellucid.grid.momentum import (
+    apply_prescribed_velocity,
+    driven_fraction,
     driven_velocity,
-    following,
     is_driven,
-    is_unled,
-    led,
+    is_unconstrained,
     moves_freely,
     what_acts,
 )
@@ -41,10 +41,10 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
     of_rows = numbers(LANES)
     of_velocity, of_mass = row(1.0, 1.0, 1.0, 0.0), row(0.0, 0.0, 0.0, 1.0)
     power, momentum = nothing(of_velocity), nothing(of_velocity)
-    internal = fall = sum_of_masses = absorbed = moved = lost = 0.0
+    internal = gravity_work = sum_of_masses = absorbed = moved = lost = 0.0
     columns = FIRST_LOAD + len(external.loads)
     others = columns + 1 + 3 * len(field.supports.velocity)
-    for e in range(CHUNK * chunk, end_of(chunk, node, mass)):
+    for e in range(CHUNK * chunk, end_of(chunk, node, len(mass))):
         I = listed(node, e)
         if nodes.has_mass[I] == 0 or _awaits(awaiting, I):
             continue
@@ -74,7 +74,7 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
                 mean = mean_of_gravity = field.supports.velocity[s - 1, d]
             elif is_driven(external, I, d):
                 given, goal = external.impulse[I, d] * external.driven_mass[I, d], driven_velocity(external, I, d)
-                follow = following(external, I, d, m)
+                follow = driven_fraction(external, I, d, m)
                 other = dt * (force[I, d] + m * gravity[d] + external_force)
                 moved += given * goal
                 lost += (given + follow * other) * (goal - mean)
@@ -84,7 +84,7 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
                 work[first + chunk, FRICTION] -= rubbing[I, d] * mean
             nodes.mean_velocity[I, d], nodes.momentum[I, d] = mean, 0.0
             internal += dt * force[I, d] * mean
-            fall += dt * m * gravity[d] * mean_of_gravity
+            gravity_work += dt * m * gravity[d] * mean_of_gravity
             if absorbing and external.absorbed[I, d] != 0.0:
                 absorbed -= external.absorbed[I, d] * mean
                 work[first + chunk, others + d] += external.absorbed[I, d]
@@ -95,9 +95,9 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
         nodes.increment_energy[I] = energy
     store(of_rows, 0, momentum)
     for d in range(3):
-        fall += dt * gravity[d] * of_rows[d]
+        gravity_work += dt * gravity[d] * of_rows[d]
     work[first + chunk, INTERNAL] = internal + dt * total(power)
-    work[first + chunk, GRAVITY] = fall
+    work[first + chunk, GRAVITY] = gravity_work
     work[first + chunk, ABSORBED] = absorbed
     work[first + chunk, MOTION] = moved
     work[first + chunk, IMPACT] += lost
@@ -107,26 +107,26 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
 @kernel(inner=True)
 def sum_strain_lag_chunk(chunk, first, node, awaiting, field, dt, small, sums):
     """See `NodalMomentum.strain_lag_work`: the same of a chunk, into its row of sums."""
-    nodes, external, work, several = field.nodes, field.external, 0.0, len(field.apart) > 0
+    nodes, external, work, several = field.nodes, field.external, 0.0, len(field.separate_forces) > 0
     power = row(0.0, 0.0, 0.0, 0.0)
-    for e in range(CHUNK * chunk, end_of(chunk, node, nodes.mass)):
+    for e in range(CHUNK * chunk, end_of(chunk, node, len(nodes.mass))):
         I = listed(node, e)
         if nodes.has_mass[I] == 0 or _awaits(awaiting, I):
             continue
         m = nodes.mass[I]
-        if m > small and is_unled(nodes, external, I):
+        if m > small and is_unconstrained(nodes, external, I):
             force_row = load(nodes.forces, 4 * I)
             if several:
-                force_row -= load(field.apart, 4 * I)
+                force_row -= load(field.separate_forces, 4 * I)
             power += force_row * (load(nodes.velocities, 4 * I) - load(nodes.strain_velocities, 4 * I))
             continue
         for d in range(3):
-            force = nodes.force[I, d] - field.apart[4 * I + d] if several else nodes.force[I, d]
+            force = nodes.force[I, d] - field.separate_forces[4 * I + d] if several else nodes.force[I, d]
             old = mean = nodes.mean_velocity[I, d]
             s = nodes.constrained[I, d]
             if m > small or s > 0:
                 old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
             if s == 0:  # as points were strained along it
-                old = led(external, I, d, m, old)
+                old = apply_prescribed_velocity(external, I, d, m, old)
             work += 0.5 * dt * force * (2.0 * mean - old - nodes.strain_velocity[I, d])
     sums[first + chunk, 0] = work + 0.5 * dt * total(power)

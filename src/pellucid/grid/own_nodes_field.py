@@ -40,7 +40,7 @@ class OwnNodesField(VelocityField):
         flip: float,
     ) -> None:
         """Set what constrains the nodes; gravity acts on those of the body."""
-        self.external = external
+        self._act(external)
         self._reached.constrain(supports, external)
 
     def share_gravity(self, share: float) -> None:

@@ -1,11 +1,12 @@
 """What the transfers need of a body of points, and how its points are shared out in slabs."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy import uintp
 
 from pellucid.grid.lattice import Lattice, Nodes
+from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField
 from pellucid.jit import generic, point_function, pointwise
 
 OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
@@ -105,9 +106,9 @@ class NoCells(NamedTuple):
 class FullCells(NamedTuple):
     """What `pellucid.grid.full_cells` knows of n cells, numbered as their first nodes are stored."""
 
-    sums: np.ndarray  # (n, 3) sums over the points of a cell: VOLUMES, PRESSURES, RATES
-    found: np.ndarray  # (n, 3) of a full cell PRESSURE, GROWTH and SHIFT; zeros of others
-    full: np.ndarray  # (n,) whether it is full
+    sums: Annotated[np.ndarray, NodalField(3, SUM, STEP, "m³, J, m³/s", "over the points of a cell: VOLUMES, PRESSURES, RATES")]
+    found: Annotated[np.ndarray, NodalField(3, FOUND, STEP, "Pa, 1/s, 1/s", "of a full cell: PRESSURE, GROWTH, SHIFT")]
+    full: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "whether the cell is full", np.bool_)]
 
 
 VOLUMES, PRESSURES, RATES = range(3)

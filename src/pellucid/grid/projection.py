@@ -1,7 +1,7 @@
 """Velocities of nodes from momentum that was mapped from the points, with what constrains and leads them."""
 
 from pellucid.grid.listed import CHUNK
-from pellucid.grid.momentum import NOTHING, is_unled, led
+from pellucid.grid.momentum import MASS_EPS, apply_prescribed_velocity, is_unconstrained
 from pellucid.grid.supports import meet_walls
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.vector import load, store
@@ -15,15 +15,15 @@ def constrained_velocity(nodes, supports, external, I, d, m, v):
         s = supports.walls.stuck[I, d]
     if s > 0:
         return supports.velocity[s - 1, d]
-    return led(external, I, d, m, v)
+    return apply_prescribed_velocity(external, I, d, m, v)
 
 
 @pointwise
 def project_node(nodes, supports, external, I):
     """p/m of the mapped momentum of node I, with what leads it, into `strain_velocity`."""
     m = nodes.mass[I]
-    over_m = 1.0 / m if m >= NOTHING else 0.0
-    if is_unled(nodes, external, I):
+    over_m = 1.0 / m if m >= MASS_EPS else 0.0
+    if is_unconstrained(nodes, external, I):
         store(nodes.strain_velocities, 4 * I, over_m * load(nodes.inertia, 4 * I))
     else:
         for d in range(3):
@@ -36,7 +36,7 @@ def _meet_chunk(chunk, field):
     """Let walls that open hold the nodes of a chunk that no step has moved yet, or let them go."""
     nodes = field.nodes
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
-        if nodes.has_mass[I] == 0 and nodes.mass[I] >= NOTHING:
+        if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:
             meet_walls(nodes, field.supports, I)
 
 
@@ -47,5 +47,5 @@ def project_chunk(chunk, field, advanced):
     if not advanced and len(field.supports.walls.held) > 0:
         _meet_chunk(chunk, field)
     for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
-        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= NOTHING):
+        if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= MASS_EPS):
             project_node(nodes, field.supports, field.external, I)

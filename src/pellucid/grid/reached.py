@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.grid.clearing import clear, clear_momentum
+from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import CHUNK, chunks_of
+from pellucid.grid.listed import CHUNK, NodeFlags, chunks_of
 from pellucid.grid.momentum import (
-    NO_FORCES,
-    NOTHING,
+    MASS_EPS,
     ExternalAction,
-    is_unled,
-    slowed,
+    apply_absorption,
+    is_unconstrained,
 )
+from pellucid.grid.nodal_fields import REMAP, STEP, fields_of
 from pellucid.grid.points import place_of
 from pellucid.grid.projection import constrained_velocity, project_node
 from pellucid.grid.stencil import node_at, stencil
@@ -86,16 +86,16 @@ def _advance_chunk(chunk, node, field, dt):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         I = node[e]
         m = nodes.mass[I]
-        over_m = 1.0 / m if m >= NOTHING else 0.0
+        over_m = 1.0 / m if m >= MASS_EPS else 0.0
         store(nodes.increments, 4 * I, splat(0.0))
-        if not absorbing and is_unled(nodes, external, I):
+        if not absorbing and is_unconstrained(nodes, external, I):
             store(nodes.velocities, 4 * I, over_m * load(nodes.inertia, 4 * I) + (dt * over_m) * load(nodes.forces, 4 * I))
             continue
         for d in range(3):
             old = nodes.momentum[I, d] * over_m
             new = old + dt * nodes.force[I, d] * over_m
             if absorbing:
-                new = slowed(external, I, d, dt, old, new)
+                new = apply_absorption(external, I, d, dt, old, new)
             nodes.velocity[I, d] = constrained_velocity(nodes, field.supports, external, I, d, m, new)
 
 
@@ -121,9 +121,9 @@ class ReachedNodes:
 
     def __init__(self, nodes: Nodes) -> None:
         words = len(nodes.mass) // WORD + 1
-        self._words = np.zeros(words, np.uint64)
-        self._flags, self._room = self._words.view(np.uint8), np.empty(WORD * words, np.int64)
-        self._all, self._nodes = nodes, Bundle(nodes)
+        self._flags = fields_of(NodeFlags)["reached"].allocate(WORD * words)
+        self._words, self._room = self._flags.view(np.uint64), np.empty(WORD * words, np.int64)
+        self._all, self._clear, self._clear_momentum = nodes, Clearing(STEP, nodes), Clearing(REMAP, nodes)
         self.node = self._room[:0]
 
     def constrain(self, supports: Supports, external: ExternalAction) -> None:
@@ -137,14 +137,14 @@ class ReachedNodes:
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
         """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3) or (0, 3), in
         place of those before."""
-        clear(self._chunks, self._nodes, NO_FORCES, self.node)
+        self._clear(self.node)
         self._words.fill(0)
         _scatter(n, mapped, force, 1.0, self._flags)
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
         """Momentum alone, in place of that before, after the velocities of the points changed and not their places."""
-        clear_momentum(self._chunks, self._nodes, self.node)
+        self._clear_momentum(self.node)
         _scatter(n, mapped, NO_FORCE, 0.0, self._flags)
 
     def advance(self, dt: float) -> None:

@@ -9,10 +9,11 @@ A wall that opens lets a node go whose velocity, with all forces, leads away fro
 """
 
 from math import sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from pellucid.grid.nodal_fields import FOUND, MIN, RUN, STEP, NodalField
 from pellucid.jit import pointwise
 
 
@@ -22,10 +23,15 @@ class YieldingWalls(NamedTuple):
     friction: np.ndarray  # (supports,) coefficient, 0 where a support does not rub, infinite where nothing slides
     opens: np.ndarray  # (supports,) 1 where it lets go what moves away
     inward: np.ndarray  # (supports,) 1 or -1, the direction from the wall into the grid along its axis
-    held: np.ndarray  # (n, 3) as `Nodes.constrained`, but by such walls alone and whether or not these let the node go
-    stuck: np.ndarray  # (n, 3) 0 or 1 + the number of the support on which the node did not slide in this direction
-    gap: np.ndarray  # (n, 3) distance of bodies from walls that open, less what counts as none [m]; no rows where none opens
-    impulse: np.ndarray  # (n, 3) of the walls over the step [N s]: along held axes what holds, along others friction
+    held: Annotated[
+        np.ndarray, NodalField(3, FOUND, RUN, "", "as `constrained`, by such walls alone, those included that let go", np.int16)
+    ]
+    stuck: Annotated[
+        np.ndarray,
+        NodalField(3, FOUND, RUN, "", "0, or 1 + the number of the support on which it did not slide", np.int16),
+    ]
+    gap: Annotated[np.ndarray, NodalField(3, MIN, STEP, "m", "distance of bodies from walls that open")]
+    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "of walls over the step; along them friction")]
 
 
 def no_walls() -> YieldingWalls:

@@ -1,18 +1,29 @@
 """A velocity field: the nodes of the grid that some bodies share, and their momentum."""
 
 from collections.abc import Iterable, Mapping
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.energy import StepWork
-from pellucid.grid.clearing import clear
-from pellucid.grid.lattice import Grid, aligned_rows
-from pellucid.grid.listed import ALL, chunks_of
-from pellucid.grid.momentum import NO_FORCES, ExternalAction
+from pellucid.grid.clearing import Clearing
+from pellucid.grid.lattice import Grid
+from pellucid.grid.momentum import ExternalAction
+from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField, allocate, rows, with_memory
 from pellucid.grid.nodal_impulses import add_impulses
 from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.supports import Supports
-from pellucid.jit.bundle import Bundle
+
+
+class FieldNodes(NamedTuple):
+    """Nodal arrays that a velocity field may have beside `Nodes`; without rows where nobody asked for them."""
+
+    separate_forces: Annotated[
+        np.ndarray, rows(SUM, STEP, "N", "internal forces of bodies that keep heat, until momentum is advanced")
+    ]
+    second_increment: Annotated[
+        np.ndarray, NodalField(3, FOUND, RUN, "m/s", "of velocities by contact, after momentum was mapped again")
+    ]
 
 
 class VelocityField:
@@ -27,25 +38,27 @@ class VelocityField:
 
     def __init__(self, name: str, grid: Grid) -> None:
         self.name, self.grid = name, grid
-        self._nodes, self._chunks = Bundle(grid.nodes), chunks_of(grid.n_nodes)
-        self._apart = self._slowed = NO_FORCES
+        self._own = allocate(FieldNodes, 0)
+        self._clear_nodes = Clearing(STEP, grid.nodes)
         self.pressed = False
         """Whether contact gave its nodes impulses in this step."""
-        self.second_increment = np.zeros((0, 3))
-        """Of velocities by contact after momentum was mapped again [m/s], shape (nodes, 3); no rows without contact."""
         self._second_nodes: list[np.ndarray] = []
+
+    @property
+    def second_increment(self) -> np.ndarray:
+        """See `FieldNodes`, shape (nodes, 3); no rows without contact."""
+        return self._own.second_increment
 
     @property
     def reached(self) -> np.ndarray | None:
         """The nodes that may have mass, in order, shape (m,); None where any may."""
         return None
 
-    def forces_apart(self) -> np.ndarray:
-        """Rows of internal forces [N], shape (nodes, 4), that are kept apart until the momentum is advanced: of bodies that
-        keep heat, beside others that do not."""
-        if not len(self._apart):
-            self._apart = aligned_rows(self.grid.n_nodes)
-        return self._apart
+    def separate_forces(self) -> np.ndarray:
+        """A buffer for the internal forces of bodies that keep heat beside others that do not; see `FieldNodes`."""
+        self._own = with_memory(self._own, self.grid.n_nodes, "separate_forces")
+        self._clear_nodes = Clearing(STEP, self.grid.nodes, self._own)
+        return self._own.separate_forces
 
     def set_actions(
         self,
@@ -56,8 +69,13 @@ class VelocityField:
         flip: float,
     ) -> None:
         """Set what acts on the nodes; see `NodalMomentum`."""
-        self.external, self._walls = external, supports.walls
-        self._momentum = NodalMomentum(self.grid.nodes, supports, gravity, small_mass, flip, external, self._apart)
+        self._act(external)
+        self._walls = supports.walls
+        forces = self._own.separate_forces
+        self._momentum = NodalMomentum(self.grid.nodes, supports, gravity, small_mass, flip, external, forces)
+
+    def _act(self, external: ExternalAction) -> None:
+        self.external, self._clear_external = external, Clearing(STEP, external)
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act on the nodes."""
@@ -65,22 +83,22 @@ class VelocityField:
 
     def clear(self) -> None:
         """Before points give the nodes mass, momentum and forces: those of the step before are gone."""
-        clear(self._chunks, self._nodes, self._apart, ALL)
+        self._clear_nodes()
 
     def clear_external(self) -> None:
         """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
-        for array in (self.external.loads, self.external.driven_mass, self.external.driven_momentum, self._slowed):
-            array.fill(0.0)
+        self._clear_external()
 
-    def slow(self, momentum: np.ndarray) -> None:
+    def add_drag(self, momentum: np.ndarray) -> None:
         """Before a step: a drag takes this momentum of points that they would give to the nodes [kg m/s], shape (n, 3)."""
-        if not len(self._slowed):
-            self._slowed = np.zeros((self.grid.n_nodes, 3))
-        self._slowed += momentum
+        if not len(self.external.drag_momentum):
+            self._act(with_memory(self.external, self.grid.n_nodes, "drag_momentum"))
+        self.external.drag_momentum[:] += momentum
 
-    def slowed_work(self, dt: float) -> float:
-        """See `NodalMomentum.slowed_work`."""
-        return self._momentum.slowed_work(self._slowed, dt) if len(self._slowed) else 0.0
+    def drag_work(self, dt: float) -> float:
+        """See `NodalMomentum.drag_work`."""
+        taken = self.external.drag_momentum
+        return self._momentum.drag_work(taken, dt) if len(taken) else 0.0
 
     @property
     def may_be_let_go(self) -> bool:
@@ -143,8 +161,7 @@ class VelocityField:
         """Before contact gives its second increments in a step: those of the step before, and the impulses that prescribed
         motions have taken by now, are gone."""
         self.external.impulse.fill(0.0)
-        if not len(self.second_increment):
-            self.second_increment = np.zeros((self.grid.n_nodes, 3))
+        self._own = with_memory(self._own, self.grid.n_nodes, "second_increment")
         for node in self._second_nodes:
             self.second_increment[node] = 0.0
         self._second_nodes = []

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from pellucid.materials.law import AT_REST, SQUEEZED, Law, diffusivity, signal_speed
+from pellucid.materials.law import SQUEEZED, ZERO_GRADIENT, Law, diffusivity, signal_speed
 from pellucid.materials.point_state import PointState
 from pellucid.materials.trial import RATE_FORM, Operation, try_material
 from pellucid.model import Model, parameter
@@ -68,7 +68,7 @@ class PointMaterial(BodyMaterial):
     def signals(self, length: float) -> tuple[float, float]:
         """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
         law = self.law()
-        return signal_speed(law, self.initial_state(), self.density, AT_REST, length), diffusivity(law, self.density)
+        return signal_speed(law, self.initial_state(), self.density, ZERO_GRADIENT, length), diffusivity(law, self.density)
 
     def signals_compressed(self, length: float) -> float:
         """Speed of signals [m/s] at the start where it is compressed ever so little: with the linear artificial viscosity."""

@@ -18,7 +18,7 @@ from pellucid.jit import generic, point_function
 from pellucid.materials.point_state import PointState
 from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
-AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+ZERO_GRADIENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 SQUEEZED = (-1e-300, 0.0, 0.0, 0.0, -1e-300, 0.0, 0.0, 0.0, -1e-300)
 """Velocity gradients [1/s]: none, and one of which only the sign counts."""
 

@@ -1,16 +1,15 @@
 """A law tried once, at rest and in plain Python: what a user's material lacks is told before any kernel is compiled."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.jit import implementations
 from pellucid.materials.law import (
-    AT_REST,
     DEFAULTS,
-    Law,
+    ZERO_GRADIENT,
     artificial_heating,
     diffusivity,
     dissipated_energy,
@@ -30,9 +29,13 @@ from pellucid.materials.membrane import (
     stretched,
     stretched_midway,
 )
-from pellucid.materials.point_state import PointState, load
+from pellucid.materials.point_state import load
 from pellucid.state import FIELDS
 from pellucid.users.users_code import failing_as, file_of
+
+if TYPE_CHECKING:
+    from pellucid.materials.contract import PointMaterial
+    from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 
 Operation = Callable[..., Any]
 RATE_FORM = (
@@ -60,32 +63,6 @@ DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, 
 NO_RATE = (0.0, 0.0, 0.0)
 
 
-class Tried(Protocol):
-    """What a trial asks of the material of any body."""
-
-    @property
-    def density(self) -> float: ...
-    def law(self) -> Law: ...
-    def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]: ...
-
-
-class Material(Tried, Protocol):
-    """What it asks of a material of material points."""
-
-    energy_kind: ClassVar[Literal["internal", "strain"]]
-
-    def initial_state(self) -> PointState: ...
-    def wave_speeds(self) -> tuple[float, float]: ...
-    def signals(self, length: float) -> tuple[float, float]: ...
-    def problems(self) -> Iterator[tuple[str, str, str]]: ...
-
-
-class MembraneMaterial(Tried, Protocol):
-    """What it asks of a material of membranes."""
-
-    def elastic_law(self) -> Law: ...
-
-
 class Call(NamedTuple):
     """An operation and the arguments with which it is tried."""
 
@@ -103,23 +80,23 @@ class Call(NamedTuple):
         return _number(self.result(), least, f"`{self.operation.__name__}` of the law {_named(self.arguments[0])}")
 
 
-def calls_of(material: Material, law: Any, state: Any) -> dict[Operation, Call]:
+def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation, Call]:
     """What kernels call of a law in rate form, with the arguments of a point at rest over no time in cells of a metre."""
     density = material.density
     arguments = {
-        update: (law, state, density, AT_REST, 0.0, 1.0),
-        volume_growth: (law, AT_REST, 0.0),
-        signal_speed: (law, state, density, AT_REST, 1.0),
+        update: (law, state, density, ZERO_GRADIENT, 0.0, 1.0),
+        volume_growth: (law, ZERO_GRADIENT, 0.0),
+        signal_speed: (law, state, density, ZERO_GRADIENT, 1.0),
         diffusivity: (law, density),
         stored_energy: (law, state, density),
         dissipated_energy: (law, state, density),
-        artificial_heating: (law, state, density, AT_REST, 1.0),
+        artificial_heating: (law, state, density, ZERO_GRADIENT, 1.0),
         point_pressure: (law, state, density),
     }
     return {operation: Call(operation, given) for operation, given in arguments.items()}
 
 
-def try_material(material: Material) -> None:
+def try_material(material: "PointMaterial") -> None:
     """Raises ValueError where the law of material points lacks a function, or one fails or returns what it must not."""
     name = type(material).__name__
     if material.energy_kind not in ("internal", "strain"):
@@ -150,7 +127,7 @@ def try_material(material: Material) -> None:
         list(material.problems())
 
 
-def try_membrane(material: MembraneMaterial) -> None:
+def try_membrane(material: "ElasticMembraneMaterial") -> None:
     """The same of the material of a membrane."""
     name = type(material).__name__
     with failing_as(lambda why: ValueError(f"{name}.elastic_law fails: {why}")):
@@ -164,7 +141,7 @@ def try_membrane(material: MembraneMaterial) -> None:
     calls[plane_wave_speed].number(least=0.0)
 
 
-def calls_of_membrane(material: MembraneMaterial, law: Any) -> dict[Operation, Call]:
+def calls_of_membrane(material: "ElasticMembraneMaterial", law: Any) -> dict[Operation, Call]:
     """What kernels call of a law of membranes, with the arguments of a point at rest over no time."""
     shape = Call(initial_shape, (law,)).result()
     arguments = {
@@ -226,7 +203,7 @@ def _check_tuple(value: Any, size: int, what: str) -> None:
             _number(item, -np.inf, what)
 
 
-def _check_numbers(material: Material, method: Callable[[], Any]) -> None:
+def _check_numbers(material: "PointMaterial", method: Callable[[], Any]) -> None:
     name = type(material).__name__
     with failing_as(lambda why: ValueError(f"the wave speeds of {name} fail: {why}")):
         speeds = method()

@@ -40,7 +40,7 @@ from pellucid.simulation.observer import Observer
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import load_states, standing_of
+from pellucid.simulation.start import load_state, standing_of
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
@@ -76,7 +76,7 @@ class Simulation:
         if case.start is not None and start is None:
             raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
         start = start or {}
-        load_states(built, start)
+        load_state(built, start)
         self.bodies = [built[body.name][0] for body in case.body]
         self._on_grid: dict[VelocityField, list[GridBody]] = {}
         for body, field in built.values():

@@ -18,7 +18,7 @@ def standing_of(body: Body, goes_on: bool) -> Standing:
     return Standing(body.arrays["position"], volume=body.volumes() if goes_on else None)
 
 
-def load_states(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
     """Give bodies the arrays by which they go on, before conditions act on them. Raises `CaseError` where they do not fit."""
     for name, state in start.items():
         body, field = built[name]

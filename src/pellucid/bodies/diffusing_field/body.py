@@ -1,48 +1,26 @@
 """A field that diffuses on fixed nodes, stepped by the generalised trapezoidal rule."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.stencils import StencilError
-from pellucid.bodies.diffusing_field.domain import Domain
 from pellucid.bodies.diffusing_field.weak_forms import WeakForm, on_closed_surface, on_line
-from pellucid.bodies.initial.contract import InitialField
 from pellucid.bodies.initial.state import add_initial_state
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import NOT_FINITE
-from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.parts.families import NodalBody
 from pellucid.parts.placement import Placement
 
+if TYPE_CHECKING:
+    from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
+
 OWN_FIELDS = ("id", "position", "velocity", "mass", "volume", "concentration")
-
-
-class FieldOnDomain(Protocol):
-    """What the body asks of its model."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def domain(self) -> Domain: ...
-    @property
-    def material(self) -> DiffusiveMaterial: ...
-    @property
-    def radial(self) -> RadialModel: ...
-    @property
-    def window(self) -> float: ...
-    @property
-    def alpha(self) -> float: ...
-    @property
-    def concentration(self) -> float: ...
-    @property
-    def initial(self) -> Sequence[InitialField]: ...
 
 
 class DiffusingField(NodalBody):
@@ -54,7 +32,7 @@ class DiffusingField(NodalBody):
 
     energy_kind = "internal"
 
-    def __init__(self, case: FieldOnDomain, placement: Placement) -> None:
+    def __init__(self, case: "DiffusingFieldCase", placement: Placement) -> None:
         self.name, self._domain, self._alpha = case.name, case.domain, case.alpha
         self._columns = FIRST_LOAD + placement.n_loads
         form, position = _weak_form(case), case.domain.positions()
@@ -147,7 +125,7 @@ class DiffusingField(NodalBody):
         return Cells(lines=np.stack([number, number + 1], axis=1))
 
 
-def _weak_form(case: FieldOnDomain) -> WeakForm:
+def _weak_form(case: "DiffusingFieldCase") -> WeakForm:
     """Raises CaseError where a node has no stencil."""
     try:
         if case.domain.line is not None:

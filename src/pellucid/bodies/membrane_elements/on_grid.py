@@ -1,9 +1,11 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
+from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
@@ -16,6 +18,9 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.step_limit import StepLimit
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
 class ElementsOnGrid(PointsOnGrid, Membrane, TakesPressure, WarnsOfContact):
@@ -30,7 +35,7 @@ class ElementsOnGrid(PointsOnGrid, Membrane, TakesPressure, WarnsOfContact):
 
     def __init__(
         self,
-        case: MembraneOfElements,
+        case: "MembraneElementsCase",
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,

@@ -1,10 +1,11 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface, MembraneOfElements
+from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
@@ -15,13 +16,16 @@ from pellucid.parts.capabilities import HasContactSurface, Membrane, TakesPressu
 from pellucid.parts.placement import Placement
 from pellucid.parts.step_limit import StepLimit, told
 
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
+
 
 class MembraneElements(ExplicitNodes, Membrane, TakesPressure, HasContactSurface, WarnsOfContact):
     """Elements that have a velocity field to themselves: their nodes move by their own forces; the grid serves contact."""
 
     energy_kind = "strain"
 
-    def __init__(self, case: MembraneOfElements, placement: Placement) -> None:
+    def __init__(self, case: "MembraneElementsCase", placement: Placement) -> None:
         self.name = case.name
         self.surface = surface = ElementSurface(case, placement.grid_case)
         self.element_arrays = surface.arrays

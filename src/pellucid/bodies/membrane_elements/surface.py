@@ -3,12 +3,11 @@
 Source: Lian, Liu & Zhang 2014, section 4.
 """
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
-from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
@@ -25,35 +24,19 @@ from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.contact.overlong import overlong
 from pellucid.energy import Totals
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.membrane import wave_in_shape
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
 from pellucid.reductions import ordered_sum
 
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
+
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
 """The fields that results show."""
 OVERLONG = "between nodes more than two cells apart others pass through; make the elements finer, or grid.cell larger"
-
-
-class MembraneOfElements(Protocol):
-    """What a membrane of elements is built from, as its model describes it."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def material(self) -> ElasticMembraneMaterial: ...
-    @property
-    def thickness(self) -> float: ...
-    @property
-    def tension(self) -> float: ...
-    @property
-    def hourglass(self) -> HourglassCase: ...
-    def mesh(self) -> Mesh: ...
-    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
 class ElementSurface:
@@ -63,7 +46,7 @@ class ElementSurface:
     in which the body stores them.
     """
 
-    def __init__(self, case: MembraneOfElements, grid_case: GridCase | None) -> None:
+    def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
         self.law = case.material.law()
         tense = prestretch(self.law, case.tension, case.thickness)
         self.thickness = case.thickness / tense.ratio

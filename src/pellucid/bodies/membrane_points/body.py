@@ -1,6 +1,6 @@
 """Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,32 +17,17 @@ from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
-from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
-from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.step_limit import StepLimit, signals_seen
 
-
-class MembraneOfPoints(Protocol):
-    """What a membrane is built from, as its model describes it."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def surface(self) -> Surface: ...
-    @property
-    def thickness(self) -> float: ...
-    @property
-    def tension(self) -> float: ...
-    @property
-    def material(self) -> MembraneMaterial: ...
-    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_points.model import MembranePointsCase
 
 
 class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
@@ -53,7 +38,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
 
     def __init__(
         self,
-        case: MembraneOfPoints,
+        case: "MembranePointsCase",
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,

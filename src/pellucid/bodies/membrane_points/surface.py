@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.grid.lattice import aligned_rows
+from pellucid.grid.nodal_fields import aligned_rows
 
 
 class Fans(NamedTuple):

@@ -1,11 +1,11 @@
 """Solids on their own nodes in total-Lagrangian explicit dynamics (Mountris et al. 2019, section 4)."""
 
 from collections.abc import Collection, Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.functions import Approximation, SolidFunctions
+from pellucid.bodies.meshless_solid.functions import SolidFunctions
 from pellucid.bodies.meshless_solid.inversion import inversion
 from pellucid.bodies.meshless_solid.nodal_fields import FIELDS, LOST, MOTION, nodal_field
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField
@@ -13,7 +13,7 @@ from pellucid.bodies.meshless_solid.skin.skin import Skin
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import PowerIteration
 from pellucid.bodies.meshless_solid.tables import quadrature_places
-from pellucid.bodies.meshless_solid.viscous_forces import Viscous, ViscousForces
+from pellucid.bodies.meshless_solid.viscous_forces import ViscousForces
 from pellucid.bodies.meshless_solid.volume_inertia import VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
@@ -24,8 +24,6 @@ from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.face_shares import FaceShares
-from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.materials.law import Law
 from pellucid.parts.body import in_metres
 from pellucid.parts.capabilities import HasContactSurface, HasMesh
 from pellucid.parts.placement import Placement
@@ -33,21 +31,11 @@ from pellucid.parts.relaxable import SLOWER_LOADS, Springs
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_meshes
 from pellucid.state import with_owner
 
+if TYPE_CHECKING:
+    from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
+
 HELD = 1e-9  # of the extent of a body: a displacement that is rounding
 OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
-
-
-class SolidOfNodes(Approximation, Protocol):
-    """What the body asks of its model."""
-
-    @property
-    def density(self) -> float: ...
-    def mesh_in_order(self) -> SimplexMesh: ...
-    def law(self) -> Law: ...
-    def viscous(self) -> Viscous | None: ...
-    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
-    def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None: ...
-    def wave_speeds(self) -> tuple[float, float]: ...
 
 
 class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
@@ -55,7 +43,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
 
     energy_kind = "strain"
 
-    def __init__(self, case: SolidOfNodes, placement: Placement) -> None:
+    def __init__(self, case: "MeshlessSolidCase", placement: Placement) -> None:
         self.name, self.mesh, self._case = case.name, case.mesh_in_order(), case
         self._law, self._density = case.law(), case.density
         n = len(self.mesh.nodes)

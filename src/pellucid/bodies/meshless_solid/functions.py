@@ -3,11 +3,11 @@
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.approximants.nodal.contract import Evaluator, NodalApproximant, NoFunctions
+from pellucid.approximants.nodal.contract import Evaluator, NoFunctions
 from pellucid.approximants.nodal.faces import face_shares
 from pellucid.bodies.meshless_solid.force_correction import ForceCorrection
 from pellucid.bodies.meshless_solid.prescribed import PrescribedField, values_at_nodes
@@ -21,30 +21,14 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.materials.law import Law
 from pellucid.parts.body import in_metres
 
+if TYPE_CHECKING:
+    from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
+
 MISSED = 0.01  # share of other nodes in a node that is prescribed
 
 
-class Approximation(Protocol):
-    """What the model of a solid says of its functions."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def place(self) -> str: ...
-    @property
-    def approximant(self) -> NodalApproximant: ...
-    @property
-    def essential(self) -> str: ...
-    @property
-    def points_per_cell(self) -> int: ...
-    @property
-    def consistent(self) -> bool: ...
-    @property
-    def averages_volume(self) -> bool: ...
-
-
 @contextmanager
-def refused(case: Approximation, key: str | None = None) -> Iterator[None]:
+def refused(case: "MeshlessSolidCase", key: str | None = None) -> Iterator[None]:
     """Raise CaseError where there are no functions, or something else of this key, without one the mesh, cannot be."""
     approximant, body = case.approximant, f"body.{case.name}"
     try:
@@ -59,7 +43,7 @@ def refused(case: Approximation, key: str | None = None) -> Iterator[None]:
         raise CaseError(Problem(text, f"{body}.{key or case.place}", remedy=remedy)) from None
 
 
-def check_functions(case: Approximation, mesh: SimplexMesh) -> None:
+def check_functions(case: "MeshlessSolidCase", mesh: SimplexMesh) -> None:
     """Raise CaseError where the approximant has no functions at a quadrature point or a node."""
     with refused(case):
         evaluator = case.approximant.evaluator(mesh)
@@ -74,7 +58,7 @@ class SolidFunctions:
     how far the field is from what is prescribed. Raises CaseError where the approximant has no functions.
     """
 
-    def __init__(self, case: Approximation, mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
+    def __init__(self, case: "MeshlessSolidCase", mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
         self._case, self._mesh, self._prescribed, approximant = case, mesh, prescribed, case.approximant
         with refused(case):
             self.evaluator: Evaluator = approximant.evaluator(mesh)

@@ -19,7 +19,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES
 from pellucid.materials.law import (
-    AT_REST,
+    ZERO_GRADIENT,
     Law,
     diffusivity,
     dissipated_energy,
@@ -134,7 +134,7 @@ class ViscousForces(ElasticForces):
         history = History(law, in_arrays(state, arrays), density)
         super().__init__(solid._replace(points=history), initial_stress)
         self.arrays, self._history = arrays, Bundle(history)
-        self._bound = wave_number * signal_speed(law, state, density, AT_REST, 0.0)
+        self._bound = wave_number * signal_speed(law, state, density, ZERO_GRADIENT, 0.0)
         self._diffuses = diffusivity(law, density) > 0.0  # faster strain is stiffer without end
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:

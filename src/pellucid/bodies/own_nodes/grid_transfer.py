@@ -6,7 +6,8 @@ import numpy as np
 from numpy import intp
 
 from pellucid.approximants import GridFunctions
-from pellucid.contact.subcell_damping import damp_subcell_velocities
+from pellucid.contact.subcell_damping import SubcellMotion, damp_subcell_velocities
+from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.passes.places import bounds_of, placed
 from pellucid.grid.points import (
@@ -68,7 +69,7 @@ class GridCoupling:
         self._points = PointArrays(position, velocity, mass, volume, NO_STRESS)
         self._order = np.arange(len(mass))
         self._scratch: dict[int, np.ndarray] = {}
-        self._within = np.zeros((2, velocity_field.grid.n_nodes))
+        self._within = Bundle(allocate(SubcellMotion, velocity_field.grid.n_nodes))
         self.increment = np.zeros((len(mass), 3))
         """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
         grid, index = velocity_field.grid, ByIndex(self._order)

@@ -1,7 +1,7 @@
 """A rigid body: points with the rigid motion of their momentum and angular momentum, but for what motions prescribe of it."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,18 +18,16 @@ from pellucid.conditions.rigid.kinematics import (
     spin_of,
     spun,
 )
-from pellucid.conditions.rigid.leads import LeadingMotion, Leads
+from pellucid.conditions.rigid.leads import Leads
 from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid.nodes import RigidNodes
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 
-
-class Swings(Protocol):
-    """What bounds the step of a rigid body."""
-
-    def swing(self, mass: float, inertia: np.ndarray) -> float: ...
+if TYPE_CHECKING:
+    from pellucid.conditions.loads.rigid_spring import RigidSpring
+    from pellucid.conditions.prescribed_motion import Motion
 
 
 class RigidBody:
@@ -42,7 +40,7 @@ class RigidBody:
     strains = False
 
     def __init__(
-        self, member: AssembledBody, assembly: Assembly, motions: Sequence[LeadingMotion], springs: Sequence[Swings]
+        self, member: AssembledBody, assembly: Assembly, motions: "Sequence[Motion]", springs: "Sequence[RigidSpring]"
     ) -> None:
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
         # across a thin axis nothing moves, so that only the turn about it is left

@@ -1,22 +1,14 @@
 """What motions prescribe of a rigid body: some of its three displacements and three rotations."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.conditions.signals.contract import Displacement
 
-
-class LeadingMotion(Protocol):
-    """A motion, as a rigid body needs it."""
-
-    @property
-    def name(self) -> str: ...
-    def functions(self) -> Mapping[int, Displacement]: ...
-    def turn_functions(self) -> Mapping[int, Displacement]: ...
-    def top_speed(self) -> float: ...
-    def top_turn(self) -> float: ...
+if TYPE_CHECKING:
+    from pellucid.conditions.prescribed_motion import Motion
 
 
 class Leads:
@@ -25,7 +17,7 @@ class Leads:
     along, about: axes along and about which it can move. led: which numbers are prescribed, shape (6,).
     """
 
-    def __init__(self, motions: Sequence[LeadingMotion], along: Sequence[int], about: Sequence[int]) -> None:
+    def __init__(self, motions: "Sequence[Motion]", along: Sequence[int], about: Sequence[int]) -> None:
         self._names = [motion.name for motion in motions]
         self._functions: dict[int, Displacement] = {}
         self._owners = np.zeros((len(motions), 6), bool)

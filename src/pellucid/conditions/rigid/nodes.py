@@ -7,11 +7,12 @@ before contact and with every impulse that contact finds:
     min Σ_I φ_I m_I |V + ω × s_I - v_I|²,  while no point of the body passes a wall ,
 
 where s_I is the middle of the body's mass about node I. As with driven points, a node follows wholly where the body gives it a
-share FIRM of its mass, φ_I = min(1, share/FIRM). The impulses on the nodes do no work on rigid motions, so that they take
-neither momentum nor angular momentum; what they lose is the energy of an impact without rebound.
+share FULL_DRIVE_FRACTION of its mass, φ_I = min(1, share/FULL_DRIVE_FRACTION). The impulses on the nodes do no work on rigid
+motions, so that they take neither momentum nor angular momentum; what they lose is the energy of an impact without rebound.
 """
 
 from collections.abc import Mapping
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -19,11 +20,20 @@ from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.grid.actions import NodalActions
-from pellucid.grid.momentum import FIRM, NOTHING
+from pellucid.grid.clearing import Clearing
+from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS
+from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
 from pellucid.grid.vectors import scatter_vectors
 
 HOLD = 1e6  # of the mass of all nodes: the weight of nodes within the grid that a support clamps
 ROUNDING = 1e-13  # of the momentum of the nodes
+
+
+class BodySums(NamedTuple):
+    """What a rigid body alone gives the nodes of its velocity field."""
+
+    body_moment: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m", "of a rigid body's points about its centre of mass")]
+    body_mass: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg", "of these along x, where the field has other bodies")]
 
 
 class RigidNodes:
@@ -37,7 +47,10 @@ class RigidNodes:
     ) -> None:
         self._body, self._arrays, self._actions, self._walls, self._alone = body, arrays, actions, walls, alone
         self._field, self._nodes = actions.field, actions.field.grid.nodes
-        self._mass, self._moment = np.zeros((2, actions.field.grid.n_nodes, 3))
+        self._sums = with_memory(
+            allocate(BodySums, 0), self._field.grid.n_nodes, "body_moment", *(() if alone else ("body_mass",))
+        )
+        self._clear = Clearing(STEP, self._sums)
         self.led_impulse = np.zeros(6)
         """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
 
@@ -81,24 +94,23 @@ class RigidNodes:
 
     def _find_nodes(self, arm: np.ndarray, motions: RigidMotions) -> None:
         body, nodes, m = self._body, self._nodes, self._arrays["mass"][:, None]
-        self._moment.fill(0.0)
-        scatter_vectors(body.n_slabs, body.mapped, m * arm, self._moment)
+        self._clear()
+        scatter_vectors(body.n_slabs, body.mapped, m * arm, self._sums.body_moment)
         share = nodes.mass
         if not self._alone:
-            self._mass.fill(0.0)
-            scatter_vectors(body.n_slabs, body.mapped, m * np.array([1.0, 0.0, 0.0]), self._mass)
-            share = self._mass[:, 0]
-        self._at = at = np.flatnonzero(share > NOTHING)
+            scatter_vectors(body.n_slabs, body.mapped, m * np.array([1.0, 0.0, 0.0]), self._sums.body_mass)
+            share = self._sums.body_mass[:, 0]
+        self._at = at = np.flatnonzero(share > MASS_EPS)
         self._m, constrained = nodes.mass[at][:, None], nodes.constrained[at]
         free, driven = constrained == 0, self._field.external.driven_mass
         if len(driven):
-            free &= driven[at] < FIRM * self._m
-        self._weight = np.minimum(1.0, share[at][:, None] / (FIRM * self._m)) * free * self._m
+            free &= driven[at] < FULL_DRIVE_FRACTION * self._m
+        self._weight = np.minimum(1.0, share[at][:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * self._m
         clamped = (constrained > 0) & (self._actions.supports.mirror[constrained - 1] == 0)
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
         mass = float(self._weight.sum())
         self._hold = HOLD * mass
-        self._motions, self._given = motions.at(self._moment[at] / share[at][:, None]), motions.given
+        self._motions, self._given = motions.at(self._sums.body_moment[at] / share[at][:, None]), motions.given
         self._roots = motions.roots(self._weight + self._hold * clamped, self._motions, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:

@@ -1,0 +1,62 @@
+"""Write the table of nodal fields into docs/physics/step.md from their declarations. Run it after a change of these."""
+
+from pathlib import Path
+from typing import Any
+
+from pellucid.conditions.rigid.nodes import BodySums
+from pellucid.contact.normals import NumberedNodes
+from pellucid.contact.shared import SharedNodes
+from pellucid.contact.subcell_damping import SubcellMotion
+from pellucid.grid.lattice import Nodes
+from pellucid.grid.listed import NodeFlags
+from pellucid.grid.momentum import AdvancedNodes, ExternalAction
+from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, NodalField, declared
+from pellucid.grid.points import FullCells
+from pellucid.grid.supports import YieldingWalls
+from pellucid.grid.velocity_field import FieldNodes
+
+PAGE = Path(__file__).parent / "physics" / "step.md"
+BEGIN, END = "<!-- Written by docs/nodal_field_table.py. -->\n", "<!-- To here. -->"
+SETS: dict[type[Any], str] = {
+    Nodes: "of every velocity field",
+    FieldNodes: "of some",
+    ExternalAction: "of what acts on the nodes",
+    AdvancedNodes: "",
+    YieldingWalls: "of walls that rub or open",
+    NodeFlags: "by which nodes are listed",
+    FullCells: "of cells, by their first nodes",
+    BodySums: "of a rigid body on the grid",
+    SharedNodes: "of two velocity fields in contact",
+    NumberedNodes: "of the nodes that they share",
+    SubcellMotion: "of membranes with own nodes in contact",
+}
+"""The sets that declare fields, and whose they are; none where they are those of the set before."""
+CLEARED = {STEP: "each step", REMAP: "before momentum is mapped again", RUN: "-"}
+
+
+def table() -> str:
+    """A row for each field, and one for each view of some of its numbers."""
+    head = "| field | numbers | unit | contributions | cleared | what |\n|---|---|---|---|---|---|\n"
+    lines = []
+    for kind, whose in SETS.items():
+        lines += [f"| *{whose}* | | | | | |"] if whose else []
+        for name, one in declared(kind).items():
+            if isinstance(one, NodalField):
+                combine = one.combine if isinstance(one.combine, tuple) else (one.combine,)
+                how = ", ".join("-" if each == FOUND else each for each in combine)
+                lines.append(f"| `{name}` | {one.components} | {one.unit} | {how} | {CLEARED[one.cleared]} | {one.meaning} |")
+            else:
+                cleared = CLEARED[one.cleared] if one.cleared else ""
+                numbers = "3" if isinstance(one.part, slice) else "1"
+                lines.append(f"| `{name}` | {numbers} of `{one.of}` | {one.unit} | | {cleared} | {one.meaning} |")
+    return head + "\n".join(lines) + "\n"
+
+
+def page() -> str:
+    """The page with the table of today."""
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    return before + BEGIN + table() + END + rest.partition(END)[2]
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
