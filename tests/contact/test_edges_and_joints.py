@@ -63,6 +63,6 @@ def test_a_lone_point_tells_no_slope():
     proximity.find_beside(1, about, found)
     assert found[:, GAP] == pytest.approx([-0.02, -0.01])
     assert (found[:, SHARE] > 0.0).all()
-    feet = np.empty((2, 3))
-    proximity.means_at_feet(about, found, np.arange(2), lone.place, feet)
+    feet = np.zeros((2, 3))
+    proximity.exchange(about, found, np.arange(2), feet, lone.place, False)
     assert feet == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)

@@ -3,7 +3,10 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.film_tractions import ActiveTraction
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
@@ -13,6 +16,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.parts.surface_load import SurfacePoints
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
@@ -57,12 +61,16 @@ class Pressure(ChangesInTime, Condition):
         if not assembly.bodies[self.body].body.is_surface:
             return ActiveFacePressure(self, assembly, number)
         if isinstance(assembly.bodies[self.body].body, TakesTractions):
-            return ActiveFilmPressure(self, assembly, number)
+            return ActiveTraction(self.traction, self.body, self.load_channel(), assembly, f"pressure.{number}")
         return ActivePressure(self, assembly)
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
         return self.value * self.share(time)
+
+    def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
+        """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
+        return self.at(time) * points.normal
 
 
 class ActivePressure(ActiveCondition):
@@ -75,20 +83,6 @@ class ActivePressure(ActiveCondition):
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         self._body.add_pressure(self._pressure.at(time), self._column)
-
-
-class ActiveFilmPressure(ActiveCondition):
-    """A pressure on a membrane that evaluates loads itself."""
-
-    def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
-        self._body, self._pressure = assembly.bodies[pressure.body].offers(TakesTractions), pressure
-        self._column = assembly.load_column(pressure.body, pressure.load_channel())
-        self._label = f"pressure.{number}"
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its tractions over the step."""
-        at, column, label = self._pressure.at, self._column, self._label
-        self._body.add_traction(lambda points, after: at(time + after) * points.normal, column, label)
 
 
 class ActiveFacePressure(ActiveCondition):

@@ -258,29 +258,12 @@ def _corrected(w, found, p, d):
 
 
 @kernel()
-def means_at_feet(about, found, listed, values, mean):
-    """Velocities or places of the other surface, shape (q, 3), at the foot of each listed point, shape (n, 3)."""
-    other, bins = about.other, about.bins
-    for e in range(len(listed)):
-        p = uintp(listed[e])
-        x, n = _asking(about.one, p)
-        mean[e, 0] = mean[e, 1] = mean[e, 2] = 0.0
-        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
-            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
-                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
-                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
-                    for r in range(bins.first[b], bins.first[b + 1]):
-                        q = uintp(bins.order[r])
-                        w, _, d = _weight(other, about.meeting, q, x, n)
-                        if w > 0.0:
-                            w = _corrected(w, found, p, d)
-                            for a in range(3):
-                                mean[e, a] += w * values[q, a]
+def exchange(about, found, listed, at_feet, of_points, spreads):
+    """Between the feet of n listed points on the other surface, shape (n, 3), and the points of that about them, shape (q, 3).
 
-
-@kernel()
-def spread_forces(about, found, listed, force, target):
-    """Add forces at listed points, shape (n, 3), to the points about their feet on the other surface, shape (q, 3) [N]."""
+    spreads: whether these are forces at the feet [N], which go to the points, or velocities or places of the points, whose
+    means come to the feet.
+    """
     other, bins = about.other, about.bins
     for e in range(len(listed)):
         p = uintp(listed[e])
@@ -295,4 +278,7 @@ def spread_forces(about, found, listed, force, target):
                         if w > 0.0:
                             w = _corrected(w, found, p, d)
                             for a in range(3):
-                                target[q, a] += w * force[e, a]
+                                if spreads:
+                                    of_points[q, a] += w * at_feet[e, a]
+                                else:
+                                    at_feet[e, a] += w * of_points[q, a]

@@ -74,14 +74,14 @@ class HalfPair:
 
     def _at_feet(self, at: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Places or velocities of the other surface, shape (q, 3), at the feet of listed points, shape (n, 3)."""
-        found = np.empty((len(at), 3))
-        proximity.means_at_feet(self._about, self._found, at, values, found)
+        found = np.zeros((len(at), 3))
+        proximity.exchange(self._about, self._found, at, found, values, False)
         return found
 
     def apply(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
         """Forces on listed points [N], shape (n, 3), and against the other surface, into those of both."""
         forces[0][at] += force
-        proximity.spread_forces(self._about, self._found, at, -force, forces[1])
+        proximity.exchange(self._about, self._found, at, -force, forces[1], True)
 
 
 class SurfacePair:

@@ -51,12 +51,15 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
     return fields, built
 
 
+def has_several_fields(case: "Case") -> bool:
+    """Whether it has several velocity fields, whose bodies may touch."""
+    return case.grid_or_none is not None and len({body.field for body in case.body}) > 1
+
+
 def work_layout(case: "Case", touching: bool) -> WorkLayout:
     """The columns of all works in a run; touching: whether surfaces may touch."""
-    has_grid = case.grid_or_none is not None
-    several = has_grid and len({body.field for body in case.body}) > 1
-    columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
-    columns += [TRANSFER_HEAT] if has_grid else []
+    columns = [*([CONTACT_WORK] if has_several_fields(case) else []), *([DAMPING_HEAT] if case.steady else [])]
+    columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
     return layout_of(case, [*columns, *(channel for body in case.body for channel in body.channels())], touching=touching)
 
 

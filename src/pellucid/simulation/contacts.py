@@ -18,7 +18,7 @@ from pellucid.energy import WorkLayout
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface
-from pellucid.simulation.assembly import Built, models_by_field
+from pellucid.simulation.assembly import Built, has_several_fields, models_by_field
 from pellucid.simulation.walls import Surfaces, wall_contacts
 
 if TYPE_CHECKING:
@@ -28,11 +28,6 @@ if TYPE_CHECKING:
 def largest_gravity(case: "Case") -> float:
     """Of a run [m/s²]."""
     return hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
-
-
-def has_several_fields(case: "Case") -> bool:
-    """Whether it has several velocity fields, whose bodies may touch."""
-    return case.grid_or_none is not None and len({body.field for body in case.body}) > 1
 
 
 def may_touch_by_surfaces(case: "Case") -> bool:

@@ -24,7 +24,7 @@ def musl(stages: Stages, dt: float) -> None:
     stages.sum_works(dt)
     stages.grid_to_particle(dt, remap=True)  # v_p; p_I mapped again
     stages.correct_own_nodes()
-    stages.find_strain_velocities_again(dt)
+    stages.find_strain_velocities(dt)
     stages.find_volume_corrections(dt)
     stages.update_stress(dt, move=True)  # x_p, L_p, σ_p
     stages.update_own_nodes(dt)

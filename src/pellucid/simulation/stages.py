@@ -96,18 +96,17 @@ class Stages:
         for body in self.nodal_bodies:
             body.correct(remap=len(self.contact_pairs) > 0)
 
-    def find_strain_velocities(self) -> None:
-        """Nodal velocities of the momentum mapped at the start of a step, which do not approach where bodies touch."""
-        for field in self._fields:
-            field.project()
-        self.contact_pairs.stop_straining(self._strained_again)
+    def find_strain_velocities(self, dt: float | None = None) -> None:
+        """Nodal velocities of the momentum mapped last, which do not approach where bodies touch.
 
-    def find_strain_velocities_again(self, dt: float) -> None:
-        """The same of the momentum mapped again at the end of a step dt [s]: the bodies take the impulses that this needs."""
+        dt: of the step at whose end it was mapped again, whose bodies take the impulses that this needs [s]; None of that at
+        the start of a step.
+        """
         for field in self._fields:
-            field.project(dt, counted=field in self._without_heat)
+            field.project(dt, counted=dt is not None and field in self._without_heat)
         self.contact_pairs.stop_straining(self._strained_again)
-        self.contact_pairs.apply_second_impulses(dt)
+        if dt is not None:
+            self.contact_pairs.apply_second_impulses(dt)
 
     def find_volume_corrections(self, dt: float) -> None:
         """Find what the volumes of points lack of the growth of full cells, and its work."""

@@ -14,7 +14,6 @@ OF_A_STEP = {
     "apply_contact_impulses": "contact",
     "sum_works": "grid",
     "find_strain_velocities": "grid",
-    "find_strain_velocities_again": "grid",
     "particle_to_grid": "scatter",
     "grid_to_particle": "velocities",
     "update_stress": "gradients and law",

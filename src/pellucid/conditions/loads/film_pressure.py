@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.film_tractions import ActiveTraction
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.capabilities import TakesTractions
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
 
@@ -60,7 +60,8 @@ class FilmPressure(ChangesInTime, LoadModel):
 
     def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
         """What acts in a run."""
-        return ActiveFilmPressure(self, assembly, path)
+        label = f"{'.'.join(map(str, path))} of kind {self.kind}"
+        return ActiveTraction(self.traction, self.body, self.channel, assembly, label)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
@@ -72,16 +73,3 @@ class FilmPressure(ChangesInTime, LoadModel):
         if self.band is not None:
             pressure = pressure * self.band.share(points.position)
         return np.asarray(pressure[..., None] * points.normal)
-
-
-class ActiveFilmPressure(ActiveCondition):
-    """A pressure on a film that is built."""
-
-    def __init__(self, load: FilmPressure, assembly: "Assembly", path: Path) -> None:
-        self._body, self._load = assembly.bodies[load.body].offers(TakesTractions), load
-        self._column = assembly.load_column(load.body, load.channel)
-        self._label = f"{'.'.join(map(str, path))} of kind {load.kind}"
-
-    def begin(self, time: float, dt: float) -> None:
-        """What it does over the step."""
-        self._body.add_traction(lambda points, after: self._load.traction(points, time + after), self._column, self._label)
