@@ -34,6 +34,8 @@ class ConstrainedPoints:
     name: str
     constraint: PointConstraint | None = None
     """What prescribes their motion, if anything."""
+    _repeated: RepeatedConstraint | None = None
+    """The same, where it can act once more in a step."""
     contact_response: ContactResponse | None = None
     """How they respond to the impulses of contact, where they do otherwise than the nodes of the grid."""
 
@@ -43,13 +45,14 @@ class ConstrainedPoints:
         if self.constraint is not None:
             raise ValueError(f"the points of body {self.name} are led by a condition already")
         self.constraint, self.contact_response = constraint, response
+        self._repeated = constraint if isinstance(constraint, RepeatedConstraint) else None
 
     @property
     def takes_second_impulses(self) -> bool:
         """Whether contact may give it impulses once more: not where the constraint, if there is one, acts once in a step."""
-        return self.constraint is None or isinstance(self.constraint, RepeatedConstraint)
+        return self.constraint is None or self._repeated is not None
 
     def constrain_again(self) -> None:
         """Let the constraint, if there is one, act once more in this step."""
-        if isinstance(self.constraint, RepeatedConstraint):
-            self.constraint.prescribe_velocities_again()
+        if self._repeated is not None:
+            self._repeated.prescribe_velocities_again()
