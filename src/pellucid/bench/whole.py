@@ -90,14 +90,8 @@ def bench(
     sizes = [n for n in THREADS_POINTS if n <= max(points or POINTS)]
     gas = {"body": "ideal-gas"}
     by_threads = [_measured(gas, n, steps or _steps(n), number) for n in sizes for number in numbers_up_to(threads)]
-    result: dict[str, Any] = {
-        "machine": machine,
-        "bodies": bodies,
-        "variants": variants,
-        "passes": passes,
-        "threads": by_threads,
-    }
-    result |= {"contact": contact, "solid": solid, "films": films, "peers": []}
+    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "variants": variants, "passes": passes}
+    result |= {"threads": by_threads, "contact": contact, "solid": solid, "films": films, "peers": []}
     if peers:
         size = PEER_POINTS if points is None else max(points)
         result["peers"] = [_with_ratio(peer, bodies) for peer in run_peers(size, steps or _steps(size), threads)]

@@ -1,6 +1,6 @@
 """What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -206,12 +206,15 @@ class PointsOnGrid(GridBody):
     def passes(self) -> dict[str, PassAlone]:
         """For measurements: each pass of a step by name, to be done without a step in time."""
         velocities, given = self._velocity_pass(), self._to_grid
+        moved = moved_by(velocities)
+
+        def take(gives: int) -> Callable[[], None]:
+            return lambda: each_point_by_colour(self.n_slabs, velocities, 0.0, gives)
+
         return {
             "particle to grid": PassAlone(lambda: given.scatter(inertia=True, force=True), given.read()),
-            "velocities": PassAlone(lambda: each_point_by_colour(self.n_slabs, velocities, 0.0, 0), moved_by(velocities)),
-            "velocities and momentum": PassAlone(
-                lambda: each_point_by_colour(self.n_slabs, velocities, 0.0, 1), moved_by(velocities)
-            ),
+            "velocities": PassAlone(take(0), moved),
+            "velocities and momentum": PassAlone(take(1), moved),
         }
 
     # the verbs of a step
