@@ -16,7 +16,7 @@ TractionInTime = Callable[[SurfacePoints, float], np.ndarray]
 """Force on unit of present area [Pa], shape (..., 3), at points and a time [s]."""
 
 
-class ActiveTraction(ActiveCondition):
+class ActiveSurfaceLoad(ActiveCondition):
     """A load on the surface of a body that is built; channel: of its work; label: what users know it by."""
 
     def __init__(self, traction: TractionInTime, body: str, channel: str, assembly: "Assembly", label: str) -> None:

@@ -10,7 +10,7 @@ from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
 from pellucid.parts.body_model import BodyModel, is_alone
-from pellucid.parts.capabilities import HasMesh, TakesExternalForces
+from pellucid.parts.capabilities import HasMesh
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -31,12 +31,8 @@ class LoadedFaces:
         self.body, start = member.body, member.selectable()
         refuse(faults(where, start, path, self.body.name, member.active_axes, faces=True))
         self.faces = start.faces[chosen_faces(where, start, member.active_axes)]
-        self._start, self._loaded = start.position.copy(), member.offers(TakesExternalForces)
+        self._start = start.position.copy()
         self._shares: FaceShares | None = None
-
-    def add(self, force: np.ndarray, column: int) -> None:
-        """Add forces at the nodes [N], shape (n, 3), over this step; column: that of their channel."""
-        self._loaded.add_external_force(force, column)
 
     def shares(self) -> FaceShares:
         """How what acts on them goes to the nodes: known when all conditions are."""

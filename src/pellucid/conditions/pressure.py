@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.film_tractions import ActiveTraction
+from pellucid.conditions.film_tractions import ActiveSurfaceLoad
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
@@ -61,7 +61,7 @@ class Pressure(ChangesInTime, Condition):
         if not assembly.bodies[self.body].body.is_surface:
             return ActiveFacePressure(self, assembly, number)
         if isinstance(assembly.bodies[self.body].body, TakesTractions):
-            return ActiveTraction(self.traction, self.body, self.load_channel(), assembly, f"pressure.{number}")
+            return ActiveSurfaceLoad(self.traction, self.body, self.load_channel(), assembly, f"pressure.{number}")
         return ActivePressure(self, assembly)
 
     def at(self, time: float) -> float:
@@ -91,8 +91,8 @@ class ActiveFacePressure(ActiveCondition):
     def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
         member, where = assembly.bodies[pressure.body], pressure.where or "boundary"
         self._faces, self._pressure = LoadedFaces(member, where, ("pressure", number, "where")), pressure
-        self._column = assembly.load_column(pressure.body, pressure.load_channel())
+        self._add = assembly.forces_on(pressure.body, pressure.load_channel())
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        self._faces.add(self._faces.pressure(self._pressure.at(time)), self._column)
+        self._add(self._faces.pressure(self._pressure.at(time)))

@@ -1,6 +1,6 @@
 """The bodies of a case as conditions find them when a run is assembled."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -12,7 +12,7 @@ from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.capabilities import HasMesh
+from pellucid.parts.capabilities import HasMesh, TakesExternalForces
 
 Capability = TypeVar("Capability")
 NO_AXES = (False, False, False)
@@ -64,6 +64,12 @@ class Assembly(NamedTuple):
     bodies: Mapping[str, AssembledBody]  # by name
     actions: Sequence[NodalActions]  # of every velocity field
     layout: WorkLayout  # the columns of their channels
+
+    def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
+        """Ask for external forces on a body: what adds forces [N], shape (n, 3), in the order in which its points are stored,
+        over a step."""
+        takes, column = self.bodies[body].offers(TakesExternalForces), self.load_column(body, channel)
+        return lambda force: takes.add_external_force(force, column)
 
     def load_column(self, body: str, channel: str) -> int:
         """Ask for external forces on a body: the column of their channel, for its `add_external_force` and the like."""

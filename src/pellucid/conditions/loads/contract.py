@@ -17,7 +17,6 @@ from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.capabilities import TakesExternalForces
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of
@@ -110,9 +109,8 @@ class ActiveLoad(ActiveCondition):
     def __init__(self, load: Load, assembly: "Assembly", path: Path) -> None:
         member = assembly.bodies[load.body]
         self._body, self._load, self._path = member.body, load, path
-        self._loaded = member.offers(TakesExternalForces)
         self._chosen = None if load.region is None else chosen_points(load.region, member, path)
-        self._column = assembly.load_column(load.body, load.channel)
+        self._add = assembly.forces_on(load.body, load.channel)
 
     def try_out(self) -> None:
         """Its forces at the start, so that a load that fails at once costs no earlier results."""
@@ -127,7 +125,7 @@ class ActiveLoad(ActiveCondition):
         forces = self._load.share(time) * checked_forces(self._load, points, time)
         if self._chosen is not None:
             forces[~self._chosen[points.id]] = 0.0
-        self._loaded.add_external_force(points.as_stored(forces), self._column)
+        self._add(points.as_stored(forces))
 
 
 def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:

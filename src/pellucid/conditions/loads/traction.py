@@ -41,11 +41,11 @@ class ActiveTraction(ActiveCondition):
     def __init__(self, traction: Traction, assembly: "Assembly", path: Path) -> None:
         self._traction = traction
         self._faces = LoadedFaces(assembly.bodies[traction.body], traction.where, (*path, "where"))
-        self._column = assembly.load_column(traction.body, traction.channel)
+        self._add = assembly.forces_on(traction.body, traction.channel)
         self._forces = np.zeros((0, 3))
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         if not len(self._forces):
             self._forces = self._faces.traction(np.array(self._traction.traction))
-        self._faces.add(self._traction.share(time) * self._forces, self._column)
+        self._add(self._traction.share(time) * self._forces)
