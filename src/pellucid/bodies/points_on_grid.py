@@ -10,6 +10,8 @@ from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
+from pellucid.grid.particle_to_grid import ParticleToGrid
+from pellucid.grid.passes.each_point import each_point_by_colour
 from pellucid.grid.points import (
     AFFINE,
     FIELD_ENERGY,
@@ -21,7 +23,6 @@ from pellucid.grid.points import (
     LUMPING,
     MOMENTUM_X,
     NO_AFFINE,
-    NO_CELLS,
     NO_STRESS,
     POWER,
     RATE,
@@ -36,7 +37,7 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
-from pellucid.grid.velocities import update_velocities
+from pellucid.grid.velocities import KeptHeat, taking_velocities
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -78,7 +79,7 @@ class PointsOnGrid(GridBody):
         self._stencil = max(function.stencil for function in functions)
         self.transfer = velocity_transfer
         self._nodes = velocity_field.grid.nodes
-        self._cells = NO_CELLS
+        self._cells: FullCells | None = None
         self.arrays = arrays
         arrays["velocity"][:, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
@@ -105,17 +106,23 @@ class PointsOnGrid(GridBody):
         """Make the bundles of points and slabs that kernels take."""
         mapped = MappedPoints(
             functions=self.functions,
-            transfer=self.transfer,
             lattice=self.grid.lattice,
             nodes=self._nodes,
             points=self.points,
             slabs=self.slabs,
-            affine=self._affine,
-            heat=self._heat,
             index=InOrder(),
-            cells=self._cells,
         )
         self.mapped = Bundle(mapped)
+        self._to_grid = ParticleToGrid(mapped, self.arrays.get("affine"), self._cells)
+        self._velocity_passes: dict[bool, Bundle] = {}
+
+    def _velocity_pass(self) -> Bundle:
+        """The pass that gives the points their velocities: whether it keeps heat may change while conditions are made known."""
+        if self.keeps_heat not in self._velocity_passes:
+            heat = KeptHeat(self.kept_energy(), self._heat) if self.keeps_heat else None
+            where = self.transfer, self.mapped.content, self.arrays.get("affine"), heat, self._cells
+            self._velocity_passes[self.keeps_heat] = taking_velocities(*where)
+        return self._velocity_passes[self.keeps_heat]
 
     def _follow_order(self) -> None:
         """Renew what depends on the order in which the points are stored."""
@@ -140,8 +147,8 @@ class PointsOnGrid(GridBody):
 
     def take_shift(self, dt: float) -> None:
         """The work of the pressure on what volumes lack of the growth of full cells."""
-        if self.keeps_heat:
-            full_cells.take_shift(self.n_slabs, self.mapped, self.kept_energy(), dt)
+        if self.keeps_heat and self._cells is not None:
+            full_cells.take_shift(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
             self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `update_velocities`
 
     @property
@@ -196,7 +203,8 @@ class PointsOnGrid(GridBody):
         lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
         if kept < 1.0:
             rows = np.zeros_like(self._nodes.inertia)
-            kernels.scatter_momentum(self.n_slabs, Bundle(self.mapped._replace(nodes=self._nodes._replace(inertia=rows))))
+            to_rows = self.mapped.content._replace(nodes=self._nodes._replace(inertia=rows))
+            ParticleToGrid(to_rows, self.arrays.get("affine")).scatter_momentum()
             self.velocity_field.slow((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
             self._affine[:, :FIELD_ENERGY] *= kept
@@ -207,7 +215,7 @@ class PointsOnGrid(GridBody):
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
-        kernels.scatter(self.n_slabs, self.mapped, int(inertia), int(force))
+        self._to_grid.scatter(inertia, force)
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
         """Add external forces on the points [N] to those on the nodes."""
@@ -215,7 +223,7 @@ class PointsOnGrid(GridBody):
 
     def begin_velocities(self, dt: float, remap: bool) -> None:
         """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
-        update_velocities(self.n_slabs, self.mapped, self.kept_energy(), dt, int(remap and self.constraint is None))
+        each_point_by_colour(self.n_slabs, self._velocity_pass(), dt, int(remap and self.constraint is None))
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
@@ -243,7 +251,7 @@ class PointsOnGrid(GridBody):
             self.constraint.prescribe_velocities()
         kernels.sum_momentum(self.n_slabs, self.mapped)
         if remap:
-            kernels.scatter_momentum(self.n_slabs, self.mapped)
+            self._to_grid.scatter_momentum()
 
     @property
     def takes_second_impulses(self) -> bool:
@@ -326,7 +334,8 @@ class PointsOnGrid(GridBody):
         self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
-        self._cells.found[:, SHIFT] = 0.0
+        if self._cells is not None:
+            self._cells.found[:, SHIFT] = 0.0
         self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step
 
     def check(self, n_steps: int, time: float) -> None:

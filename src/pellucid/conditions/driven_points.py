@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy import intp, uintp
 
-from pellucid.grid.blocks import about_lanes, fetch, find_functions, functions_like
 from pellucid.grid.lattice import LARGEST_STENCIL
+from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, functions_like
+from pellucid.grid.passes.places import bounds_of, placed
 from pellucid.grid.points import OK, place_of
 from pellucid.grid.stencil import add_shares, node_at
-from pellucid.grid.transfer import bounds_of, placed
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers, zeros

@@ -6,8 +6,8 @@ from numpy import uintp
 
 from pellucid.contact.normals import CENTRE, VOLUME, reach_of_point
 from pellucid.contact.shared import list_within
-from pellucid.grid.blocks import about_lanes, fetch, find_functions, functions_like, run_end
 from pellucid.grid.lattice import LARGEST_STENCIL
+from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, functions_like, run_end
 from pellucid.grid.points import ByIndex
 from pellucid.grid.stencil import node_at
 from pellucid.jit import kernel, pointwise

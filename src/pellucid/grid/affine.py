@@ -7,61 +7,34 @@ steps the point moves among the nodes, and Σ N |C r|² changes with N and r: wh
 
 from typing import Any
 
-from numpy import uintp
-
+from pellucid.approximants import GridFunctions
 from pellucid.approximants.axis import affine_weights
-from pellucid.grid.blocks import about_lanes, about_point, add_columns, fetch, keep, run_end
 from pellucid.grid.points import FIELD_ENERGY
 from pellucid.grid.stencil import Stencil, gather_gradient, node_at
-from pellucid.grid.velocity_transfer import HEAT, MASS, NEW, OLD, Apic, Blend, Flip
+from pellucid.grid.transfer_heat import renewed
+from pellucid.grid.velocity_transfer import Apic, Blend, Flip, VelocityTransfer
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.jit.columns import WIDTH, put, take_lanes
-from pellucid.jit.vector import LANES, nothing
-from pellucid.tensors import IDENTITY, ZERO_VECTOR
-
-FIELD = IDENTITY, 0.0  # of a point, with its energy
-# columns of a block: fields and their energies before the step and after, weights of four nodes along each axis, m times energy
-BEFORE, AFTER, WEIGHTS, OF_POINTS, COUNT = 0, 10, 20, 32, 33
+from pellucid.jit.vector import nothing
 
 
 @generic
-def renew_affine(
-    transfer: Any, mapped: Any, start: int, n: int, found: Any, first_node: Any, c: Any, fields: Any, energies: Any
-) -> None:
-    """Of APIC: the new affine fields of the n points of a block, and HEAT of its columns `c`, from OLD, NEW and MASS.
-
-    fields: scratch of COUNT columns; energies: a vector to which the kinetic energies of the new fields [J] are added.
-    """
+def affine_functions(transfer: Any, functions: Any, about: Any) -> Any:
+    """Of APIC: for each axis what takes the place of derivatives in the affine field of a point; else ()."""
 
 
-@point_function(renew_affine, Flip)
-@point_function(renew_affine, Blend)
-def _no_fields(transfer, mapped, start, n, found, first_node, c, fields, energies):
-    pass
+@generic
+def affine_energy(transfer: Any, m: float, affine: Any) -> Any:
+    """The kinetic energy of the affine field of a point of mass m [J]; () where there are none."""
 
 
-@point_function(renew_affine, Apic)
-def _renew(transfer, mapped, start, n, found, first_node, c, fields, energies):
-    functions, affine, index = mapped.functions, mapped.affine, mapped.index
-    fetch(index, FIELD, affine, start, n, fields, BEFORE * WIDTH)
-    for q in range(n):
-        put(fields, q + WEIGHTS * WIDTH, _weights(functions, about_point(functions, found, first_node, q)))
-    a = 0
-    while a < n:
-        end = run_end(first_node, a, n)
-        while a < end:
-            weights = take_lanes(_weights(functions, about_point(functions, found, first_node, 0)), fields, a + WEIGHTS * WIDTH)
-            _renew_lanes(mapped, about_lanes(functions, found, first_node, a), weights, a, c, fields)
-            a += LANES
-        a = end
-    keep(index, FIELD, affine, start, n, fields, AFTER * WIDTH)
-    for q in range(n):
-        fields[uintp(q + OF_POINTS * WIDTH)] = c[uintp(q + MASS * WIDTH)] * fields[uintp(q + (AFTER + FIELD_ENERGY) * WIDTH)]
-    add_columns(fields, OF_POINTS, n, energies, 0, 1)
+@point_function(affine_functions, Flip)
+@point_function(affine_functions, Blend)
+def _no_functions(transfer, functions, about):
+    return ()
 
 
-@pointwise
-def _weights(functions, about):
+@point_function(affine_functions, Apic)
+def _functions(transfer, functions, about):
     return (
         affine_weights(functions[0], about.offset[0], about.wx, about.gx),
         affine_weights(functions[1], about.offset[1], about.wy, about.gy),
@@ -69,21 +42,34 @@ def _weights(functions, about):
     )
 
 
-@pointwise
-def _renew_lanes(mapped, about, weights, a, c, fields):
-    """The fields and the heat of the points from a on that share their nodes with it."""
-    lattice, nodes, wx, wy, wz, offset = mapped.lattice, mapped.nodes, about.wx, about.wy, about.wz, about.offset
-    before, kept = take_lanes(FIELD, fields, a + BEFORE * WIDTH)
-    v, new = take_lanes(ZERO_VECTOR, c, a + OLD * WIDTH), take_lanes(ZERO_VECTOR, c, a + NEW * WIDTH)
+@point_function(affine_energy, Flip)
+@point_function(affine_energy, Blend)
+def _no_energy(transfer, m, affine):
+    return ()
+
+
+@point_function(affine_energy, Apic)
+def _energy_of_field(transfer, m, affine):
+    return m * affine[1]
+
+
+def affine_functions_like(transfer: VelocityTransfer, functions: GridFunctions) -> Any:
+    """Examples of `affine_functions`."""
+    return tuple((0.0,) * function.stencil for function in functions) if isinstance(transfer, Apic) else ()
+
+
+@point_function(renewed, Apic)
+def _renew(transfer, about, lattice, nodes, p, known, new, mean, change, lumping):
+    wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
     # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
     velocity = nodes.strain_velocity if max(len(wx), len(wy), len(wz)) == 2 else nodes.velocity
-    about_field = Stencil(about.start, offset, wx, wy, wz, weights[0], weights[1], weights[2])
+    about_field = Stencil(about.start, offset, wx, wy, wz, known[0], known[1], known[2])
     after = gather_gradient(about_field, lattice, velocity)
     spread = _spread(offset[0], wx), _spread(offset[1], wy), _spread(offset[2], wz)
     reached = _energy(after, spread, lattice.cell)
-    heat = _lost(about, lattice, nodes, v, new, before) + kept - reached  # the energy of the field before is in both
-    put(fields, a + AFTER * WIDTH, (after, reached))
-    put(c, a + HEAT * WIDTH, (heat,))
+    kept = p.affine[FIELD_ENERGY]
+    heat = _lost(about, lattice, nodes, p.velocity, new, p.affine) + kept - reached  # the energy of the field before is in both
+    return (after, reached), heat
 
 
 @pointwise

@@ -52,8 +52,8 @@ def _pressure(stress, p):
 
 
 @kernel(inner=True)
-def _sum_slab(s, mapped):
-    points, slabs, index, sums = mapped.points, mapped.slabs, mapped.index, mapped.cells.sums
+def _sum_slab(s, mapped, sums):
+    points, slabs, index = mapped.points, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
         cell, V = cell_of(mapped.lattice, points.position, p), points.volume[p]
@@ -62,18 +62,18 @@ def _sum_slab(s, mapped):
 
 
 @kernel()
-def sum_cells(n, mapped):
-    """Add volumes and pressures times volumes of the points of n slabs to their cells."""
-    parallel_by_colour(_sum_slab, n, mapped.slabs.across, mapped)
+def sum_cells(n, mapped, sums):
+    """Add volumes and pressures times volumes of the points of n slabs to those of their cells, as `FullCells` has them."""
+    parallel_by_colour(_sum_slab, n, mapped.slabs.across, mapped, sums)
 
 
 @kernel(inner=True)
-def _take_shift_slab(s, mapped, energy, dt):
+def _take_shift_slab(s, mapped, found, energy, dt):
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     gained = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
-        shift = mapped.cells.found[cell_of(mapped.lattice, points.position, p), SHIFT]
+        shift = found[cell_of(mapped.lattice, points.position, p), SHIFT]
         more = -dt * points.volume[p] * _pressure(points.stress, p) * shift
         energy[p] += more / points.mass[p]
         gained += more
@@ -81,10 +81,10 @@ def _take_shift_slab(s, mapped, energy, dt):
 
 
 @kernel()
-def take_shift(n, mapped, energy, dt):
+def take_shift(n, mapped, found, energy, dt):
     """Take the work of each point's pressure on what its volume lacks of growth over the step dt [s] from its specific energy
-    [J/kg], shape (points,). GAINED of the sums: what they gained [J]."""
-    parallel_for(_take_shift_slab, n, mapped, energy, dt)
+    [J/kg], shape (points,); found: as `FullCells` has it. GAINED of the sums: what they gained [J]."""
+    parallel_for(_take_shift_slab, n, mapped, found, energy, dt)
 
 
 @pointwise
@@ -299,7 +299,7 @@ class CellPressure:
     def find_pressures(self) -> None:
         """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
         for body in self._bodies:
-            sum_cells(body.n_slabs, body.mapped)
+            sum_cells(body.n_slabs, body.mapped, self.cells.sums)
         _push_cells(self._chunks, self._grid)
 
     def find_growth(self) -> None:

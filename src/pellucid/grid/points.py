@@ -64,6 +64,7 @@ class Slabs(NamedTuple):
     fault: np.ndarray  # (s, 2) a code above, and the first point that has it
     left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
+    of_lost: np.ndarray  # (s, columns) of those of a pass that moved points, the part of points that left the grid
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
         """Which slabs have points that may reach nodes from the first of these layers to the last, shape (s,)."""
@@ -95,8 +96,14 @@ def _by_index(index, q):
     return uintp(index.order[uintp(q)])
 
 
+class NoCells(NamedTuple):
+    """No pressure of cells acts as a whole."""
+
+    none: int = 0
+
+
 class FullCells(NamedTuple):
-    """What `pellucid.grid.full_cells` knows of n cells, numbered as their first nodes are stored; no rows: not used."""
+    """What `pellucid.grid.full_cells` knows of n cells, numbered as their first nodes are stored."""
 
     sums: np.ndarray  # (n, 3) sums over the points of a cell: VOLUMES, PRESSURES, RATES
     found: np.ndarray  # (n, 3) of a full cell PRESSURE, GROWTH and SHIFT; zeros of others
@@ -107,7 +114,6 @@ VOLUMES, PRESSURES, RATES = range(3)
 """Volumes [m³], pressures times volumes [J], rates of volume along the mean velocity [m³/s]."""
 PRESSURE, GROWTH, SHIFT = range(3)
 """Mean pressure [Pa]; rate at which a unit of its points' volume grows with the cell, and what the points lack of it [1/s]."""
-NO_CELLS = FullCells(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, np.bool_))
 
 FIELD_ENERGY = 9
 """Column of `affine` after those of the velocity field: its kinetic energy of unit mass, where the transfer left it [J/kg]."""
@@ -119,25 +125,27 @@ class MappedPoints(NamedTuple):
     """A body's points and the nodes of its velocity field, as kernels take them."""
 
     functions: Any  # shape functions along x, y, z
-    transfer: Any  # how points take their velocity from the nodes
     lattice: Lattice
     nodes: Nodes
     points: PointArrays
     slabs: Slabs
-    affine: np.ndarray  # (n, 10) affine velocity fields [1/s] and FIELD_ENERGY; no rows where the transfer has no use for them
-    heat: np.ndarray  # (n,) kinetic energy that the transfer of this step lost about a point [J/kg]; no rows where none is kept
     index: Any  # `InOrder` or `ByIndex`
-    cells: FullCells
+
+
+@pointwise
+def cell_at(lattice, place):
+    """The cell in which a place [m] lies: as its first node is stored."""
+    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
+    i = min(int((place[0] - low[0]) * h), n[0] - 1)
+    j = min(int((place[1] - low[1]) * h), n[1] - 1)
+    k = min(int((place[2] - low[2]) * h), n[2] - 1)
+    return uintp(i * stride[0] + j * stride[1] + k * stride[2])
 
 
 @pointwise
 def cell_of(lattice, x, p):
-    """The cell in which point p of x [m], shape (points, 3), lies: as its first node is stored."""
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    i = min(int((x[p, 0] - low[0]) * h), n[0] - 1)
-    j = min(int((x[p, 1] - low[1]) * h), n[1] - 1)
-    k = min(int((x[p, 2] - low[2]) * h), n[2] - 1)
-    return uintp(i * stride[0] + j * stride[1] + k * stride[2])
+    """The cell in which point p of x [m], shape (points, 3), lies."""
+    return cell_at(lattice, (x[p, 0], x[p, 1], x[p, 2]))
 
 
 NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
@@ -161,6 +169,5 @@ NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
     GAINED,
     KEPT,
     VECTORS,
-    LOST_POWER,
     COLUMNS,
-) = range(18)
+) = range(17)

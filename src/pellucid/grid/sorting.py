@@ -126,7 +126,8 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
     if across == 1:
         bounds[:, 2:] = -np.inf, np.inf
     first = np.zeros(n + 1, np.int64)
-    return Slabs(first, layers, across, bounds, np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((n, COLUMNS)))
+    faults, left, (sums, of_lost) = np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((2, n, COLUMNS))
+    return Slabs(first, layers, across, bounds, faults, left, sums, of_lost)
 
 
 def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
@@ -145,7 +146,7 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
 
 def _report_nothing(slabs: Slabs) -> None:
     """Forget what kernels reported of other points: they leave the rows of slabs without points as they are."""
-    for reported in (slabs.left_slab, slabs.fault, slabs.sums):
+    for reported in (slabs.left_slab, slabs.fault, slabs.sums, slabs.of_lost):
         reported.fill(0)
 
 

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from numpy import uintp
 
 from pellucid.approximants.axis import axis_numbers, axis_values
-from pellucid.grid.velocity_transfer import row_of_node, rows_of_line
 from pellucid.jit import pointwise
 from pellucid.jit.vector import LANES, load, nothing, store
 
@@ -175,30 +174,3 @@ def add_shares(about, value, shares):
             for c in range(len(wz)):
                 store(shares, k, load(shares, k) + line * wz[c])
                 k += LANES
-
-
-@pointwise
-def add_inertia(about, lattice, inertia, transfer, rows):
-    """Add to each node's row of `inertia` what a point gives it of momentum and mass; rows as `inertia_rows` gives them."""
-    wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
-    for a in range(len(wx)):
-        for b in range(len(wy)):
-            line = rows_of_line(transfer, rows, wx[a] * wy[b], (offset[0] + a) * h, (offset[1] + b) * h)
-            for c in range(len(wz)):
-                I = 4 * node_at(about, lattice, a, b, c)
-                store(inertia, I, load(inertia, I) + wz[c] * row_of_node(transfer, line, (offset[2] + c) * h))
-
-
-@pointwise
-def add_internal_force(about, lattice, force, stress):
-    """Add -V σ ∇N_I to each node's row of `force`; stress: the columns of -V σ as rows of four."""
-    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-    h = lattice.inverse_cell
-    sx, sy, sz = h * stress[0], h * stress[1], h * stress[2]
-    for a in range(len(wx)):
-        for b in range(len(wy)):
-            t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy
-            u = (wx[a] * wy[b]) * sz
-            for c in range(len(wz)):
-                I = 4 * node_at(about, lattice, a, b, c)
-                store(force, I, load(force, I) + (wz[c] * t + gz[c] * u))

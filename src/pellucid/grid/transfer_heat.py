@@ -22,21 +22,50 @@ def lumping_heat(energy, change):
 
 
 @generic
-def further_heat(transfer: Any, about: Stencil, lattice: Lattice, nodes: Nodes, v: Any, new: Any, change: Any) -> Any:
-    """What the transfer loses beyond that, with v the point's velocity before the step and `new` that of the nodes [J/kg].
+def renewed(
+    transfer: Any,
+    about: Stencil,
+    lattice: Lattice,
+    nodes: Nodes,
+    p: Any,
+    known: Any,
+    new: Any,
+    mean: Any,
+    change: Any,
+    lumping: Any,
+) -> Any:
+    """Of a point with the velocity `new` after the step, its affine field of APIC with its energy, else (), and the heat of the
+    transfer of unit mass [J/kg]. known: its functions for that field; mean, change: the nodes' velocity and increment there."""
 
-    Not that of APIC: `renew_affine` finds what that loses in all, from the affine fields before and after the step.
-    """
+
+@generic
+def kept_heat(transfer: Any, heat: float) -> float:
+    """How much of it a point keeps: what is lost; of APIC all, since it swings with the way of the point."""
 
 
-@point_function(further_heat, Flip)
-@point_function(further_heat, Apic)
-def _nothing(transfer, about, lattice, nodes, v, new, change):
-    return nothing(v[0])
+@point_function(renewed, Flip)
+def _flip(transfer, about, lattice, nodes, p, known, new, mean, change, lumping):
+    return (), lumping
 
 
-@point_function(further_heat, Blend)
-def _blend(transfer, about, lattice, nodes, v, new, change):
+@point_function(kept_heat, Flip)
+@point_function(kept_heat, Blend)
+def _losses(transfer, heat):
+    return heat if heat > 0.0 else 0.0
+
+
+@point_function(kept_heat, Apic)
+def _all(transfer, heat):
+    return heat
+
+
+@point_function(renewed, Blend)
+def _blend(transfer, about, lattice, nodes, p, known, new, mean, change, lumping):
+    return (), lumping + _filtered(transfer, about, lattice, nodes, p.velocity, mean, change)
+
+
+@pointwise
+def _filtered(transfer, about, lattice, nodes, v, new, change):
     """With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less than
     u. The sum of the last over all points is that of the m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), v_I° before the step."""
     share = 1.0 - transfer.flip

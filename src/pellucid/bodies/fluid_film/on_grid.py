@@ -113,7 +113,7 @@ class FilmOnGrid(PointsOnGrid):
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
         if inertia:
-            transfer.scatter(self.n_slabs, self.mapped, 1, 0)
+            self._to_grid.scatter(inertia=True, force=False)
         if force:
             self._scatter(self._internal_force(), self.grid.nodes.force)
 

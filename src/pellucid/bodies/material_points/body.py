@@ -18,12 +18,13 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall import WallPlane
 from pellucid.energy import FIRST_LOAD, Left
 from pellucid.errors import CaseError, Problem
-from pellucid.grid import straining
 from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
-from pellucid.grid.points import DISSIPATED, LOST, LOST_POWER, OK
+from pellucid.grid.passes.each_point import each_point
+from pellucid.grid.points import DISSIPATED, LOST, OK, POWER
+from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import Flip, VelocityTransfer
+from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
@@ -64,8 +65,8 @@ class MaterialPoints(PointsOnGrid):
 
     def _make_bundles(self) -> None:
         super()._make_bundles()
-        mapped = self.mapped.content._replace(transfer=Flip())  # straining asks for none: one compiled kernel for all transfers
-        self._strained = Bundle(straining.StrainedPoints(mapped, self.law, self._state))
+        self._strain = straining(self.law, self.mapped.content, self._state, self._cells)
+        self._strain_at_rest: Bundle | None = None
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
@@ -148,9 +149,15 @@ class MaterialPoints(PointsOnGrid):
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses of what the grid strains; where `move`, new positions."""
         if self._strains:
-            straining.update_stress(self.n_slabs, self._strained, dt, int(move))
+            each_point(self.n_slabs, self._strain if move else self._strain_alone(), dt)
         if move and self.is_led(by_slabs=True):
             self.prescribe_positions()
+
+    def _strain_alone(self) -> Bundle:
+        """The pass that moves nothing: of USF, and before the first step."""
+        if self._strain_at_rest is None:
+            self._strain_at_rest = straining(self.law, self.mapped.content, self._state, self._cells, moving=False)
+        return self._strain_at_rest
 
     def end_stress(self, dt: float, move: bool) -> None:
         """Totals, the bound on the step; positions of a rigid body."""
@@ -232,7 +239,7 @@ class MaterialPoints(PointsOnGrid):
             lost = there["mass"] * there["dissipated_energy"]
             self.totals.parts["dissipated"] -= float(np.sum(lost[gone]))
             stored = stored + lost
-        power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(self.slabs.sums)[LOST_POWER])
+        power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(self.slabs.of_lost)[POWER])
         left, affine = taken_along(there, stored, gone, power)
         speed = np.linalg.norm(there["velocity"][gone], axis=1)
         self.totals.momentum_size -= float(np.sum(there["mass"][gone] * speed))

@@ -82,7 +82,7 @@ class ElementsOnGrid(PointsOnGrid):
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces."""
         if inertia:
-            transfer.scatter(self.n_slabs, self.mapped, 1, 0)
+            self._to_grid.scatter(inertia=True, force=False)
         if force:
             scatter_vectors(self.n_slabs, self.mapped, self._internal_forces(), self.grid.nodes.force)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.quadrilateral import BAD, COLUMNS, SIGNAL, SUMS, fault_of, strain_quadrilaterals
 from pellucid.bodies.membrane_elements.triangle import strain_triangle
-from pellucid.grid.blocks import add_columns, largest_of_column
+from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import OK
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH

@@ -9,7 +9,7 @@ from math import inf, sqrt
 from numpy import uintp
 
 from pellucid.bodies.membrane_points.point import in_frame, in_space, spun, turned
-from pellucid.grid.blocks import expect, fetch, keep_where
+from pellucid.grid.passes.blocks import expect, fetch, keep_where
 from pellucid.grid.points import FOLDED, INVERTED, NOT_FINITE, OK, place_of
 from pellucid.jit import pointwise
 from pellucid.jit.columns import WIDTH, put, take
@@ -133,6 +133,8 @@ def weaken_points(surface, start, n, c):
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:
             put(c, q + LEFT * WIDTH, weaken(damage, record, place_of(index, start + q), c[uintp(q + STRAIN * WIDTH)]))
+        else:
+            put(c, q + LEFT * WIDTH, (0.0, 0.0))
 
 
 @pointwise

@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_points import kernels
+from pellucid.bodies.membrane_points.gradients import gathering_gradients
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
 from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembrane
 from pellucid.bodies.membrane_points.pressure import press
@@ -18,6 +19,7 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
+from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -97,6 +99,11 @@ class MembranePoints(PointsOnGrid):
         self._state = MembraneArrays(*(self.arrays[name] for name in MembraneArrays._fields))
         self._record = DamageRecord(*(self.arrays.get(name, np.zeros(0)) for name in DamageRecord._fields))
 
+    def _make_bundles(self) -> None:
+        super()._make_bundles()
+        passes = (gathering_gradients(self.mapped.content, self._gradient, moving) for moving in (False, True))
+        self._gather_alone, self._gather_and_move = passes
+
     def _follow_order(self) -> None:
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
         fans = fans_of(where[self._triangles], self.n_points)
@@ -158,7 +165,7 @@ class MembranePoints(PointsOnGrid):
 
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients; where `move`, new positions."""
-        kernels.gather_gradients(self.n_slabs, self.mapped, self._gradient, dt, int(move))
+        each_point(self.n_slabs, self._gather_and_move if move else self._gather_alone, dt)
         if move and self.is_led(by_slabs=True):
             self.prescribe_positions()
 

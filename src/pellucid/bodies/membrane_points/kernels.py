@@ -9,7 +9,7 @@ the two halves of `strain`. A failed point keeps its strain, frame and volume: t
 
 from math import sqrt
 
-from numpy import intp, uintp
+from numpy import uintp
 
 from pellucid.bodies.membrane_points.blocks import (
     BAD,
@@ -31,55 +31,17 @@ from pellucid.bodies.membrane_points.blocks import (
     weaken_points,
 )
 from pellucid.bodies.membrane_points.point import in_frame
-from pellucid.grid.blocks import add_columns, fetch, find_functions, functions_like, keep, largest_of_column
+from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
-from pellucid.grid.straining import gather_motion
-from pellucid.grid.transfer import bounds_of, placed
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
-from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import joint_for, parallel_for
+from pellucid.jit.columns import BLOCK, WIDTH, put, take
+from pellucid.jit.local import numbers, zeros
+from pellucid.jit.parallel import parallel_for
 from pellucid.jit.point_rows import cross, vector_at_point, with_last
 from pellucid.jit.vector import LANES, load, store, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
-VELOCITY, PLACE = 9, 12  # columns of a block after the velocity gradient
 CHUNK = 1024  # triangles that a thread takes at a time
-
-
-@kernel(inner=True)
-def _gather_slab(s, mapped, gradient, dt, move):
-    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
-    x, slabs = mapped.points.position, mapped.slabs
-    if slabs.first[s] == slabs.first[s + 1]:
-        return
-    bounds = bounds_of(slabs, s)
-    left_slab = first_fault = at_fault = 0
-    found, first_node = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    c = numbers(WIDTH * (PLACE + size(ZERO_VECTOR)))
-    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
-        n = min(BLOCK, slabs.first[s + 1] - start)
-        fetch(index, ZERO_VECTOR, x, start, n, c, PLACE * WIDTH)
-        find_functions(functions, lattice, n, c, PLACE * WIDTH, found, first_node)
-        gather_motion(mapped, (ZERO_VECTOR, IDENTITY), (x, gradient), start, n, found, first_node, c)
-        keep(index, IDENTITY, gradient, start, n, c, 0)
-        if move:
-            for q in range(n):
-                p, v = place_of(index, start + q), take(ZERO_VECTOR, c, q + VELOCITY * WIDTH)
-                fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], bounds)
-                left_slab |= beyond
-                if fault != OK and first_fault == OK:
-                    first_fault = fault
-                    at_fault = intp(p)  # type: ignore[assignment]
-    slabs.left_slab[s] = left_slab
-    slabs.fault[s, 0] = first_fault
-    slabs.fault[s, 1] = at_fault
-
-
-@kernel()
-def gather_gradients(n, mapped, gradient, dt, move):
-    """Velocity gradients into `gradient`, shape (points, 9); where `move`, new positions."""
-    joint_for(_gather_slab, n, mapped, gradient, dt, move)
 
 
 @kernel(inner=True)

@@ -8,9 +8,8 @@ from numpy import intp
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import damp_subcell_velocities
 from pellucid.grid.own_nodes_field import OwnNodesField
+from pellucid.grid.passes.places import bounds_of, placed
 from pellucid.grid.points import (
-    NO_AFFINE,
-    NO_CELLS,
     NO_STRESS,
     NO_VOLUME,
     OK,
@@ -21,14 +20,10 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.reached import NO_FORCE
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
-from pellucid.grid.transfer import bounds_of, placed
 from pellucid.grid.vectors import gather_vectors
-from pellucid.grid.velocity_transfer import Flip
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
-
-NO_HEAT = np.zeros(0)
 
 
 @kernel(inner=True)
@@ -79,8 +74,7 @@ class GridCoupling:
         grid, index = velocity_field.grid, ByIndex(self._order)
         self.slabs = slabs_of(grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
-        on_grid = functions, Flip(), grid.lattice, grid.nodes
-        self.mapped = Bundle(MappedPoints(*on_grid, self._points, self.slabs, NO_AFFINE, NO_HEAT, index, NO_CELLS))
+        self.mapped = Bundle(MappedPoints(functions, grid.lattice, grid.nodes, self._points, self.slabs, index))
         self.sort()
 
     def sort(self) -> None:

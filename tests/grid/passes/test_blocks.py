@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_cases import box, place, simulation
 
-from pellucid.grid.blocks import (
+from pellucid.grid.passes.blocks import (
     about_lanes,
     add_columns,
     fetch,

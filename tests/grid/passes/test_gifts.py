@@ -5,9 +5,8 @@ import pytest
 from small_cases import GAS, box, place, simulation
 
 from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
+from pellucid.grid.particle_to_grid import ParticleToGrid
 from pellucid.grid.points import PRESSURE
-from pellucid.grid.transfer import scatter, scatter_momentum
-from pellucid.jit.bundle import Bundle
 
 
 @pytest.mark.parametrize("full", [False, True])
@@ -23,13 +22,16 @@ def test_sums_of_runs_are_those_of_points(transfer, counts, full):
         if name in body.arrays:
             body.arrays[name][:] = rng.normal(size=body.arrays[name].shape)
     assert isinstance(body.mapped.functions, LinearFunctions)
-    assert (len(body.mapped.cells.found) > 0) == full
-    body.mapped.cells.found[:, PRESSURE] = rng.normal(size=len(body.mapped.cells.found))
-    found = []
-    for mapped in (body.mapped, Bundle(body.mapped._replace(functions=CurvedFunctions(*body.mapped.functions)))):
+    cells = body._cells
+    assert (cells is not None) == full
+    if cells is not None:
+        cells.found[:, PRESSURE] = rng.normal(size=len(cells.found))
+    found, mapped = [], body.mapped.content
+    for functions in (mapped.functions, CurvedFunctions(*mapped.functions)):
         sim.clear()
-        scatter(body.n_slabs, mapped, inertia=1, force=1)
-        scatter_momentum(body.n_slabs, mapped)
+        points = ParticleToGrid(mapped._replace(functions=functions), body.arrays.get("affine"), cells)
+        points.scatter(inertia=True, force=True)
+        points.scatter_momentum()
         found.append((sim.grid.nodes.inertia.copy(), sim.grid.nodes.forces.copy()))
     for by_runs, by_points in zip(*found, strict=True):
         assert np.abs(by_points).max() > 0.1

@@ -1,0 +1,49 @@
+"""The pass that gathers the velocity gradients of membrane points and moves them: straining needs all of them moved."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
+from pellucid.grid.points import MappedPoints
+from pellucid.grid.stencil import gather, gather_gradient
+from pellucid.jit import point_function
+from pellucid.jit.bundle import Bundle
+from pellucid.tensors import IDENTITY, ZERO_VECTOR
+
+
+class Read(NamedTuple):
+    """What it reads of a point, or the arrays of it."""
+
+    position: Any  # [m]
+
+
+class Kept(NamedTuple):
+    """What it keeps."""
+
+    position: Any
+    gradient: Any  # [1/s]
+
+
+class GatherGradient(NamedTuple):
+    """Velocity gradients, and where `moving` is 1 and not 0 new places."""
+
+    moving: float
+
+
+@point_function(gathered, GatherGradient)
+def _motion(task, about, lattice, nodes, p, known):
+    return gather_gradient(about, lattice, nodes.strain_velocity), gather(about, lattice, nodes.velocity)
+
+
+@point_function(at_point, GatherGradient)
+def _move(task, lattice, dt, p, known, g):
+    (x, y, z), (L, u), step = p.position, g, task.moving * dt
+    return Found(Kept((x + step * u[0], y + step * u[1], z + step * u[2]), L), (), 0.0, 0.0)
+
+
+def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
+    """The pass for the points of a membrane; gradient: shape (points, 9)."""
+    declared = Declaration(gathers=(IDENTITY, ZERO_VECTOR), moves=True)
+    position = mapped.points.position
+    return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

@@ -1,0 +1,190 @@
+"""The loop over the points of a body that does a pass: the driver for processors.
+
+It alone knows slabs, blocks, columns, vectors and prefetching. A pass knows one point (`points_pass`). The place of a line can
+decide a quarter of the speed, which `pellucid bench` watches for each pass: gathering goes by vectors of points that share
+their nodes; the physics of a point by a loop that writes nothing but columns, so that it becomes vectors; each part asks for
+the memory of the next block.
+"""
+
+from typing import Any
+
+from numpy import intp, uintp
+
+from pellucid.grid.passes.blocks import (
+    about_lanes,
+    about_point,
+    add_columns,
+    expect,
+    fetch,
+    find_functions,
+    functions_like,
+    keep_where,
+    largest_of_column,
+    run_end,
+)
+from pellucid.grid.passes.gifts import WEIGHTS, give
+from pellucid.grid.passes.places import bounds_of, comes_first, fault_of_place, in_cells, outside, strays
+from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered, in_cell, looked_up
+from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
+from pellucid.jit import generic, kernel, point_function, pointwise
+from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
+from pellucid.jit.local import indices, numbers, zeros
+from pellucid.jit.parallel import joint_by_colour, joint_for
+from pellucid.jit.vector import LANES, load, total
+from pellucid.tensors import ZERO_VECTOR
+
+NO_PLACE = 1e3
+"""In place of a fault: the new place of a point is none within the grid."""
+
+
+@pointwise
+def _look_up(points, n, found, first_node, c):
+    """What the pass finds of the n points of a block before it gathers, into columns after what was read."""
+    functions, lattice = points.mapped.functions, points.mapped.lattice
+    for q in range(n):
+        about, p = about_point(functions, found, first_node, q), take(points.like, c, q)
+        known = looked_up(points.task, lattice, functions, about, p)
+        put(c, q + size(points.like) * WIDTH, known)
+
+
+@pointwise
+def _gather(points, start, n, found, first_node, c):
+    """What the pass gathers, into columns after what was looked up; how many vectors of points that took."""
+    functions, lattice, nodes, index = points.mapped.functions, points.mapped.lattice, points.mapped.nodes, points.mapped.index
+    like, known_like = points.like, points.known_like
+    a = vectors = 0
+    while a < n:
+        end = run_end(first_node, a, n)
+        vectors += (end - a + LANES - 1) // LANES
+        while a < end:
+            expect(index, like, points.read, start + a)
+            about, p = about_lanes(functions, found, first_node, a), take_lanes(like, c, a)
+            known = take_lanes(known_like, c, a + size(like) * WIDTH)
+            gathers = gathered(points.task, about, lattice, nodes, p, known)
+            put(c, a + (size(like) + size(known_like)) * WIDTH, gathers)
+            a += LANES
+        a = end
+    return vectors
+
+
+@pointwise
+def _find(points, dt, n, c):
+    """What the pass finds at each point, into the columns after what was gathered."""
+    like, known_like, gathered_like = points.like, points.known_like, points.gathered_like
+    GATHERED = size(like) + size(known_like)
+    for q in range(n):
+        p, known = take(like, c, q), take(known_like, c, q + size(like) * WIDTH)
+        g = take(gathered_like, c, q + GATHERED * WIDTH)
+        put(c, q + (GATHERED + size(gathered_like)) * WIDTH, at_point(points.task, points.mapped.lattice, dt, p, known, g))
+
+
+@pointwise
+def _check_places(lattice, bounds, n, c, at, fault):
+    """Faults of the new places in columns from `at` on, where points have no other; in the column after them, which points lie
+    beyond the bounds of their slab."""
+    for q in range(n):
+        X, Y, Z = in_cells(lattice, take(ZERO_VECTOR, c, q + at))
+        bad = c[uintp(q + fault)]
+        bad = bad if bad > 0.0 else NO_PLACE * outside(lattice, X, Y, Z)
+        put(c, q + fault, (bad, strays(lattice, X, Y, Z, bounds)))
+
+
+@pointwise
+def _code(c, q, at, fault):
+    """The fault of point q of a block."""
+    code = c[uintp(q + fault)]
+    return fault_of_place(take(ZERO_VECTOR, c, q + at)) if code == NO_PLACE else int(code)
+
+
+@generic
+def add_to_cells(to_cells: Any, points: Any, n: int, c: Any) -> None:
+    """Add what the n points of a block give to their cells."""
+
+
+@point_function(add_to_cells, NotToCells)
+def _add_nothing(to_cells, points, n, c):
+    pass
+
+
+@point_function(add_to_cells, ToCells)
+def _add_numbers(to_cells, points, n, c):
+    like, GATHERED = points.like, size(points.like) + size(points.known_like)
+    for q in range(n):
+        p, g = take(like, c, q), take(points.gathered_like, c, q + GATHERED * WIDTH)
+        to_cells.into[cell_at(points.mapped.lattice, p.position), to_cells.column] += in_cell(points.task, p, g)
+
+
+@kernel(inner=True)
+def _slab(s, points, dt, gives):
+    mapped = points.mapped
+    functions, lattice, index, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.slabs
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
+    like, kept_like = points.like, points.found_like.kept
+    columns, bounds = size(points.found_like.sums), bounds_of(slabs, s)
+    KEPT = size(like) + size(points.known_like) + size(points.gathered_like)
+    SUMS = KEPT + size(kept_like)
+    LARGEST = SUMS + columns
+    FAULT, BEYOND, COLUMNS = LARGEST + 1, LARGEST + 2, LARGEST + 3
+    # sums of the pass; the largest; faults; points beyond their slab; sums of the points that left the grid
+    c, sums, of_lost = numbers(WIDTH * COLUMNS), zeros((columns + 3) * LANES), zeros(columns)
+    found, first_node, weights = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK), numbers(WIDTH * WEIGHTS)
+    first_fault = at_fault = vectors = 0
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        fetch(index, like, points.read, start, n, c, 0)
+        find_functions(functions, lattice, n, c, 0, found, first_node)
+        if size(points.known_like) > 0:
+            _look_up(points, n, found, first_node, c)
+        vectors += _gather(points, start, n, found, first_node, c)
+        _find(points, dt, n, c)
+        if points.moves:
+            _check_places(lattice, bounds, n, c, KEPT * WIDTH, FAULT * WIDTH)
+            add_columns(c, BEYOND, n, sums, columns + 2, 1)
+        add_columns(c, SUMS, n, sums, 0, columns)
+        add_columns(c, FAULT, n, sums, columns + 1, 1)
+        if points.largest >= 0:
+            largest_of_column(c, LARGEST, n, sums, columns)
+        sound = total(load(sums, (columns + 1) * LANES)) == 0.0
+        if not sound:
+            for q in range(n):
+                fault = OK if c[uintp(q + FAULT * WIDTH)] == 0.0 else _code(c, q, KEPT * WIDTH, FAULT * WIDTH)
+                if fault == LOST:
+                    for k in range(columns):
+                        of_lost[k] += c[uintp(q + (SUMS + k) * WIDTH)]
+                if comes_first(fault, first_fault):
+                    first_fault = fault
+                    at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
+                c[uintp(q + FAULT * WIDTH)] = 0.0 if fault == INVERTED else 1.0
+        add_to_cells(points.to_cells, points, n, c)
+        keep_where(FAULT, sound, index, kept_like, points.kept, start, n, c, KEPT * WIDTH)
+        give(points.gives, mapped, start, n, found, first_node, weights, gives)
+    slabs.sums[s, VECTORS] = vectors
+    for k in range(columns):
+        slabs.sums[s, points.sums[k]] = total(load(sums, k * LANES))
+    if points.largest >= 0:
+        top = 0.0
+        for lane in range(LANES):
+            top = max(top, sums[columns * LANES + lane])
+        slabs.sums[s, points.largest] = top
+    if points.moves:
+        slabs.left_slab[s] = 1 if total(load(sums, (columns + 2) * LANES)) > 0.0 else 0
+        slabs.fault[s, 0] = first_fault
+        slabs.fault[s, 1] = at_fault
+        for k in range(columns):
+            slabs.of_lost[s, points.sums[k]] = of_lost[k]
+
+
+@kernel()
+def each_point(n, points, dt):
+    """Do a pass, the bundle of a `PassPoints`, on the points of n slabs over a step dt [s]; it gives nothing to nodes or cells.
+
+    Fills the sums that it declares, VECTORS, and, where it moves points, faults, `left_slab` and `of_lost`.
+    """
+    joint_for(_slab, n, points, dt, 0)
+
+
+@kernel()
+def each_point_by_colour(n, points, dt, gives):
+    """The same of a pass that gives something; gives: whether to the nodes too."""
+    joint_by_colour(_slab, n, points.mapped.slabs.across, points, dt, gives)

@@ -1,0 +1,254 @@
+"""What points give to their nodes: numbers times N, or rows of numbers times the slopes of N.
+
+Linear functions have the same slopes at all points. So what a run, points with the same nodes, gives is summed first: by N a
+row for each node; by slopes a row for each line of nodes along an axis, by the products of the weights across. Nodes are then
+added to once for the run. With other functions point after point adds.
+
+A gift is a NamedTuple with a function `given`, which fetches the values of one point. All rows on the nodes have four numbers.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.approximants.axis import CurvedFunctions, LinearFunctions
+from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functions, functions_like
+from pellucid.grid.points import MappedPoints, place_of
+from pellucid.grid.stencil import node_at, node_behind
+from pellucid.jit import default_function, generic, kernel, point_function, pointwise
+from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
+from pellucid.jit.local import indices, numbers
+from pellucid.jit.parallel import joint_by_colour
+from pellucid.jit.products import no_sums, outer, plus
+from pellucid.jit.vector import LANES, load, store
+from pellucid.tensors import ZERO_VECTOR
+
+LINES, WEIGHTS = 8, 20
+"""Columns of weights: of the nodes, eight at most; from LINES on of the lines of nodes along each axis, four at most."""
+FIRST, SECOND = 1, 2
+"""Which of two gifts are given."""
+
+
+class Nothing(NamedTuple):
+    """Points give nothing to the nodes."""
+
+    none: int = 0
+
+
+class ByValue(NamedTuple):
+    """A row times N."""
+
+    give: Any
+    read: Any  # arrays of the points that `given` reads
+    like: Any  # an example of one point of them
+    into: np.ndarray  # (4 nodes,) rows
+
+
+class BySlope(NamedTuple):
+    """A row for each axis times the slope of N along it."""
+
+    give: Any
+    read: Any
+    like: Any
+    into: np.ndarray
+
+
+class Both(NamedTuple):
+    """Two gifts."""
+
+    first: Any
+    second: Any
+
+
+class GivingPoints(NamedTuple):
+    """The points of a body and what they give."""
+
+    mapped: MappedPoints
+    gives: Any
+
+
+@generic
+def given(give: Any, lattice: Any, points: Any, p: Any) -> Any:
+    """What point p gives, points: the arrays that the gift reads. By value a row of four, or four of them, at its place and by
+    distance [m] along x, y, z; by slope three rows."""
+
+
+@generic
+def rows_at_nodes(give: Any, rows: Any, about: Any, cell: float) -> Any:
+    """Of what `given` gives by value, a row for each node of the point's stencil, or one for all."""
+
+
+@generic
+def rows_of_line(give: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
+    """Of that, the share w that a line of nodes along z gets at these distances [m]."""
+
+
+@generic
+def row_of_node(give: Any, line: Any, dz: float) -> Any:
+    """Of that of its line, the row for a node at the distance dz [m]."""
+
+
+@generic
+def give(gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any) -> Any:
+    """Add to the nodes what the n points of a block give; w: scratch of WEIGHTS columns; which: FIRST, SECOND or their sum."""
+
+
+@generic
+def add_values(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any) -> Any:
+    """Add a gift by value."""
+
+
+@generic
+def add_slopes(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any) -> Any:
+    """Add a gift by slope."""
+
+
+@point_function(give, Nothing)
+def _give_nothing(gives, mapped, start, n, found, first_node, w, which):
+    pass
+
+
+@point_function(give, ByValue)
+def _give_values(gives, mapped, start, n, found, first_node, w, which):
+    if which & FIRST:
+        add_values(mapped.functions, gives, mapped, start, n, found, first_node, w)
+
+
+@point_function(give, BySlope)
+def _give_slopes(gives, mapped, start, n, found, first_node, w, which):
+    if which & FIRST:
+        add_slopes(mapped.functions, gives, mapped, start, n, found, first_node, w)
+
+
+@point_function(give, Both)
+def _give_both(gives, mapped, start, n, found, first_node, w, which):
+    give(gives.first, mapped, start, n, found, first_node, w, which & FIRST)
+    give(gives.second, mapped, start, n, found, first_node, w, which >> 1)
+
+
+@default_function(rows_at_nodes)
+def _one_for_all(give, rows, about, cell):
+    return rows
+
+
+@default_function(rows_of_line)
+def _share_of_line(give, rows, w, dx, dy):
+    return w * rows
+
+
+@default_function(row_of_node)
+def _as_line(give, line, dz):
+    return line
+
+
+@pointwise
+def _ends_run(first_node, q, n):
+    """Whether point q of n points is the last of those that share its nodes."""
+    return q + 1 == n or first_node[q + 1] != first_node[q]
+
+
+@point_function(add_values, LinearFunctions)
+def _add_values_of_runs(functions, gift, mapped, start, n, found, first_node, w):
+    lattice, rule, into = mapped.lattice, gift.give, gift.into
+    for q in range(n):
+        at = about_point(functions, found, first_node, q)
+        put(w, q, outer(at.wx, outer(at.wy, at.wz)))
+    about = about_point(functions, found, first_node, 0)
+    wx, wy, wz = about.wx, about.wy, about.wz
+    weights = outer(wx, outer(wy, wz))
+    sums = no_sums(weights)
+    for q in range(n):
+        rows = given(rule, lattice, gift.read, place_of(mapped.index, start + q))
+        at_nodes = rows_at_nodes(rule, rows, about_point(functions, found, first_node, q), lattice.cell)
+        sums = plus(sums, take(weights, w, q), at_nodes)
+        if q % LANES == 0:  # and of the next block the places, which come first
+            expect(mapped.index, (ZERO_VECTOR, gift.like), (mapped.points.position, gift.read), start + q)
+        if _ends_run(first_node, q, n):
+            for i in range(len(wx)):
+                for j in range(len(wy)):
+                    for k in range(len(wz)):
+                        I = 4 * node_behind(lattice, first_node[q], i, j, k)
+                        store(into, I, load(into, I) + sums[(i * len(wy) + j) * len(wz) + k])
+            sums = no_sums(weights)
+
+
+@point_function(add_slopes, LinearFunctions)
+def _add_slopes_of_runs(functions, gift, mapped, start, n, found, first_node, w):
+    lattice, into = mapped.lattice, gift.into
+    for q in range(n):
+        at = about_point(functions, found, first_node, q)
+        put(w, q + LINES * WIDTH, (outer(at.wy, at.wz), outer(at.wx, at.wz), outer(at.wx, at.wy)))
+    about = about_point(functions, found, first_node, 0)
+    wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+    of_x, of_y, of_z = outer(wy, wz), outer(wx, wz), outer(wx, wy)
+    x, y, z = no_sums(of_x), no_sums(of_y), no_sums(of_z)
+    for q in range(n):
+        sx, sy, sz = given(gift.give, lattice, gift.read, place_of(mapped.index, start + q))
+        along_x, along_y, along_z = take((of_x, of_y, of_z), w, q + LINES * WIDTH)
+        x, y, z = plus(x, along_x, sx), plus(y, along_y, sy), plus(z, along_z, sz)
+        if q % LANES == 0:
+            expect(mapped.index, gift.like, gift.read, start + q)
+        if _ends_run(first_node, q, n):
+            for i in range(len(wx)):
+                for j in range(len(wy)):
+                    for k in range(len(wz)):
+                        I = 4 * node_behind(lattice, first_node[q], i, j, k)
+                        along = gx[i] * x[j * len(wz) + k] + gy[j] * y[i * len(wz) + k] + gz[k] * z[i * len(wy) + j]
+                        store(into, I, load(into, I) + lattice.inverse_cell * along)
+            x, y, z = no_sums(of_x), no_sums(of_y), no_sums(of_z)
+
+
+@point_function(add_values, CurvedFunctions)
+def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, w):
+    lattice, rule, into, h = mapped.lattice, gift.give, gift.into, mapped.lattice.cell
+    for q in range(n):
+        about, rows = (
+            about_point(functions, found, first_node, q),
+            given(rule, lattice, gift.read, place_of(mapped.index, start + q)),
+        )
+        wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                line = rows_of_line(rule, rows, wx[a] * wy[b], (offset[0] + a) * h, (offset[1] + b) * h)
+                for c in range(len(wz)):
+                    I = 4 * node_at(about, lattice, a, b, c)
+                    store(into, I, load(into, I) + wz[c] * row_of_node(rule, line, (offset[2] + c) * h))
+
+
+@point_function(add_slopes, CurvedFunctions)
+def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, w):
+    lattice, into, h = mapped.lattice, gift.into, mapped.lattice.inverse_cell
+    for q in range(n):
+        about = about_point(functions, found, first_node, q)
+        sx, sy, sz = given(gift.give, lattice, gift.read, place_of(mapped.index, start + q))
+        sx, sy, sz = h * sx, h * sy, h * sz
+        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                t = (gx[a] * wy[b]) * sx + (wx[a] * gy[b]) * sy
+                u = (wx[a] * wy[b]) * sz
+                for c in range(len(wz)):
+                    I = 4 * node_at(about, lattice, a, b, c)
+                    store(into, I, load(into, I) + (wz[c] * t + gz[c] * u))
+
+
+@kernel(inner=True)
+def _slab(s, points, which):
+    mapped = points.mapped
+    functions, lattice, slabs, index = mapped.functions, mapped.lattice, mapped.slabs, mapped.index
+    if slabs.first[s] == slabs.first[s + 1]:
+        return
+    found, first_node, c = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK), numbers(WIDTH * size(ZERO_VECTOR))
+    weights = numbers(WIDTH * WEIGHTS)
+    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
+        n = min(BLOCK, slabs.first[s + 1] - start)
+        fetch(index, ZERO_VECTOR, mapped.points.position, start, n, c, 0)
+        find_functions(functions, lattice, n, c, 0, found, first_node)
+        give(points.gives, mapped, start, n, found, first_node, weights, which)
+
+
+@kernel()
+def scatter(n, points, which):
+    """Add what the points of n slabs give to their nodes. points: the bundle of `GivingPoints`; which: FIRST and SECOND of two
+    gifts, or their sum."""
+    joint_by_colour(_slab, n, points.mapped.slabs.across, points, which)

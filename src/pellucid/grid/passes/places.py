@@ -1,0 +1,68 @@
+"""Where points may be: within the grid, and within a layer of the slab that they were sorted into."""
+
+from math import inf
+
+from pellucid.grid.points import LOST, NOT_FINITE, OK
+from pellucid.jit import pointwise
+
+
+@pointwise
+def bounds_of(slabs, s):
+    """Between which places the points of slab s may move, in cells: along the slowest axis, and along that of the cuts."""
+    return slabs.bounds[s, 0], slabs.bounds[s, 1], slabs.bounds[s, 2], slabs.bounds[s, 3]
+
+
+@pointwise
+def in_cells(lattice, place):
+    """A place [m] in cells from the lower walls."""
+    h, low = lattice.inverse_cell, lattice.lower
+    return (place[0] - low[0]) * h, (place[1] - low[1]) * h, (place[2] - low[2]) * h
+
+
+@pointwise
+def strays(lattice, X, Y, Z, bounds):
+    """Whether a point at X, Y, Z, in cells from the walls, lies beyond the bounds of its slab: 1.0 or 0.0."""
+    main, second = lattice.slab_axis, lattice.cut_axis
+    along = X if main == 0 else (Y if main == 1 else Z)
+    across = X if second == 0 else (Y if second == 1 else Z)
+    beyond = 1.0 if along < bounds[0] else 0.0
+    beyond = 1.0 if along >= bounds[1] else beyond
+    beyond = 1.0 if across < bounds[2] else beyond
+    return 1.0 if across >= bounds[3] else beyond
+
+
+@pointwise
+def outside(lattice, X, Y, Z):
+    """Whether a place is none within the grid: 1.0 or 0.0. Of numbers that are not finite it is 1."""
+    n = lattice.counts
+    bad = 0.0 if X >= 0.0 else 1.0
+    bad = bad if Y >= 0.0 else 1.0
+    bad = bad if Z >= 0.0 else 1.0
+    bad = bad if n[0] >= X else 1.0
+    bad = bad if n[1] >= Y else 1.0
+    return bad if n[2] >= Z else 1.0
+
+
+@pointwise
+def fault_of_place(place):
+    """The fault of a place outside the grid."""
+    return LOST if abs(place[0] + place[1] + place[2]) < inf else NOT_FINITE
+
+
+@pointwise
+def comes_first(fault, first):
+    """Whether a slab reports this fault in place of the first one that it has: a point that left the grid may be allowed to, so
+    that any other fault comes before it."""
+    return fault != OK and (first == OK or (first == LOST and fault != LOST))
+
+
+@pointwise
+def placed(lattice, x, p, dx, dy, dz, bounds):
+    """Move point p; the fault of its new position, and 1 where it lies beyond the bounds of its slab."""
+    x[p, 0] += dx
+    x[p, 1] += dy
+    x[p, 2] += dz
+    place = (x[p, 0], x[p, 1], x[p, 2])
+    X, Y, Z = in_cells(lattice, place)
+    beyond = 1 if strays(lattice, X, Y, Z, bounds) > 0.0 else 0
+    return (OK if outside(lattice, X, Y, Z) == 0.0 else fault_of_place(place)), beyond

@@ -1,0 +1,141 @@
+"""What a pass over points declares, and the functions of one point that make it up."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.grid.passes.gifts import Nothing
+from pellucid.grid.points import MappedPoints
+from pellucid.jit import default_function, generic
+from pellucid.jit.bundle import Bundle
+
+NO_MAXIMUM = -1
+
+
+class Found(NamedTuple):
+    """What a pass finds at a point."""
+
+    kept: Any  # what its points keep, as `Declaration.keeps`
+    sums: Any  # what it adds to the sums, numbers in the order of `Declaration.sums`
+    largest: float  # what it adds to the maximum
+    fault: float  # a code of `pellucid.grid.points`; a point that is INVERTED keeps what it had
+
+
+@generic
+def looked_up(task: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
+    """What a pass finds for a point before it gathers, of numbers, with branches and tables: about the stencil of the point,
+    p what was read of it."""
+
+
+@generic
+def gathered(task: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
+    """What a pass gathers from the nodes of a point; known: what was looked up.
+
+    Of numbers, or of vectors for several points that share their nodes: it uses + - * / and the sums of
+    `pellucid.grid.stencil`, and no branch. Arithmetic whose result not all passes need belongs here, where it costs nothing.
+    """
+
+
+@generic
+def at_point(task: Any, lattice: Any, dt: float, p: Any, known: Any, g: Any) -> Any:
+    """The physics of a point, of numbers, over a step dt [s]: a `Found`. g: what was gathered."""
+
+
+@generic
+def in_cell(task: Any, p: Any, g: Any) -> Any:
+    """What the point adds to its cell, where cells are counted."""
+
+
+@default_function(looked_up)
+def _nothing_known(task, lattice, functions, about, p):
+    return ()
+
+
+@default_function(gathered)
+def _nothing_gathered(task, about, lattice, nodes, p, known):
+    return ()
+
+
+@default_function(in_cell)
+def _nothing_in_cell(task, p, g):
+    return 0.0
+
+
+class Declaration(NamedTuple):
+    """What the loop does for a pass, besides reading and keeping.
+
+    Values of points are numbers and tuples of numbers; an example stands for their kind.
+    """
+
+    gathers: Any = ()  # example of what it gathers
+    looks_up: Any = ()  # example of what it looks up before
+    sums: tuple[int, ...] = ()  # columns of `Slabs.sums` that it fills
+    largest: int = NO_MAXIMUM  # column for a maximum over the points
+    moves: bool = False
+
+
+class PassPoints(NamedTuple):
+    """A pass with the points of a body, as the loop takes them."""
+
+    task: Any
+    mapped: MappedPoints
+    read: Any  # arrays of what it reads
+    like: Any  # an example of one point of it
+    known_like: Any
+    gathered_like: Any
+    kept: Any  # arrays of what it keeps
+    found_like: Any
+    sums: np.ndarray  # columns
+    largest: int
+    moves: int
+    gives: Any  # what points give to the nodes when they are done, see `gifts`
+    to_cells: Any  # `NotToCells` or `ToCells`
+
+
+def pass_points(
+    task: Any, declared: Declaration, mapped: MappedPoints, read: Any, kept: Any, gives: Any = None, to_cells: Any = None
+) -> Bundle:
+    """A pass bound to the points of a body.
+
+    read, kept: NamedTuples of arrays, shape (points,) or (points, numbers), the position first in `read`, and in `kept` where
+    the pass moves points; a NamedTuple of arrays, such as the state of a law, is one of them, and () one that is not there.
+    """
+    found = Found(example_of(kept), (0.0,) * len(declared.sums), 0.0, 0.0)
+    return Bundle(
+        PassPoints(
+            task,
+            mapped,
+            read,
+            example_of(read),
+            declared.looks_up,
+            declared.gathers,
+            kept,
+            found,
+            np.array(declared.sums, np.int64),
+            declared.largest,
+            int(declared.moves),
+            gives if gives is not None else Nothing(),
+            to_cells if to_cells is not None else NotToCells(),
+        )
+    )
+
+
+def example_of(arrays: Any) -> Any:
+    """The kind of value that arrays hold of a point: numbers, and tuples of these."""
+    if isinstance(arrays, tuple):
+        parts = [example_of(array) for array in arrays]
+        return type(arrays)(*parts) if hasattr(arrays, "_fields") else tuple(parts)
+    return (0.0,) * arrays.shape[1] if arrays.ndim == 2 else 0.0
+
+
+class NotToCells(NamedTuple):
+    """Points add nothing to their cells."""
+
+    none: int = 0
+
+
+class ToCells(NamedTuple):
+    """Points add a number (`in_cell`) to their cells."""
+
+    into: np.ndarray  # (cells, columns)
+    column: int
