@@ -8,11 +8,12 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
-from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import WELL_SPREAD, check_quality, qualities, way_along
+from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import WELL_SPREAD, check_quality, way_along
 from pellucid.bodies.fluid_film.mesh_smoothing.surface_point_location import places_along
 from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
 from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables, surface_areas, surface_operators
 from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.rings import rings
 from pellucid.geometry.meshes.triangulation import vertex_normals
@@ -84,7 +85,7 @@ class TriangleSurface(ABC):
 
     def can_wait(self, x: np.ndarray) -> bool:
         """See `pellucid.bodies.fluid_film.surfaces.contract`."""
-        return bool(qualities(self.rings.triangles, self.places(x)).min() >= WELL_SPREAD)
+        return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
         """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""
