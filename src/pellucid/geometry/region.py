@@ -126,11 +126,11 @@ class Region(Shape):
         return chosen
 
     def _facing(self, of: Selectable) -> np.ndarray:
-        """Which faces have such a normal, shape (f,)."""
+        """Which faces have the normal that the region names, shape (f,)."""
         return np.asarray(self._cosines(of) >= cos(radians(WITHIN if self.within is None else self.within)) - 1e-12)
 
     def _cosines(self, of: Selectable) -> np.ndarray:
-        """Of the angles between the outward normals of the faces and that direction, shape (f,)."""
+        """Cosines of the angles between the outward normals of the faces and the direction of the region, shape (f,)."""
         areas, direction = vector_areas(of.position, of.faces), np.array(self.normal)
         size = np.linalg.norm(areas, axis=1) * np.linalg.norm(direction)
         return np.asarray(areas @ direction / np.maximum(size, 1e-300))

@@ -28,8 +28,8 @@ class Tetrahedral(Countable):
         return ""
 
     def mesh(self) -> SimplexMesh:
-        """Its nodes and tetrahedra, made once while the files that it names do not change; whoever asks shares them, so
-        nobody writes to them. Warns of pieces that do not hold together."""
+        """The nodes and tetrahedra, made once while the files that the case names do not change. All callers share the arrays,
+        so none may write to them. Warns of pieces that do not hold together."""
         return _made(self, states_of_files(self))
 
 

@@ -37,7 +37,7 @@ class SolidFile(MeshFile, Tetrahedral):
         return self.path
 
     def expected_points(self) -> float:
-        """None: what a file holds is known when it has been read."""
+        """No nodes are expected: the number is known when the file has been read."""
         return 0.0
 
     def make(self) -> SimplexMesh:

@@ -36,7 +36,7 @@ class SurfaceFile(MeshFile, Meshed):
         return self
 
     def expected_points(self) -> float:
-        """None: what a file holds is known when it has been read."""
+        """No points are expected: the number is known when the file has been read."""
         return 0.0
 
     def mesh(self) -> Mesh:

@@ -1,4 +1,4 @@
-"""How the nodes of a surface move along it so that they stay evenly spread, and what guards their triangles."""
+"""Mesh smoothing: nodes of a surface move along it so that they stay evenly spread; triangles that are too flat end a run."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What closed surfaces of triangles in space share, whatever interpolates them."""
+"""The base of closed surfaces of triangles in space, whatever functions interpolate them."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -59,7 +59,7 @@ class TriangleSurface(ABC):
         """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Rows for nodes at x [m], shape (n, 3)."""
+        """Rows of the operators for nodes at x [m], shape (n, 3)."""
         return surface_operators(x, self.nodes, self.tables)
 
     def normals(self, x: np.ndarray) -> np.ndarray:
@@ -101,11 +101,11 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What its functions depend on beside the nodes, for checkpoints."""
+        """The arrays that the functions depend on beside the nodes, for checkpoints."""
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
+        """Go on from the arrays of a checkpoint."""
 
     def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
         return places_along(self.rings, places, way, lambda triangle, share: self.at(x, triangle, share))
