@@ -14,9 +14,9 @@ from pydantic import field_validator, model_validator
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.rotation import plane_problems
+from pellucid.geometry.shape import Box, Shape
 from pellucid.geometry.shapes.contract import ActiveAxes
-from pellucid.geometry.shapes.shape import Box, Shape
+from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import Vector, parameter
 from pellucid.units import to_si
 

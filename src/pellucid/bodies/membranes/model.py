@@ -12,7 +12,7 @@ from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.inside import Inside
+from pellucid.geometry.surfaces.inside import Inside
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pellucid.geometry.rotation import Rotations, Turn, turn_about
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.rotation import Rotations, Turn, turn_about
 from pellucid.model import parameter
 
 

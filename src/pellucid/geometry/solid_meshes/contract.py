@@ -5,7 +5,7 @@ from abc import abstractmethod
 from functools import lru_cache
 
 from pellucid.geometry.checks.solid_checks import apart
-from pellucid.geometry.meshes.mesh_files import FileState, states_of_files
+from pellucid.geometry.files.mesh_files import FileState, states_of_files
 from pellucid.geometry.meshes.most_points import Countable
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 

@@ -10,9 +10,9 @@ from pellucid.findings import Refusal
 from pellucid.geometry.checks.solid_repair import repaired, upright
 from pellucid.geometry.files.contents import Contents
 from pellucid.geometry.files.first_order import first_order, tetrahedra, with_points
+from pellucid.geometry.files.mesh_files import MeshFile
 from pellucid.geometry.files.read import SOLIDS, read_file
 from pellucid.geometry.meshes.coincident import same_place
-from pellucid.geometry.meshes.mesh_files import MeshFile
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.model import InputFile, parameter

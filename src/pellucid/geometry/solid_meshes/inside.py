@@ -16,8 +16,8 @@ from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.shapes.inside import closed_triangles
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
+from pellucid.geometry.surfaces.inside import closed_triangles
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import parameter
 

@@ -11,8 +11,8 @@ from pellucid.geometry.checks.surface_holes import MOST_EDGES
 from pellucid.geometry.checks.surface_repair import repaired
 from pellucid.geometry.files.contents import Block, flat_blocks
 from pellucid.geometry.files.first_order import first_order
+from pellucid.geometry.files.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.files.read import SURFACES, read_file
-from pellucid.geometry.meshes.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
 from pellucid.model import InputFile, parameter
 

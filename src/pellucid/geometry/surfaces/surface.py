@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.rotation import Rotations, rotate_parameter, turn_about
+from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.surfaces.box import BoxSurface
 from pellucid.geometry.surfaces.cushion import CushionSurface
 from pellucid.geometry.surfaces.cylinder import CylinderSurface

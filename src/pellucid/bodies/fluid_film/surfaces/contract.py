@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.geometry.meshes.cells import Cells
 
 

@@ -14,8 +14,8 @@ from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils
 from pellucid.approximants.radial.stencils import interpolants
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.geometry.meshes.cells import Cells
 
 GAUSS = 3  # points of a segment: hoop strain with one or two has modes without energy, which the number of nodes would show in

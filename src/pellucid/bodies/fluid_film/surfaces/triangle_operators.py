@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 

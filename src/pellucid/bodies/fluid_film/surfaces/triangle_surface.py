@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
 from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import WELL_SPREAD, check_quality, way_along
 from pellucid.bodies.fluid_film.mesh_smoothing.surface_point_location import places_along
 from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables, surface_areas, surface_operators
 from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.checks.quality import triangle_qualities
