@@ -11,7 +11,7 @@ from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.faces import Faces
 from pellucid.contact.wall import WallPlane
-from pellucid.energy import Totals
+from pellucid.energy import Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
@@ -404,8 +404,7 @@ class Body(ABC):
 
     def kinetic_energies(self) -> np.ndarray:
         """Of each point [J], shape (n,)."""
-        velocity = self.arrays["velocity"]
-        return np.asarray(0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity))
+        return kinetic_energies(self.arrays["mass"], self.arrays["velocity"])
 
     @property
     def may_leave(self) -> bool:

@@ -17,10 +17,10 @@ import numpy as np
 from pellucid.bodies.fluid_film.conditions.nodal_frames import Frames, Led
 from pellucid.bodies.fluid_film.conditions.unbalanced_loads import why_unbalanced
 from pellucid.bodies.fluid_film.forms.film_forces import FilmForces
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics, Forms, dissipation, turning
 from pellucid.bodies.fluid_film.solvers.contract import Border, FilmSolver, IncompatibleLoad, Solution, System
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.energy import GRAVITY
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import ActingTraction

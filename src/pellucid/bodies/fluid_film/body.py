@@ -9,11 +9,11 @@ from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
 from pellucid.bodies.fluid_film.conditions.held_nodes import HeldNodes
 from pellucid.bodies.fluid_film.conditions.volume_constraints import Goals
 from pellucid.bodies.fluid_film.forms.film_forces import BuildableFilm, in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.own_steps import FilmSteps
 from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells

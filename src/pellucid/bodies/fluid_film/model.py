@@ -30,11 +30,11 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance
-    from pellucid.bodies.fluid_film.forms.operators import Operators
     from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
     from pellucid.bodies.fluid_film.own_steps import FilmSteps
     from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
     from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+    from pellucid.bodies.fluid_film.surfaces.operators import Operators
     from pellucid.parts.body import Body, Placement
 
 CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # of a node, see `validation/memory`

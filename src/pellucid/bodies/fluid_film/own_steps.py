@@ -13,7 +13,7 @@ from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, U
 from pellucid.bodies.fluid_film.checks import THINNEST
 from pellucid.bodies.fluid_film.conditions.volume_constraints import Goals
 from pellucid.bodies.fluid_film.forms.film_forces import in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.system.linear_algebra import on_one_thread
 
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps

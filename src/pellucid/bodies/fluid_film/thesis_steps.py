@@ -17,9 +17,9 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
 from pellucid.bodies.fluid_film.forms.film_forces import in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, is_still, too_thin
 from pellucid.bodies.fluid_film.surfaces.curve import Curve, segment_functions
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.parts.surface_load import SurfacePoints
 
 GAUSS = 4  # points of a segment, as in figure 6.4

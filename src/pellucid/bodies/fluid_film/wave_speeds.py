@@ -26,7 +26,7 @@ class Signals:
         return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
 
     def limit(self, cell: float, speed: float) -> StepLimit:
-        """How they bound the step in cells [m], in a film that moves at a speed [m/s]."""
+        """The bound of the step in cells [m] by these waves, in a film that moves at a speed [m/s]."""
         waves, spread = waves_in_cells(cell, self.wave, cause="membrane"), spread_in_cells(cell, self.spread)
         tight = tightest([waves, spread, bending_in_cells(cell, self.bending)])
         return tight._replace(step=1.0 / (1.0 / tight.step + speed / cell))

@@ -6,9 +6,9 @@ from typing import Protocol
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, NodalSums, SharedRows
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics, Forms, Tension, bending_energies, forms
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.materials.film import FilmMaterial
 from pellucid.parts.surface_load import SurfacePoints, Traction
 
