@@ -14,6 +14,7 @@ def table(result: dict[str, Any]) -> RenderableType:
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"
     head = f"{machine['processor']}, {machine['threads']} threads, {bandwidth}, {versions}"
     shown: list[RenderableType] = [head, _bodies(result["bodies"]), _variants(result["variants"])]
+    shown.append(_passes(result["passes"], machine["triad_bytes_per_second"]))
     if result["threads"]:
         shown.append(_threads(result["threads"]))
     shown += [_contact(result["contact"]), _solid(result["solid"]), _films(result["films"])]
@@ -54,6 +55,22 @@ def _variants(rows: list[dict[str, Any]]) -> Table:
             f"{row['point_steps_per_second'] / 1e6:.1f}",
             f"{1e9 / row['point_steps_per_second']:.0f}",
         )
+    return shown
+
+
+def _passes(rows: list[dict[str, Any]], triad: float) -> Table:
+    names = list(dict.fromkeys(name for row in rows for name in row["passes"]))
+    shown = Table(
+        title="passes over points alone: ns/point, and the rate at which they move points' arrays by that of the triad"
+    )
+    for heading in ("body", "functions", "transfer"):
+        shown.add_column(heading)
+    for heading in names:
+        shown.add_column(heading, justify="right")
+    for row in rows:
+        found = [row["passes"].get(name) for name in names]
+        cells = [f"{1e9 * one['seconds_per_point']:.1f}, {one['bytes_per_second'] / triad:.0%}" if one else "" for one in found]
+        shown.add_row(*(row[key] for key in ("body", "functions", "transfer")), *cells)
     return shown
 
 

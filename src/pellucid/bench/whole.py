@@ -26,6 +26,12 @@ VARIANTS = [
     *({"body": body} for body in MEMBRANES),
 ]
 """What is measured beside the bodies with trilinear functions and FLIP."""
+PASSES = [
+    *({"body": body, "functions": functions} for body in MATERIALS for functions in ("trilinear", "quadratic-bspline")),
+    {"body": "ideal-gas", "transfer": "apic"},
+    {"body": "membrane-points"},
+]
+"""Whose passes over points are measured one by one."""
 THREADS_POINTS = 20_000, 100_000, 1_000_000
 """Sizes of the gas that is measured with one thread, two, four, and all."""
 
@@ -42,7 +48,9 @@ def bench(
 
     Returns {"machine": {...}, "bodies": [{body, functions, transfer, points, threads, steps, seconds_per_step,
     point_steps_per_second, cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...],
-    "variants": [the same of VARIANTS], "threads": [the same of a gas with 1 to `threads`], "contact": {elements, points, steps,
+    "variants": [the same of VARIANTS], "passes": [{body, functions, transfer,
+    points, threads, passes: {name: {seconds_per_point, bytes_per_point, bytes_per_second}}}, ...] each pass of these alone,
+    "threads": [the same of a gas with 1 to `threads`], "contact": {elements, points, steps,
     seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
     build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
     point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "films": [{points, steps, build_seconds,
@@ -77,10 +85,18 @@ def bench(
         for n in FILM_NODES
         if n <= max(points or POINTS) or n == FILM_NODES[0]
     ]
+    size = min(max(points or POINTS), VARIANT_POINTS)
+    passes = [_in_a_process("passes", {**what, "points": size, "threads": threads}) for what in PASSES]
     sizes = [n for n in THREADS_POINTS if n <= max(points or POINTS)]
     gas = {"body": "ideal-gas"}
     by_threads = [_measured(gas, n, steps or _steps(n), number) for n in sizes for number in numbers_up_to(threads)]
-    result: dict[str, Any] = {"machine": machine, "bodies": bodies, "variants": variants, "threads": by_threads}
+    result: dict[str, Any] = {
+        "machine": machine,
+        "bodies": bodies,
+        "variants": variants,
+        "passes": passes,
+        "threads": by_threads,
+    }
     result |= {"contact": contact, "solid": solid, "films": films, "peers": []}
     if peers:
         size = PEER_POINTS if points is None else max(points)

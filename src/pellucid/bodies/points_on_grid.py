@@ -13,6 +13,8 @@ from pellucid.grid import transfer as kernels
 from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import ParticleToGrid
 from pellucid.grid.passes.each_point import each_point_by_colour
+from pellucid.grid.passes.moving import move_points, moving
+from pellucid.grid.passes.points_pass import PassAlone, moved_by
 from pellucid.grid.points import (
     AFFINE,
     FIELD_ENERGY,
@@ -115,7 +117,13 @@ class PointsOnGrid(GridBody):
         )
         self.mapped = Bundle(mapped)
         self._to_grid = ParticleToGrid(mapped, self.arrays.get("affine"), self._cells)
+        self._by_nodes = moving(mapped, kernels.ByNodes(self._moving_velocity))
         self._velocity_passes: dict[bool, Bundle] = {}
+
+    @property
+    def _moving_velocity(self) -> np.ndarray:
+        """The velocity of the nodes by which points move that no pass moves with others [m/s], shape (nodes, 3)."""
+        return self.grid.nodes.velocity
 
     def _velocity_pass(self) -> Bundle:
         """The pass that gives the points their velocities: whether it keeps heat may change while conditions are made known."""
@@ -194,6 +202,17 @@ class PointsOnGrid(GridBody):
         """Sort again where a point left its slab, or short runs of points with the same nodes cost more than sorting."""
         if self._short_runs.sorting_pays or np.count_nonzero(self.slabs.left_slab):
             self.sort()
+
+    def passes(self) -> dict[str, PassAlone]:
+        """For measurements: each pass of a step by name, to be done without a step in time."""
+        velocities, given = self._velocity_pass(), self._to_grid
+        return {
+            "particle to grid": PassAlone(lambda: given.scatter(inertia=True, force=True), given.read()),
+            "velocities": PassAlone(lambda: each_point_by_colour(self.n_slabs, velocities, 0.0, 0), moved_by(velocities)),
+            "velocities and momentum": PassAlone(
+                lambda: each_point_by_colour(self.n_slabs, velocities, 0.0, 1), moved_by(velocities)
+            ),
+        }
 
     # the verbs of a step
 
@@ -283,7 +302,7 @@ class PointsOnGrid(GridBody):
     def update_positions(self, dt: float) -> None:
         """New positions alone. Where a constraint does not let the grid strain the points, it gives them all of these."""
         if self.constraint is None or self.constraint.strains:
-            kernels.update_positions(self.n_slabs, self.mapped, self.grid.nodes.velocity, dt)
+            move_points(self.n_slabs, self._by_nodes, dt)
         self.prescribe_positions()
         if self.contact_surface is not None:
             self.contact_surface.follow(dt)

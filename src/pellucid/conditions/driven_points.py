@@ -4,20 +4,20 @@ The kernels take a body as in `pellucid.grid.transfer`, the bundle of a `DrivenP
 the `DrivenNodes` of `pellucid.grid.actions`.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy import intp, uintp
+from numpy import uintp
 
 from pellucid.grid.lattice import LARGEST_STENCIL
 from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, functions_like
-from pellucid.grid.passes.places import bounds_of, placed
-from pellucid.grid.points import OK, place_of
+from pellucid.grid.passes.moving import displacement
+from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_shares, node_at
-from pellucid.jit import kernel, pointwise
+from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, size
 from pellucid.jit.local import indices, numbers, zeros
-from pellucid.jit.parallel import joint_by_colour, joint_for, parallel_by_colour, parallel_for
+from pellucid.jit.parallel import joint_by_colour, parallel_by_colour
 from pellucid.jit.vector import LANES, load, splat, store, total
 from pellucid.tensors import ZERO_VECTOR
 
@@ -69,44 +69,65 @@ def _take_share(shares, number):
     return share
 
 
-@kernel(inner=True)
-def _constrain_nodes_slab(s, mapped, drive, nodes):
-    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
-    points, slabs = mapped.points, mapped.slabs
-    driven, velocity, axes = drive.driven, drive.velocity, drive.axes
-    mass, momentum = nodes.mass, nodes.momentum
-    if slabs.first[s] == slabs.first[s + 1]:
-        return
-    found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
-    place, motion, m, shares = numbers(WIDTH * size(ZERO_VECTOR)), indices(BLOCK), numbers(WIDTH), zeros(SHARES)
-    for start in range(slabs.first[s], slabs.first[s + 1], BLOCK):
-        n = min(BLOCK, slabs.first[s + 1] - start)
-        fetch(index, ZERO_VECTOR, points.position, start, n, place, 0)
-        find_functions(functions, lattice, n, place, 0, found, first_node)
-        for q in range(n):
-            motion[q] = driven[place_of(index, start + q)]
-        end = 0
-        while end < n:
-            q, k = end, uintp(motion[end] - 1)
-            end = _run_end(first_node, motion, q, n)
-            if motion[q] == 0:
-                continue
-            about, number = _add_run(functions, found, first_node, index, points.mass, start, q, end, m, shares), 0
-            for a in range(len(about.wx)):
-                for b in range(len(about.wy)):
-                    for c in range(len(about.wz)):
-                        I, w = node_at(about, lattice, a, b, c), _take_share(shares, number)
-                        number += 1
-                        for d in range(3):
-                            if axes[k, d]:
-                                mass[I, d] += w
-                                momentum[I, d] += w * velocity[k, d]
+class Constrain(NamedTuple):
+    """A run gives its nodes mass and prescribed momentum."""
+
+    none: int = 0
 
 
-@kernel()
-def constrain_nodes(n, mapped, drive, nodes):
-    """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    parallel_by_colour(_constrain_nodes_slab, n, mapped.slabs.across, mapped, drive, nodes)
+class Prescribe(NamedTuple):
+    """A run takes its prescribed velocity; work and impulses that this takes."""
+
+    none: int = 0
+
+
+class Run(NamedTuple):
+    """Points of a block with the same nodes and the same motion."""
+
+    first: int
+    end: int
+    motion: Any
+    about: Any  # their stencil
+
+
+@generic
+def at_run(task: Any, s: int, mapped: Any, drive: Any, nodes: Any, start: int, run: Any, m: Any, shares: Any) -> None:
+    """Do this for a run in the block of slab s that begins at point `start`; m: masses of its points; shares: of the run's mass
+    those of its nodes."""
+
+
+@point_function(at_run, Constrain)
+def _constrain_nodes(task, s, mapped, drive, nodes, start, run, m, shares):
+    about, k, number = run.about, run.motion, 0
+    for a in range(len(about.wx)):
+        for b in range(len(about.wy)):
+            for c in range(len(about.wz)):
+                I, w = node_at(about, mapped.lattice, a, b, c), _take_share(shares, number)
+                number += 1
+                for d in range(3):
+                    if drive.axes[k, d]:
+                        nodes.mass[I, d] += w
+                        nodes.momentum[I, d] += w * drive.velocity[k, d]
+
+
+@point_function(at_run, Prescribe)
+def _prescribe_velocities(task, s, mapped, drive, nodes, start, run, m, shares):
+    v, taken, k = mapped.points.velocity, drive.taken, run.motion
+    on_nodes = _impulse_on_nodes(run.about, mapped.lattice, nodes.impulse, shares)
+    for d in range(3):
+        if drive.axes[k, d]:
+            goal, work, loss, impulse = drive.velocity[k, d], 0.0, 0.0, on_nodes[d]
+            for r in range(run.first, run.end):
+                p = place_of(mapped.index, start + r)
+                apart = goal - v[p, d]
+                change = m[uintp(r)] * apart
+                work += change * goal
+                loss += 0.5 * change * apart
+                impulse += change
+                v[p, d] = goal
+            taken[s, WORK] += work
+            taken[s, LOSS] += loss
+            taken[s, IMPULSE + 3 * k + d] += impulse
 
 
 @pointwise
@@ -126,13 +147,9 @@ def _impulse_on_nodes(about, lattice, nodal_impulse, shares):
 
 
 @kernel(inner=True)
-def _prescribe_velocities_slab(s, mapped, drive, nodes):
+def _slab(s, mapped, drive, nodes, task):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
-    driven, velocity, axes, taken = drive.driven, drive.velocity, drive.axes, drive.taken
-    v, nodal_impulse = points.velocity, nodes.impulse
-    for column in range(taken.shape[1]):
-        taken[s, column] = 0.0
     if slabs.first[s] == slabs.first[s + 1]:
         return
     found, first_node = zeros(WIDTH * size(functions_like(functions))), indices(BLOCK)
@@ -142,88 +159,47 @@ def _prescribe_velocities_slab(s, mapped, drive, nodes):
         fetch(index, ZERO_VECTOR, points.position, start, n, place, 0)
         find_functions(functions, lattice, n, place, 0, found, first_node)
         for q in range(n):
-            motion[q] = driven[place_of(index, start + q)]
+            motion[q] = drive.driven[place_of(index, start + q)]
         end = 0
         while end < n:
-            q, k = end, uintp(motion[end] - 1)
+            q = end
             end = _run_end(first_node, motion, q, n)
-            if motion[q] == 0:
-                continue
-            about = _add_run(functions, found, first_node, index, points.mass, start, q, end, m, shares)
-            on_nodes = _impulse_on_nodes(about, lattice, nodal_impulse, shares)
-            for d in range(3):
-                if axes[k, d]:
-                    goal, work, loss, impulse = velocity[k, d], 0.0, 0.0, on_nodes[d]
-                    for r in range(q, end):
-                        p = place_of(index, start + r)
-                        apart = goal - v[p, d]
-                        change = m[uintp(r)] * apart
-                        work += change * goal
-                        loss += 0.5 * change * apart
-                        impulse += change
-                        v[p, d] = goal
-                    taken[s, WORK] += work
-                    taken[s, LOSS] += loss
-                    taken[s, IMPULSE + 3 * k + d] += impulse
+            if motion[q] > 0:
+                about = _add_run(functions, found, first_node, index, points.mass, start, q, end, m, shares)
+                at_run(task, s, mapped, drive, nodes, start, Run(q, end, uintp(motion[q] - 1), about), m, shares)
+
+
+@kernel()
+def constrain_nodes(n, mapped, drive, nodes):
+    """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
+    parallel_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Constrain(0))
 
 
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
-    """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included."""
-    joint_by_colour(_prescribe_velocities_slab, n, mapped.slabs.across, mapped, drive, nodes)
+    """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included, are added
+    to `taken`."""
+    joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe(0))
 
 
-@pointwise
-def _report(slabs, s, beyond, fault, p):
-    """Mark that points of slab s left it, and the first fault with its point; earlier faults of the slab stay."""
-    slabs.left_slab[s] |= beyond
-    if fault != OK and slabs.fault[s, 0] == OK:
-        slabs.fault[s, 0] = fault
-        slabs.fault[s, 1] = p
+@point_function(displacement, DrivenPoints)
+def _prescribed(rule, mapped, p, dt):
+    k, x, start = uintp(rule.driven[p] - 1), mapped.points.position, rule.start
+    if rule.driven[p] == 0:
+        return 0.0, 0.0, 0.0
+    dx = start[p, 0] + rule.displacement[k, 0] - x[p, 0] if rule.axes[k, 0] else 0.0
+    dy = start[p, 1] + rule.displacement[k, 1] - x[p, 1] if rule.axes[k, 1] else 0.0
+    dz = start[p, 2] + rule.displacement[k, 2] - x[p, 2] if rule.axes[k, 2] else 0.0
+    return dx, dy, dz
 
 
-@kernel(inner=True)
-def _prescribe_positions_slab(s, mapped, drive):
-    lattice, index, slabs = mapped.lattice, mapped.index, mapped.slabs
-    driven, start, displacement, axes = drive.driven, drive.start, drive.displacement, drive.axes
-    x = mapped.points.position
-    bounds = bounds_of(slabs, s)
-    left = first_fault = at_fault = 0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        k = uintp(driven[p] - 1)
-        if driven[p] == 0:
-            continue
-        dx = start[p, 0] + displacement[k, 0] - x[p, 0] if axes[k, 0] else 0.0
-        dy = start[p, 1] + displacement[k, 1] - x[p, 1] if axes[k, 1] else 0.0
-        dz = start[p, 2] + displacement[k, 2] - x[p, 2] if axes[k, 2] else 0.0
-        fault, beyond = placed(lattice, x, p, dx, dy, dz, bounds)
-        left |= beyond
-        if fault != OK and first_fault == OK:
-            first_fault = fault
-            at_fault = intp(p)  # type: ignore[assignment]
-    _report(slabs, s, left, first_fault, at_fault)
+class To(NamedTuple):
+    """Points move to places."""
+
+    target: np.ndarray  # (n, 3) [m]
 
 
-@kernel()
-def prescribe_positions(n, mapped, drive):
-    """Prescribed positions of the driven points."""
-    joint_for(_prescribe_positions_slab, n, mapped, drive)
-
-
-@kernel(inner=True)
-def _move_points_slab(s, mapped, target):
-    lattice, index, slabs = mapped.lattice, mapped.index, mapped.slabs
-    x = mapped.points.position
-    bounds = bounds_of(slabs, s)
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        dx, dy, dz = target[p, 0] - x[p, 0], target[p, 1] - x[p, 1], target[p, 2] - x[p, 2]
-        fault, beyond = placed(lattice, x, p, dx, dy, dz, bounds)
-        _report(slabs, s, beyond, fault, p)
-
-
-@kernel()
-def move_points_to(n, mapped, target):
-    """The points of n slabs to the places `target` [m], shape (points, 3)."""
-    parallel_for(_move_points_slab, n, mapped, target)
+@point_function(displacement, To)
+def _to_place(rule, mapped, p, dt):
+    x, target = mapped.points.position, rule.target
+    return target[p, 0] - x[p, 0], target[p, 1] - x[p, 1], target[p, 2] - x[p, 2]

@@ -10,6 +10,7 @@ from pellucid.energy import IMPACT, MOTION, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import chosen_nodes, faults
+from pellucid.grid.passes.moving import move_points_jointly, moving
 from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.active_condition import ActiveCondition
@@ -62,7 +63,9 @@ class PrescribedPoints(ActiveCondition):
         driven = marked(member, motions)
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         motion_arrays = self._velocity, self._displacement, self._axes
-        self._bundle = Bundle(driven_points.DrivenPoints(driven, body.arrays["start"], *motion_arrays, self._taken))
+        drive = driven_points.DrivenPoints(driven, body.arrays["start"], *motion_arrays, self._taken)
+        self._bundle = Bundle(drive)
+        self._leading = moving(body.on_grid.mapped.content, drive) if body.on_grid is not None else None
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
         body.add_motions(self.names, driven, self._axes)
@@ -86,6 +89,7 @@ class PrescribedPoints(ActiveCondition):
     def prescribe_velocities(self) -> None:
         """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""
         if self._points is not None:
+            self._taken.fill(0.0)
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
     def prescribe_velocities_again(self) -> None:
@@ -97,7 +101,7 @@ class PrescribedPoints(ActiveCondition):
     def prescribe_positions(self) -> None:
         """Prescribed positions."""
         if self._points is not None:
-            driven_points.prescribe_positions(self._points.n_slabs, self._points.mapped, self._bundle)
+            move_points_jointly(self._points.n_slabs, self._leading, 0.0)
 
     def work(self) -> StepWork:
         """Work and impulses of the motions; a body with its own nodes counts its own."""

@@ -17,7 +17,7 @@ from pellucid.grid.passes.gifts import (
     rows_of_line,
     scatter,
 )
-from pellucid.grid.passes.points_pass import example_of
+from pellucid.grid.passes.points_pass import arrays_in, example_of
 from pellucid.grid.points import PRESSURE, FullCells, MappedPoints, cell_of
 from pellucid.jit import point_function
 from pellucid.jit.bundle import Bundle
@@ -141,6 +141,10 @@ class ParticleToGrid:
     def scatter(self, inertia: bool, force: bool) -> None:
         """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""
         scatter(self._n_slabs, self._both, FIRST * inertia + SECOND * force)
+
+    def read(self) -> list[np.ndarray]:
+        """The arrays of points that both gifts read."""
+        return arrays_in((self._both.mapped.points.position, self._both.gives.first.read, self._both.gives.second.read))
 
     def scatter_momentum(self) -> None:
         """Momentum alone, after the velocities of the points were changed (MUSL)."""

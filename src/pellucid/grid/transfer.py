@@ -4,40 +4,27 @@ The kernels take a body as the bundle of its `MappedPoints`.
 """
 
 from math import sqrt
+from typing import NamedTuple
 
-from numpy import intp
+import numpy as np
 
-from pellucid.grid.passes.places import bounds_of, comes_first, placed
-from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, OK, SPEED, place_of
+from pellucid.grid.passes.moving import displacement
+from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, place_of
 from pellucid.grid.stencil import gather, stencil
-from pellucid.jit import kernel
+from pellucid.jit import kernel, point_function
 from pellucid.jit.parallel import joint_by_colour, parallel_for
 
 
-@kernel(inner=True)
-def _update_positions_slab(s, mapped, velocity, dt):
-    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
-    x, slabs = mapped.points.position, mapped.slabs
-    bounds = bounds_of(slabs, s)
-    left_slab = first_fault = at_fault = 0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        v = gather(stencil(functions, lattice, x, p), lattice, velocity)
-        fault, beyond = placed(lattice, x, p, dt * v[0], dt * v[1], dt * v[2], bounds)
-        left_slab |= beyond
-        if comes_first(fault, first_fault):
-            first_fault = fault
-            at_fault = intp(p)  # type: ignore[assignment]
-    slabs.left_slab[s] = left_slab
-    if first_fault != OK:  # what `update_stress` found earlier in the step stays
-        slabs.fault[s, 0] = first_fault
-        slabs.fault[s, 1] = at_fault
+class ByNodes(NamedTuple):
+    """Points move with the nodes."""
+
+    velocity: np.ndarray  # (nodes, 3) [m/s]
 
 
-@kernel()
-def update_positions(n, mapped, velocity, dt):
-    """New positions alone, by nodal velocities [m/s], shape (nodes, 3), for what is strained otherwise or before it moves."""
-    parallel_for(_update_positions_slab, n, mapped, velocity, dt)
+@point_function(displacement, ByNodes)
+def _with_nodes(rule, mapped, p, dt):
+    v = gather(stencil(mapped.functions, mapped.lattice, mapped.points.position, p), mapped.lattice, rule.velocity)
+    return dt * v[0], dt * v[1], dt * v[2]
 
 
 @kernel(inner=True)

@@ -20,8 +20,8 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
+from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -136,11 +136,15 @@ class FilmOnGrid(PointsOnGrid):
         if move or dt == 0.0:
             self.update_positions(dt)
 
+    @property
+    def _moving_velocity(self) -> np.ndarray:
+        """That which strains points: in MUSL that of the points' own momentum, which costs no energy."""
+        return self.grid.nodes.strain_velocity
+
     def update_positions(self, dt: float) -> None:
         """New positions; nodes spread evenly; energies and the bound on the step."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
-        # by the velocity that strains points: in MUSL that of the points' own momentum
-        transfer.update_positions(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, dt)
+        move_points(self.n_slabs, self._by_nodes, dt)
         if dt > 0.0:
             x = np.empty_like(film["x"])
             x[order] = self.points.position[:, axes]

@@ -10,8 +10,8 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.grid import transfer
 from pellucid.grid.model import GridCase
+from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -104,11 +104,15 @@ class ElementsOnGrid(PointsOnGrid):
         if move or dt == 0.0:
             self.update_positions(dt)
 
+    @property
+    def _moving_velocity(self) -> np.ndarray:
+        """That which strains points: in MUSL that of the points' own momentum, which costs no energy."""
+        return self.grid.nodes.strain_velocity
+
     def update_positions(self, dt: float) -> None:
         """New positions, then strains and stresses of the elements."""
         before = self.points.position.copy()
-        # by the velocity that strains points: in MUSL that of the points' own momentum, which costs no energy
-        transfer.update_positions(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, dt)
+        move_points(self.n_slabs, self._by_nodes, dt)
         self.prescribe_positions()
         moved = self.points.position - before
         velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved

@@ -19,6 +19,7 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
+from pellucid.grid.passes.points_pass import PassAlone, moved_by
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -147,6 +148,11 @@ class MembranePoints(PointsOnGrid):
         """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
         load = self.velocity_field.load_row(column - FIRST_LOAD)
         press(self.n_slabs, self.mapped, self.fans, load, pressure * self._slice)
+
+    def passes(self) -> dict[str, PassAlone]:
+        """As for other bodies on the grid; velocity gradients."""
+        gathered = self._gather_and_move
+        return {**super().passes(), "gradients": PassAlone(lambda: each_point(self.n_slabs, gathered, 0.0), moved_by(gathered))}
 
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients; where `move`, new positions."""

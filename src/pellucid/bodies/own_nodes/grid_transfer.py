@@ -3,49 +3,23 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy import intp
 
 from pellucid.approximants import GridFunctions
 from pellucid.contact.subcell_damping import SubcellMotion, damp_subcell_velocities
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.own_nodes_field import OwnNodesField
-from pellucid.grid.passes.places import bounds_of, placed
+from pellucid.grid.passes.moving import Stay, move_points, moving
 from pellucid.grid.points import (
     NO_STRESS,
     NO_VOLUME,
-    OK,
     ByIndex,
     MappedPoints,
     PointArrays,
-    place_of,
 )
 from pellucid.grid.reached import NO_FORCE
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import gather_vectors
-from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
-
-
-@kernel(inner=True)
-def _check_slab(s, mapped):
-    lattice, x, slabs, index = mapped.lattice, mapped.points.position, mapped.slabs, mapped.index
-    bounds = bounds_of(slabs, s)
-    left_slab = first_fault = at_fault = 0
-    for q in range(slabs.first[s], slabs.first[s + 1]):
-        p = place_of(index, q)
-        fault, beyond = placed(lattice, x, p, 0.0, 0.0, 0.0, bounds)
-        left_slab |= beyond
-        if fault != OK and first_fault == OK:
-            first_fault = fault
-            at_fault = intp(p)  # type: ignore[assignment]
-    slabs.left_slab[s] = left_slab
-    slabs.fault[s, 0], slabs.fault[s, 1] = first_fault, at_fault
-
-
-@kernel()
-def _check(n, mapped):
-    parallel_for(_check_slab, n, mapped)
 
 
 class GridCoupling:
@@ -75,7 +49,8 @@ class GridCoupling:
         grid, index = velocity_field.grid, ByIndex(self._order)
         self.slabs = slabs_of(grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
-        self.mapped = Bundle(MappedPoints(functions, grid.lattice, grid.nodes, self._points, self.slabs, index))
+        mapped = MappedPoints(functions, grid.lattice, grid.nodes, self._points, self.slabs, index)
+        self.mapped, self._staying = Bundle(mapped), moving(mapped, Stay())
         self.sort()
 
     def sort(self) -> None:
@@ -121,7 +96,7 @@ class GridCoupling:
 
     def check_positions(self) -> tuple[int, int] | None:
         """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
-        _check(self.n_slabs, self.mapped)
+        move_points(self.n_slabs, self._staying, 0.0)
         found = np.flatnonzero(self.slabs.fault[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.conditions import driven_points
+from pellucid.conditions.driven_points import To
 from pellucid.conditions.rigid.kinematics import (
     Push,
     RigidState,
@@ -22,6 +22,7 @@ from pellucid.conditions.rigid.leads import Leads
 from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid.nodes import RigidNodes
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work
+from pellucid.grid.passes.moving import move_points, moving
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 
@@ -50,6 +51,8 @@ class RigidBody:
             raise ValueError(f"body {member.body.name} is rigid, and has no points on the grid")
         alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
         self._points, self._walls = points, RigidWalls(actions)
+        self._target = np.zeros_like(member.body.arrays["position"])
+        self._moving = moving(points.mapped.content, To(self._target))
         self.leads = leads = Leads(motions, [axis for axis in range(3) if not self._thin[axis]], self._turns)
         self.moves_freely = not leads.is_whole
         self._led_turns = [axis for axis in self._turns if leads.led[3 + axis]]
@@ -157,7 +160,8 @@ class RigidBody:
         if (led := leads.led[:3]).any():
             moved[led] = (centre_of(arrays["mass"][:, None], arrays["start"]) + leads.reached[:3])[led]
         arrays["angle"][...] = np.where(leads.led[3:], leads.reached[3:], arrays["angle"][0] + self._dt * turn)
-        driven_points.move_points_to(self._points.n_slabs, self._points.mapped, moved + r)
+        self._target[...] = moved + r
+        move_points(self._points.n_slabs, self._moving, 0.0)
         if (surface := getattr(self.body, "contact_surface", None)) is not None:
             surface.turn(self._centre, rotation, moved, self._dt)
         turn = self._turn(r)

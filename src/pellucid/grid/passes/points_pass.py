@@ -1,5 +1,6 @@
 """What a pass over points declares, and the functions of one point that make it up."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -118,6 +119,23 @@ def pass_points(
             to_cells if to_cells is not None else NotToCells(),
         )
     )
+
+
+class PassAlone(NamedTuple):
+    """A pass to be measured."""
+
+    run: Callable[[], None]
+    moved: list[np.ndarray]  # the arrays of points that it reads and keeps
+
+
+def moved_by(points: Bundle) -> list[np.ndarray]:
+    """The arrays of points that a pass reads and keeps."""
+    return arrays_in(points.read) + arrays_in(points.kept)
+
+
+def arrays_in(values: Any) -> list[np.ndarray]:
+    """The arrays of points within what a pass reads or keeps."""
+    return [array for part in values for array in arrays_in(part)] if isinstance(values, tuple) else [values]
 
 
 def example_of(arrays: Any) -> Any:

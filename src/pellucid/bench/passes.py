@@ -1,0 +1,50 @@
+"""Each pass over points alone, in a process of its own: its time and the memory that it moves at least."""
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pellucid.bench.problem import case_of
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.simulation.simulation import Simulation
+
+WARM_UP_STEPS = 3
+ROUNDS = 7
+SECONDS = 0.1  # of a round, about
+
+
+def passes(body: str, points: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip") -> dict[str, Any]:
+    """Measure the passes of the benchmark problem; the fastest of `ROUNDS` rounds counts. Keys as in `bench`."""
+    simulation = Simulation(case_of(points, body, functions, transfer), threads=threads)
+    for _ in range(WARM_UP_STEPS):
+        simulation.step()
+    subject = simulation.grid_bodies[0]
+    if not isinstance(subject, PointsOnGrid):
+        raise TypeError(f"{body} is no body of points on the grid")
+    n = subject.n_points
+    found = {name: _measured(alone.run, alone.moved, n) for name, alone in subject.passes().items()}
+    what = {"body": body, "functions": functions, "transfer": transfer}
+    return {**what, "points": n, "threads": threads, "passes": found}
+
+
+def _measured(run: Callable[[], None], moved: list[np.ndarray], points: int) -> dict[str, float]:
+    run()
+    times = int(np.clip(SECONDS / max(_seconds(run, 1), 1e-9), 1, 1000))
+    seconds = min(_seconds(run, times) for _ in range(ROUNDS)) / points
+    size = sum(array.nbytes for array in moved) / points
+    return {"seconds_per_point": seconds, "bytes_per_point": size, "bytes_per_second": size / seconds}
+
+
+def _seconds(run: Callable[[], None], times: int) -> float:
+    start = time.perf_counter()
+    for _ in range(times):
+        run()
+    return (time.perf_counter() - start) / times
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(passes(**json.loads(sys.argv[1]))) + "\n")

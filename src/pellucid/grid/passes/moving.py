@@ -1,0 +1,66 @@
+"""The loop over points that moves them one by one, by a rule that says how far."""
+
+from typing import Any, NamedTuple
+
+from numpy import intp
+
+from pellucid.grid.passes.places import bounds_of, comes_first, placed
+from pellucid.grid.points import MappedPoints, place_of
+from pellucid.jit import generic, kernel, point_function
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.parallel import joint_for, parallel_for
+
+
+class MovingPoints(NamedTuple):
+    """The points of a body and the rule that moves them."""
+
+    mapped: MappedPoints
+    rule: Any
+
+
+class Stay(NamedTuple):
+    """Points stay: what moved them otherwise is checked."""
+
+    none: int = 0
+
+
+@generic
+def displacement(rule: Any, mapped: Any, p: Any, dt: float) -> Any:
+    """How far point p moves along x, y, z over a step dt [s] [m]."""
+
+
+@point_function(displacement, Stay)
+def _none(rule, mapped, p, dt):
+    return 0.0, 0.0, 0.0
+
+
+@kernel(inner=True)
+def _slab(s, points, dt):
+    mapped = points.mapped
+    lattice, index, slabs, x = mapped.lattice, mapped.index, mapped.slabs, mapped.points.position
+    bounds = bounds_of(slabs, s)
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        dx, dy, dz = displacement(points.rule, mapped, p, dt)
+        fault, beyond = placed(lattice, x, p, dx, dy, dz, bounds)
+        slabs.left_slab[s] |= beyond
+        if comes_first(fault, slabs.fault[s, 0]):  # what was found earlier in the step stays
+            slabs.fault[s, 0] = fault
+            slabs.fault[s, 1] = intp(p)
+
+
+@kernel()
+def move_points(n, points, dt):
+    """Move the points of n slabs over a step dt [s]; points: the bundle of a `MovingPoints`."""
+    parallel_for(_slab, n, points, dt)
+
+
+@kernel()
+def move_points_jointly(n, points, dt):
+    """The same in a joint region, slab by slab after the body's other loops."""
+    joint_for(_slab, n, points, dt)
+
+
+def moving(mapped: MappedPoints, rule: Any) -> Bundle:
+    """The points of a body with a rule."""
+    return Bundle(MovingPoints(mapped, rule))
