@@ -22,7 +22,7 @@ from pellucid.bodies.fluid_film.solvers.contract import Border, FilmSolver, Inco
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
 from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.energy import GRAVITY
-from pellucid.materials.film import FilmMaterial
+from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.surface_load import ActingTraction
 
 ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are iterative; the first estimate's counts once less
@@ -87,7 +87,7 @@ class FilmBalance(FilmForces):
     def __init__(
         self,
         geometry: FilmGeometry,
-        material: FilmMaterial,
+        material: LipidFilm,
         physics: FilmPhysics,
         initial_density: float,
         solver: FilmSolver,

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
-from pellucid.materials.film import FilmMaterial
+from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cells, tightest, waves_in_cells
 
 
@@ -15,7 +15,7 @@ class Signals:
     density: at its nodes or elements [kg/m²].
     """
 
-    def __init__(self, physics: FilmPhysics, material: FilmMaterial, density: np.ndarray) -> None:
+    def __init__(self, physics: FilmPhysics, material: LipidFilm, density: np.ndarray) -> None:
         tension, least = -material.pressure(density), float(density.min())
         self.wave = sqrt(float(np.max((density * material.pressure_slope(density) + np.maximum(tension, 0.0)) / density)))
         self.spread = (2.0 * physics.viscosity + physics.dilatational_viscosity) / least

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.support import Axis
@@ -51,7 +52,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         """A body that is no fluid film, a direction without length."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
-        if body is not None and body.kind != "fluid-film":
+        if body is not None and not isinstance(body, FluidFilmCase):
             text = f'body {self.body} is of kind "{body.kind}"'
             yield Finding((*path, "body"), text, "name a fluid-film; a [[pressure]] acts on other bodies")
         if self.along is not None and not any(self.along):
