@@ -1,4 +1,4 @@
-"""The arrays of points and nodes, declared once: components, unit, meaning."""
+"""The arrays of points and nodes: components, unit, meaning. Those of a single kind are declared in its own room."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, TypeVar
@@ -40,20 +40,20 @@ FIELDS: dict[str, Field] = {
     "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame"),
     "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12"),
     "thickness": Field(1, "m", "current thickness of a membrane of elements, the mean of those about the node"),
-    "areal_density": Field(1, "kg/m^2", "density of a fluid film in its surface"),
-    "tension": Field(1, "N/m", "tension of a fluid film, minus the pressure in its surface"),
-    "curvature": Field(1, "1/m", "sum of the principal curvatures of a fluid film, positive as of a sphere"),
-    "bending_energy": Field(1, "J", "bending energy of a fluid film about the node; summed, that of the film"),
-    "distance": Field(1, "m", "distance of a node of a fluid film from the film's centre of mass"),
     "prescribed": Field(3, "1", "for each direction 0 where a node is free, else one more than the row that prescribes it"),
     "damage": Field(1, "1", "damage of a membrane, how far its strain passed the elastic limit, relative to it"),
     "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),
     "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage or viscosity took"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
-    "concentration": Field(1, "1", "concentration of a diffusing field, amount by volume"),
-    "amount": Field(1, "m^3", "concentration times volume of the node; summed, that of the body"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }
+
+
+def declare_field(name: str, field: Field, owner: str) -> None:
+    """Declare a field that a kind of body or material has beside these. Raises TypeError, naming the owner, where there is
+    another one of this name."""
+    if FIELDS.setdefault(name, field) != field:
+        raise TypeError(f"{owner}.{name}: there is a field of this name, {FIELDS[name].meaning}; choose another")
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:

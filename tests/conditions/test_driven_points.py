@@ -67,7 +67,7 @@ def test_runs_of_driven_points_add_what_single_points_add(functions):
 
 
 def forces(sim):
-    sim.clear()
+    sim.stages.clear_nodes()
     sim.bodies[0].particle_to_grid(inertia=True, force=True)
     return sim.grid.nodes.force
 

@@ -164,10 +164,10 @@ def test_the_gap_over_a_curved_face_is_of_second_order():
     x = sim.bodies[1].arrays["position"].copy()
     x[:, 2] = 3.0 - deep + radius - np.sqrt(radius**2 - np.sum((x[:, :2] - middle) ** 2, axis=1))
     place(sim.bodies[1], x)
-    sim.clear()
+    sim.stages.clear_nodes()
     for body in sim.bodies:
         body.predict(0.1)
-    sim.detect_contact(0.1)
+    sim.stages.detect_contact(0.1)
     index, position = sim.grid.where()
     places = np.full((sim.grid.n_nodes, 3), np.nan)
     places[index] = position

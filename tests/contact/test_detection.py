@@ -14,12 +14,12 @@ CENTRE = np.array([4.0, 4.0, 4.0])
 def met(*bodies, turn=None, **more):
     """How two bodies meet, their points turned about CENTRE; the places of the common nodes [m]; the sim."""
     sim = simulation(*bodies, **more)
-    sim.clear()
+    sim.stages.clear_nodes()
     for body in sim.bodies:
         if turn is not None:
             place(body, CENTRE + (body.arrays["position"] - CENTRE) @ turn.T)
         body.particle_to_grid(inertia=True, force=False)
-    sim.detect_contact(0.1)
+    sim.stages.detect_contact(0.1)
     index, position = sim.grid.where()
     places = np.full((sim.grid.n_nodes, 3), np.nan)
     places[index] = position
@@ -111,12 +111,12 @@ def test_a_smooth_membrane_gives_the_normal_and_a_crumpled_one_takes_that_of_the
         x[:, 0] = 4.0 + share * (x[:, 0] - 4.0)
         x[:, 2] = 4.0 + side * (0.12 + slope * (x[:, 0] - 4.0) + 0.5 * np.sqrt(1.0 - share**2) * pleat)
         place(body, x)
-        sim.clear()
-        sim.grid_bodies[0].particle_to_grid(inertia=True, force=False)
-        sim.nodal_bodies[0].predict(0.0)
+        sim.stages.clear_nodes()
+        sim.stages.grid_bodies[0].particle_to_grid(inertia=True, force=False)
+        sim.stages.nodal_bodies[0].predict(0.0)
         meeting = sim.contact_pairs._pairs[0].detection
         meeting._close = np.inf
-        sim.detect_contact(0.1)
+        sim.stages.detect_contact(0.1)
         index, position = sim.grid.where()
         places = np.full((sim.grid.n_nodes, 3), np.nan)
         places[index] = position

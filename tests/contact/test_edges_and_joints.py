@@ -5,7 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, box, simulation
 
 from pellucid.contact import proximity
-from pellucid.contact.proximity import COLUMNS, GAP, SHARE, Meeting, Points
+from pellucid.contact.proximity import COLUMNS, GAP, SHARE, Asking, Meeting, Neighbourhood, Points
 
 STIFF = RATE_SOLID | {"young_modulus": 4e6}
 SIZE = {"counts": (40, 20, 1), "cell": 0.05, "functions": "gimp", "thickness": 1.0, "gravity": (0, -9.81, 0)}
@@ -59,10 +59,10 @@ def test_a_lone_point_tells_no_slope():
     order = np.zeros(1, np.int64)
     bins = proximity.Bins(np.array([-1.0, -1.0, -1.0]), 4.0, (1, 1, 1), np.array([0, 1]), order)
     meeting, found = Meeting((False, False), 1.0, 1, 1.0), np.zeros((2, COLUMNS))
-    about = (places, normals), lone, bins, meeting, found
-    proximity.find_beside(1, *about)
+    about = Neighbourhood(Asking(places, normals), lone, bins, meeting)
+    proximity.find_beside(1, about, found)
     assert found[:, GAP] == pytest.approx([-0.02, -0.01])
     assert (found[:, SHARE] > 0.0).all()
-    feet = np.empty((2, 3))
-    proximity.means_at_feet(np.arange(2), *about, lone.place, feet)
+    feet = np.zeros((2, 3))
+    proximity.exchange(about, found, np.arange(2), feet, lone.place, False)
     assert feet == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)

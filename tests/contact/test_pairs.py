@@ -7,8 +7,9 @@ import pytest
 from small_cases import box, case
 
 from pellucid.approximants import grid_functions
-from pellucid.contact.impulses import CHUNK, SLIP, STICK
-from pellucid.contact.pairs import ContactPair, ContactPairs
+from pellucid.contact.impulses import CHUNK, SLIP, STICK, Friction
+from pellucid.contact.pair import ContactPair
+from pellucid.contact.pairs import ContactPairs
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.supports import Supports
@@ -27,9 +28,8 @@ def two_fields(kind, friction=0.0, held=()):
         free = NodalActions(field, 0).external()
         field.set_actions(Supports(np.zeros((2, 3)), np.ones(2, np.int64)), free, (0.0, 0.0, 0.0), small_mass=0.0, flip=1.0)
     functions = grid_functions("trilinear", (2, 2, 2), grids[0].thin)
-    verbs = {"answer_contact": lambda: False, "end_contact": lambda: None, "faces": lambda: None}
-    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, takes_second_impulses=False, **verbs)]] * 2
-    pair = ContactPair(fields, tuple(bodies), kind, friction, "touch")
+    bodies = [[SimpleNamespace(functions=functions, is_surface=False, n_points=0, contact_response=None)]] * 2
+    pair = ContactPair(fields, tuple(bodies), Friction(kind, friction), "touch")
     for grid in grids:
         nodes = grid.nodes
         nodes.mass[:N] = generator.uniform(0.1, 10.0, N)
@@ -49,10 +49,11 @@ def resolved(grids, pair):
     """Masses, normals and velocities before and after, and what it came to."""
     before = [grid.nodes.velocity[:N].copy() for grid in grids]
     pairs = ContactPairs([pair], 1, 0)
-    pairs.resolve()
+    pairs.apply_impulses()
     for grid, old in zip(grids, before, strict=True):
         grid.nodes.mean_velocity[:N] = 0.5 * (old + grid.nodes.velocity[:N])
-    work = pairs.work()
+    pairs.sum_work()
+    work = pairs.done
     return [grid.nodes.mass[:N] for grid in grids], before, [grid.nodes.velocity[:N] for grid in grids], work
 
 
@@ -120,7 +121,7 @@ def test_impulses_found_anew_take_back_what_was_too_much():
     """Nodes that were pushed too hard come back to the impulse that just stops them, and to none where they part anyway."""
     (grids, pair), (others, once) = two_fields(SLIP), two_fields(SLIP)
     once.resolve(anew=False)
-    pair.give(-0.7 * pair.detection.normal)
+    pair.apply_impulses(-0.7 * pair.detection.normal)
     pair.resolve(anew=False)
     assert np.abs(pair.impulses - once.impulses).max() > 0.1, "more on top takes nothing back"
     pair.resolve(anew=True)

@@ -94,7 +94,7 @@ def test_a_load_does_not_press_a_body_through_a_held_one():
 
 
 def test_a_plate_on_many_balls_rests():
-    """Each ball answers to all that touch it: dampers that each take the whole approach would throw the plate."""
+    """Each ball responds to all that touch it: dampers that each take the whole approach would throw the plate."""
     floor = block("floor", (0, 0, 0), (2, 0.2, 0)) | {"rigid": False}
     balls = [disc(f"ball{i}", 0.3 + 0.35 * i, 0.35) for i in range(5)]
     plate = block("plate", (0.1, 0.5, 0), (1.9, 0.7, 0))

@@ -31,7 +31,7 @@ def filled(functions, counts=(3, 2, 4), lower=(-0.5, 0.25, 1.0), cell=0.5, **mor
 
 
 def scatter(sim):
-    sim.clear()
+    sim.stages.clear_nodes()
     for body in sim.bodies:
         body.particle_to_grid(inertia=True, force=True)
     return sim.grid.nodes
@@ -127,7 +127,7 @@ def test_a_linear_velocity_goes_through_the_nodes(functions):
     index, position = sim.grid.where()
     before = body.points.velocity.copy()
     nodes.velocity_increment[index] = position @ GRADIENT.T
-    body.update_velocities(DT, remap=False)
+    body.grid_to_particle(DT, remap=False)
     # positions and changes of order three
     assert np.abs(body.points.velocity - before - body.points.position @ GRADIENT.T).max() < 2e-14
     points = body.points
@@ -139,7 +139,7 @@ def test_a_linear_velocity_goes_through_the_nodes(functions):
 def test_momentum_mapped_anew_is_that_of_the_points(functions):
     sim = filled(functions)
     body, nodes = sim.bodies[0], sim.grid.nodes
-    body.update_velocities(DT, remap=True)
+    body.grid_to_particle(DT, remap=True)
     scale = body.points.mass @ np.abs(body.points.velocity)
     assert np.abs(nodes.momentum.sum(axis=0) - body.points.mass @ body.points.velocity).max() < 1e-14 * scale.max()
 
@@ -150,7 +150,7 @@ def test_apic_carries_affine_fields_exactly():
     index, position = sim.grid.where()
     for values in (nodes.velocity, nodes.strain_velocity):
         values[index] = position @ GRADIENT.T + (1.0, -2.0, 3.0)
-    body.update_velocities(DT, remap=False)
+    body.grid_to_particle(DT, remap=False)
     # gradients: velocities of order five over cells of half a metre, over a spread of the weights of at least 1e-4
     assert np.abs(body.arrays["affine"][:, :9] - tensor(GRADIENT)).max() < 1e-10
     expected = body.points.position @ GRADIENT.T + (1.0, -2.0, 3.0)

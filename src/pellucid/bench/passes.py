@@ -22,7 +22,7 @@ def passes(body: str, points: int, threads: int | None, functions: str = "trilin
     simulation = Simulation(case_of(points, body, functions, transfer), threads=threads)
     for _ in range(WARM_UP_STEPS):
         simulation.step()
-    subject = simulation.grid_bodies[0]
+    subject = simulation.stages.grid_bodies[0]
     if not isinstance(subject, PointsOnGrid):
         raise TypeError(f"{body} is no body of points on the grid")
     n = subject.n_points

@@ -1,4 +1,4 @@
-"""What every body of points on the grid shares: its arrays, sorting, and the verbs of a step but for straining."""
+"""What every body of points on the grid shares: its arrays, sorting, and the stages of a step but for straining."""
 
 from collections.abc import Callable, Mapping
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.bodies.material_points.grid_surface import GridSurface
-from pellucid.contact.contact_body import ContactBody
+from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
@@ -42,6 +42,7 @@ from pellucid.grid.velocities import KeptHeat, taking_velocities
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
+from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.reductions import ordered_sum
@@ -50,7 +51,7 @@ from pellucid.state import of_owner, with_owner
 HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
 
-class PointsOnGrid(GridBody):
+class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses):
     """Points whose unknowns live on the grid, sorted by their nodes whenever one leaves its slab, or where that saves time.
 
     A kind of body gives the initial arrays, `begin_stress` and `end_stress`, which ends with
@@ -136,7 +137,7 @@ class PointsOnGrid(GridBody):
             self.contact_surface.find_hosts()
 
     def use_separate_force_buffer(self) -> None:
-        """Add internal forces to the separate buffer of its velocity field."""
+        """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
         self._nodes = with_fields(self.grid.nodes, {"forces": self.velocity_field.separate_forces()})
         self._make_bundles()
 
@@ -214,7 +215,7 @@ class PointsOnGrid(GridBody):
             "velocities and momentum": PassAlone(take(1), moved),
         }
 
-    # the verbs of a step
+    # the stages of a step
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
         """Before the step, exactly: the velocity of each point fades as exp(-rate t)."""
@@ -241,13 +242,13 @@ class PointsOnGrid(GridBody):
         """Add external forces on the points [N] to those on the nodes."""
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
-    def begin_velocities(self, dt: float, remap: bool) -> None:
+    def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
         """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
         each_point_by_colour(self.n_slabs, self._velocity_pass(), dt, int(remap and self.constraint is None))
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
-    def end_velocities(self, remap: bool) -> None:
+    def end_grid_to_particle(self, remap: bool) -> None:
         """What else leads the points; totals."""
         if self.is_led(by_slabs=False):
             self._lead(remap)
@@ -273,11 +274,6 @@ class PointsOnGrid(GridBody):
         if remap:
             self._to_grid.scatter_momentum()
 
-    @property
-    def takes_second_impulses(self) -> bool:
-        """Where what leads its points can do so again."""
-        return self.led_again
-
     def take_second_impulses(self, dt: float) -> float:
         """Add the second increments of its field to the velocities: the kinetic energy won [J]."""
         before, increment = self.totals.kinetic, self.velocity_field.second_increment
@@ -286,7 +282,7 @@ class PointsOnGrid(GridBody):
         self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         won = self.totals.kinetic - before
         if self.constraint is not None:
-            self.lead_again()
+            self.constrain_again()
             kernels.sum_momentum(self.n_slabs, self.mapped)
             self._collect_momentum_sums(ordered_sum(self.slabs.sums))
         return won
@@ -388,17 +384,14 @@ class PointsOnGrid(GridBody):
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
-        self._load_arrays(state)
-        self._put_behind(self.arrays["mass"] == 0.0)
-        self.sort()
-        self._goes_on = True
-        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
-
-    def _load_arrays(self, state: Mapping[str, np.ndarray]) -> None:
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
             self.arrays[name][...] = state[name][self.arrays["id"]]
         for name, array in self.element_arrays.items():
             array[...] = state[f"elements/{name}"]
+        self._put_behind(self.arrays["mass"] == 0.0)
+        self.sort()
+        self._goes_on = True
+        self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
 
     # results
 

@@ -25,6 +25,7 @@ from collections.abc import Iterable, Sequence
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import CONTACT, DAMPING, INTERNAL, TRANSFER, StepWork, no_work
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.capabilities import KeepsHeat
 from pellucid.parts.families import GridBody
 
 
@@ -33,7 +34,7 @@ def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
-                if body.keeps_heat:
+                if body.keeps_heat and isinstance(body, KeepsHeat):
                     body.use_separate_force_buffer()
 
 
@@ -82,6 +83,7 @@ def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
         return []
     done, share = no_work(TRANSFER + 1, 0), min(won / kept, 1.0)
     for body in keeping:
-        body.return_heat(share)
+        if isinstance(body, KeepsHeat):
+            body.return_heat(share)
     done.works[[INTERNAL, TRANSFER]] = share * kept
     return [done]

@@ -48,9 +48,10 @@ class Absorbing(Condition):
         """Rates at the nodes, which their momentum equation reads: nothing else acts in a step."""
         for absorbing in conditions:
             member = assembly.bodies[absorbing.body]
-            if member.actions is None or member.body.on_grid is None:
+            speeds = member.model.wave_speeds()
+            if member.actions is None or member.body.on_grid is None or speeds is None:
                 raise ValueError(f"body {absorbing.body} has no points on the grid whose waves a face could absorb")
-            faces = [(face, *member.model.wave_speeds()) for face in absorbing.where]
+            faces = [(face, *speeds) for face in absorbing.where]
             functions = member.body.on_grid.functions
             member.actions.absorption()[:] += absorption_rates(member.actions.field.grid, functions, faces)
         return ()
@@ -60,8 +61,11 @@ class Absorbing(Condition):
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
-        if body is not None and not body.has_volume_waves():
-            text = f"body {self.body} is a membrane; its waves run along it, not to a face"
+        if body is not None and body.wave_speeds() is None:
+            why = (
+                "is a membrane; its waves run along it, not to a face" if body.is_surface else "has no waves that reach a face"
+            )
+            text = f"body {self.body} {why}"
             yield Finding((*path, "body"), text, "name a body of material-points")
         before = [face for place, other in parts.placed(Absorbing) if place < path for face in other.where]
         for number, face in enumerate(self.where):

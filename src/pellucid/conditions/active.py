@@ -56,24 +56,24 @@ class ActiveConditions:
             self._active += kind.activate(conditions, assembly)
         for member in members.values():
             member.body.complete()
-        for part in self._active:
-            part.try_out()
-        self.give_impulses = any(type(part).act_on_nodes is not ActiveCondition.act_on_nodes for part in self._active)
+        for condition in self._active:
+            condition.try_out()
+        self.give_impulses = any(type(condition).act_on_nodes is not ActiveCondition.act_on_nodes for condition in self._active)
         """Whether any gives impulses to the nodes."""
 
     def begin(self, time: float, dt: float) -> None:
         """Set the actions of the step that begins at `time` [s]."""
         for actions in self.actions:
             actions.field.clear_external()
-        for part in self._active:
-            part.begin(time, dt)
+        for condition in self._active:
+            condition.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
         """Give the nodes the impulses of the step dt [s], after their momentum was advanced and before contact."""
-        for part in self._active:
-            part.act_on_nodes(dt)
+        for condition in self._active:
+            condition.act_on_nodes(dt)
 
     def works(self) -> list[StepWork]:
         """Work and impulses of the conditions over the step, but for those that nodes and bodies count."""
-        works = (part.work() for part in self._active)
+        works = (condition.work() for condition in self._active)
         return [work for work in works if work is not None]

@@ -15,7 +15,7 @@ from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
-from pellucid.parts.body import NodalSupport
+from pellucid.parts.capabilities import NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 
 if TYPE_CHECKING:
@@ -27,7 +27,9 @@ REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 class Released(ActiveCondition):
     """Supports that let the nodes of grids and bodies go at a time."""
 
-    def __init__(self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[NodalBody]) -> None:
+    def __init__(
+        self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
+    ) -> None:
         self._supports, self._actions, self._bodies = supports, actions, bodies
         self._gone: set[int] = set()
 
@@ -64,9 +66,11 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
         if number not in found and support.body is None and not assembly.actions:
             raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{number}.where", remedy=NOWHERE))
     for body, of_body in own.items():
-        body.add_supports(of_body)
+        if isinstance(body, TakesSupports):
+            body.add_supports(of_body)
     lets_go = any(support.until is not None for support in supports)
-    released = [Released(supports, assembly.actions, list(own))] if lets_go else []
+    releasing = [body for body in own if isinstance(body, ReleasesSupports)]
+    released = [Released(supports, assembly.actions, releasing)] if lets_go else []
     return [*released, *_open_walls(supports, assembly)]
 
 
@@ -134,7 +138,7 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
 
     Raises CaseError where it names this body and a region with none of its nodes.
     """
-    face, axes, region, of = support.face(), support.axes(), support.region(), member.body.selectable()
+    face, axes, region, of = support.face(), support.axes(), support.region(), member.selectable()
     if region is not None and support.body == member.body.name:
         refuse(faults(region, of, ("support", number, "where"), member.body.name, member.active_axes))
     label = f"support `{support.name}`" if support.name else f"support number {number + 1}"

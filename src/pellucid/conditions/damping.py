@@ -8,6 +8,7 @@ import numpy as np
 from pellucid.energy import DAMPING, DAMPING_HEAT, Channel, StepWork
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.capabilities import TakesDrag
 from pellucid.parts.condition import Condition
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ class ActiveDamping(ActiveCondition):
     """A drag on a body that is built."""
 
     def __init__(self, damping: Damping, assembly: "Assembly") -> None:
-        self._damping, self._body, self._layout = damping, assembly.bodies[damping.body].body, assembly.layout
+        self._damping, self._layout = damping, assembly.layout
+        self._body = assembly.bodies[damping.body].offers(TakesDrag)
         self._lost, self._impulse = 0.0, np.zeros(3)
 
     def begin(self, time: float, dt: float) -> None:

@@ -10,6 +10,7 @@ from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
 from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.capabilities import HasMesh, TakesExternalForces
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -27,16 +28,21 @@ class LoadedFaces:
 
     def __init__(self, member: "AssembledBody", where: Where, path: Path) -> None:
         """Raises CaseError, with the path of the region, where no face is in it."""
-        self.body, start = member.body, member.body.selectable()
+        self.body, start = member.body, member.selectable()
         refuse(faults(where, start, path, self.body.name, member.active_axes, faces=True))
         self.faces = start.faces[chosen_faces(where, start, member.active_axes)]
-        self._start = start.position.copy()
+        self._start, self._loaded = start.position.copy(), member.offers(TakesExternalForces)
         self._shares: FaceShares | None = None
+
+    def add(self, force: np.ndarray, column: int) -> None:
+        """Add forces at the nodes [N], shape (n, 3), over this step; column: that of their channel."""
+        self._loaded.add_external_force(force, column)
 
     def shares(self) -> FaceShares:
         """How what acts on them goes to the nodes: known when all conditions are."""
         if self._shares is None:
-            self._shares = self.body.face_shares(self.faces)
+            body = self.body
+            self._shares = body.face_shares(self.faces) if isinstance(body, HasMesh) else FaceShares.linear(self.faces)
         return self._shares
 
     def traction(self, traction: np.ndarray) -> np.ndarray:

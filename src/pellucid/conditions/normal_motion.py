@@ -9,6 +9,7 @@ from pellucid.conditions.prescribed_points import marked
 from pellucid.findings import Finding, refuse
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody
+from pellucid.parts.capabilities import TakesNormalMotions
 
 if TYPE_CHECKING:
     from pellucid.conditions.prescribed_motion import Motion
@@ -18,11 +19,12 @@ class NormalMotions(ActiveCondition):
     """The motions of one film. It counts their work and impulses itself."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]") -> None:
-        self._body, self._functions = member.body, [motion.along_normal() for motion in motions]
+        self._functions = [motion.along_normal() for motion in motions]
         numbers = marked(member, motions)
         if reason := member.model.why_no_normal_motion(whole=bool((numbers > 0).all())):
             refuse([Finding(("motion", motions[0].name, "displacement"), *reason)])
-        self._body.lead_along_normal([motion.name for motion in motions], numbers)
+        self._body = member.offers(TakesNormalMotions)
+        self._body.add_normal_motions([motion.name for motion in motions], numbers)
 
     def begin(self, time: float, dt: float) -> None:
         """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements."""

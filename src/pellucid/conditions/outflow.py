@@ -12,6 +12,7 @@ from pellucid.findings import Finding, Path, Reason
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import LosesPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -39,14 +40,13 @@ class Outflow(Condition):
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """Bodies let their points go by themselves: nothing else acts in a step."""
-        from pellucid.parts.families import GridBody  # heavy: only where a run is assembled
-
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
         for outflow in conditions:
             for name, member in assembly.bodies.items():
                 allowed = name in outflow.body if outflow.body else name not in led and not member.model.why_no_outflow()
-                if allowed and isinstance(member.body, GridBody):
-                    member.body.open_faces([("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.faces])
+                if allowed:
+                    ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.faces]
+                    member.offers(LosesPoints).open_faces(ends)
         return ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

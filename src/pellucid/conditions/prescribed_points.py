@@ -15,6 +15,8 @@ from pellucid.grid.sorting import MOST_SLABS
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.capabilities import TakesMotions
+from pellucid.parts.families import GridBody
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
     """1 + the number of the motion that a point of the body follows, 0 where it follows none, shape (n,)."""
-    body, of = member.body, member.body.selectable()
+    body, of = member.body, member.selectable()
     driven = np.zeros(body.n_points, np.int64)
     for number, motion in enumerate(motions, start=1):
         inside = np.ones(body.n_points, bool)
@@ -68,7 +70,10 @@ class PrescribedPoints(ActiveCondition):
         self._leading = moving(body.on_grid.mapped.content, drive) if body.on_grid is not None else None
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
-        body.add_motions(self.names, driven, self._axes)
+        # points on the grid follow by this constraint alone
+        self._own_nodes = None if isinstance(body, GridBody) else member.offers(TakesMotions)
+        if self._own_nodes is not None:
+            self._own_nodes.add_motions(self.names, driven, self._axes)
         body.constrain(self)
 
     def begin(self, time: float, dt: float) -> None:
@@ -81,7 +86,8 @@ class PrescribedPoints(ActiveCondition):
                 reached = function(time + dt)
                 self._displacement[number, axis] = reached
                 self._velocity[number, axis] = (reached - function(time)) / dt if dt > 0.0 else 0.0
-        self.body.set_motion_velocities(self._velocity)
+        if self._own_nodes is not None:
+            self._own_nodes.set_motion_velocities(self._velocity)
         if self._points is not None:
             self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)

@@ -3,15 +3,20 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.film_tractions import ActiveTraction
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.parts.surface_load import SurfacePoints
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
@@ -53,31 +58,31 @@ class Pressure(ChangesInTime, Condition):
 
     def active(self, assembly: "Assembly", number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
-        if assembly.bodies[self.body].body.is_surface:
-            return ActivePressure(self, assembly, number)
-        return ActiveFacePressure(self, assembly, number)
+        if not assembly.bodies[self.body].body.is_surface:
+            return ActiveFacePressure(self, assembly, number)
+        if isinstance(assembly.bodies[self.body].body, TakesTractions):
+            return ActiveTraction(self.traction, self.body, self.load_channel(), assembly, f"pressure.{number}")
+        return ActivePressure(self, assembly)
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
         return self.value * self.share(time)
 
+    def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
+        """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
+        return self.at(time) * points.normal
+
 
 class ActivePressure(ActiveCondition):
     """A pressure on a membrane that is built."""
 
-    def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
-        self._body, self._pressure = assembly.bodies[pressure.body].body, pressure
+    def __init__(self, pressure: Pressure, assembly: "Assembly") -> None:
+        self._body, self._pressure = assembly.bodies[pressure.body].offers(TakesPressure), pressure
         self._column = assembly.load_column(pressure.body, pressure.load_channel())
-        self._label = f"pressure.{number}"
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        if self._body.asks_for_loads:
-            self._body.add_traction(
-                lambda points, after: self._pressure.at(time + after) * points.normal, self._column, self._label
-            )
-        else:
-            self._body.add_pressure(self._pressure.at(time), self._column)
+        self._body.add_pressure(self._pressure.at(time), self._column)
 
 
 class ActiveFacePressure(ActiveCondition):
@@ -90,4 +95,4 @@ class ActiveFacePressure(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
-        self._faces.body.add_external_force(self._faces.pressure(self._pressure.at(time)), self._column)
+        self._faces.add(self._faces.pressure(self._pressure.at(time)), self._column)

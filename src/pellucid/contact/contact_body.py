@@ -1,6 +1,6 @@
-"""The interface of a body to contact: its points, how they reach the nodes, and where its surface is."""
+"""What contact on the nodes of the grid asks of a body: its points, how they reach the nodes, and where its surface is."""
 
-from typing import Protocol
+from typing import Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
@@ -9,14 +9,28 @@ from pellucid.contact.faces import Faces
 from pellucid.jit.bundle import Bundle
 
 
+class ContactResponse(Protocol):
+    """What moves the nodes that a body reaches otherwise than by their own masses."""
+
+    def respond(self) -> None:
+        """Let the nodes of the grid have the velocities with which the body responds to the impulses so far."""
+
+    def finish(self) -> None:
+        """Contact is resolved: make these velocities those of the nodes, where they move the points."""
+
+
 class ContactBody(Protocol):
     """A body that touches others on the grid."""
 
     name: str
-    is_surface: bool
-    """Whether the points are those of a membrane, which has two sides."""
-    areal_density: float
-    """Of a membrane at rest [kg/m²]; of a volume 0."""
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether the points are those of a membrane, which has two sides: a `ContactMembrane`."""
+
+    @property
+    def contact_response(self) -> ContactResponse | None:
+        """How it responds to impulses; None where the nodes of the grid take them by their masses."""
 
     @property
     def n_points(self) -> int:
@@ -34,31 +48,52 @@ class ContactBody(Protocol):
     def n_slabs(self) -> int:
         """Number of slabs into which its points are divided."""
 
-    def vector_areas(self) -> np.ndarray:
-        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
-
     def half_width(self) -> tuple[float, float, float]:
         """How far the body reaches beyond its points: this [m], or where negative half the edge of a point's cube.
 
         The edge is (volume · the second number) to the power of the third.
         """
 
-    def faces(self) -> Faces | None:
-        """Points on the surface of a volume, where it has such; None of a membrane, all of whose points lie on it."""
+
+class ContactMembrane(ContactBody, Protocol):
+    """A membrane that touches others on the grid."""
+
+    areal_density: float
+    """At rest [kg/m²]."""
+
+    def vector_areas(self) -> np.ndarray:
+        """The share of its vector area of each point [m²], shape (n, 3), in the order in which these are stored."""
+
+
+@runtime_checkable
+class HasFaces(Protocol):
+    """A volume that knows its surface."""
+
+    def faces(self) -> Faces:
+        """Points on it."""
+
+
+@runtime_checkable
+class WarnsOfContact(Protocol):
+    """A body whose contact may be too coarse."""
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
 
+
+@runtime_checkable
+class TakesSecondImpulses(Protocol):
+    """A body to which contact may give impulses once more after its momentum was mapped to the nodes again."""
+
     @property
     def takes_second_impulses(self) -> bool:
-        """Whether contact may give it impulses once more after its momentum was mapped to the nodes again."""
+        """Whether it may now: a condition that prescribes its motion may stand against it."""
 
     def take_second_impulses(self, dt: float) -> float:
         """Take the second increments of its velocity field at the end of a step dt [s]: kinetic energy won [J], but for a body
         that counts its own works."""
 
-    def answer_contact(self) -> bool:
-        """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
 
-    def end_contact(self) -> None:
-        """Contact is resolved: make what the nodes of the grid answered theirs, where these move the points."""
+def is_membrane(body: ContactBody) -> TypeGuard[ContactMembrane]:
+    """Whether a body is a membrane."""
+    return body.is_surface

@@ -77,7 +77,7 @@ class ContactSurface(ABC):
         others press it, or where it turns as it strikes: steps have room for half of such a stiffness."""
         return max(self.least_rate, sqrt(0.5 * self.swings))
 
-    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+    def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
         """Σ f·a for the accelerations a at places [m] that forces f there give a rigid body, shape (m, 3) each [N²/kg]; of one
         whose motion is prescribed, none."""
         return 0.0

@@ -4,7 +4,7 @@ It is so strong beside what both weigh there that they hardly rebound: one that 
 of the speed of an impact, one of DEAD times that at 1/(2 DEAD)² in short steps. In those of a run a body comes in by up to a
 step's way before anything pushes, and the spring gives some hundredths of the speed back. A step takes the approach as an
 implicit one would, to 1/(1 + c A Δt) of it for the damper c and what an impulse changes of the approach, A, so that no step is
-too long for it. What others push along one way too answers to each with its share of the mass.
+too long for it. What others push along one way too responds to each with its share of the mass.
 
 What rolls or glides does not approach, though each of its points may: those ahead go down, those behind up, and with few points
 in contact their mean goes to and fro. So where both surfaces face each other the rotation of a body counts by the velocities
@@ -50,7 +50,7 @@ class DeadStop:
             return 0.0
         shares = [pressure / total for pressure in pressures]
         self._now = sum(float(share @ _approach(part)) for share, part in zip(shares, overlaps, strict=True))
-        answer = 0.0
+        mobility = 0.0
         for side in self._rigid:
             place = np.concatenate([part.one.place[part.listed] for part in overlaps])
             ways = [
@@ -58,13 +58,13 @@ class DeadStop:
                 for share, part in zip(shares, overlaps, strict=True)
             ]
             way = np.concatenate(ways)
-            own = side.answer(place, way)
-            answer += _sharing(side.pushed_along, way.sum(axis=0)) * own
+            own = side.mobility_along(place, way)
+            mobility += _sharing(side.pushed_along, way.sum(axis=0)) * own
             side.swings += stiffness[1] * own
-        if answer <= 0.0:
+        if mobility <= 0.0:
             return 0.0
-        damper = 2.0 * DEAD * sqrt(stiffness[0] / answer)
-        return damper * self._now / (1.0 + damper * answer * dt)
+        damper = 2.0 * DEAD * sqrt(stiffness[0] / mobility)
+        return damper * self._now / (1.0 + damper * mobility * dt)
 
     def taken(self, damped: float, power: float, last: float) -> float:
         """Energy that dampers took over the last step [J], which lasted so long [s]; damped, power: their force [N] and what

@@ -13,13 +13,15 @@ half of its point's width, or of the membrane's thickness. Where a body has poin
 the distance of their means, and they may approach until it is closed (`pellucid.contact.faces`).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
 from pellucid.contact import extents, faces, normals, shared
-from pellucid.contact.contact_body import ContactBody
-from pellucid.contact.normals import NORMAL, VOLUME, NumberedNodes
+from pellucid.contact.contact_body import ContactBody, ContactMembrane, HasFaces, is_membrane
+from pellucid.contact.faces import FaceAreas, Faces
+from pellucid.contact.normals import NORMAL, VOLUME, Along, Areas, NumberedNodes
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
@@ -33,6 +35,7 @@ SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 """Of the gradients of two volumes in the normals that are tried."""
 NUMBERED = fields_of(NumberedNodes)
 SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
+OF_VOLUME = Areas(np.zeros((0, 3)))
 
 
 class ContactDetection:
@@ -60,7 +63,8 @@ class ContactDetection:
         self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
         self._close = CLOSE if self._surfaces == (1, 1) else 0.0
         volumes = [body for side in bodies for body in side if not body.is_surface]
-        self._faced = len(volumes) > 0 and all(body.faces() is not None for body in volumes)
+        self._faces = [[_surface_of(body) for body in side] for side in bodies]
+        self._faced = len(volumes) > 0 and all(face is not None for side in self._faces for face in side)
         self.node, self.normal, self.gap, self.room = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 
     def find(self) -> None:
@@ -106,28 +110,29 @@ class ContactDetection:
 
     def _measure_faces(self, moments: np.ndarray, crumpled: np.ndarray) -> None:
         """Normals and gaps from the points on the surfaces alone; what faces outwards tells on which side a body lies."""
-        points = [[body.faces() or faces.of_membrane(body) for body in side] for side in self._bodies]
+        points = [[face() for face in side if face is not None] for side in self._faces]
         for side in range(2):
             if not self._surfaces[side]:
                 for found in points[side]:
-                    beside = np.empty(len(found.vector_areas), np.int64)
-                    what = found.mapped, self._where, found.vector_areas, 1.0, moments[side].reshape(-1), beside
-                    normals.sum_moments(found.n_slabs, *what)
+                    beside, areas = np.empty(len(found.areas.vector), np.int64), Areas(found.areas.vector, at_rest=1.0)
+                    to = moments[side].reshape(-1), beside
+                    normals.sum_moments(found.n_slabs, found.mapped, self._where, areas, *to)
                 faces.move_inwards(moments[side], self._grid.lattice.cell)
         for direction in self._directions(moments[0], moments[1], crumpled):
             normals.orient(moments[0], moments[1], direction)
             sums = NUMBERED["places"].allocate(len(direction), 2)
             for side, sign in enumerate(SIGNS):
                 for found in points[side]:
-                    how = found.vector_areas, sign, found.two_sided, found.half_width
-                    faces.sum_places(found.n_slabs, found.mapped, self._where, direction, *how, sums[side])
+                    how = self._where, found.areas, Along(direction, sign)
+                    faces.sum_places(found.n_slabs, found.mapped, *how, sums[side])
             normals.keep_widest_gap(direction, faces.mean_places(sums), self.normal, self.gap)
 
     def _sum_moments(self, side: int, sums: np.ndarray) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
-            at_rest = 1.0 / body.areal_density if self._surfaces[side] else 0.0
-            areas = body.vector_areas() if self._surfaces[side] else np.zeros((0, 3))
-            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, at_rest, sums.reshape(-1), beside)
+            areas = OF_VOLUME
+            if self._surfaces[side] and is_membrane(body):
+                areas = Areas(body.vector_areas(), 1.0 / body.areal_density)
+            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, sums.reshape(-1), beside)
 
     def _detect_smooth(self, membrane: int, moments: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Orient the normals of a membrane; as `_foremost`, with one pass over the points of the volume, not two."""
@@ -165,5 +170,17 @@ class ContactDetection:
 
     def _reach_of(self, side: int, normal: np.ndarray, foremost: np.ndarray) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
-            width = body.half_width()
-            normals.foremost_along(body.n_slabs, body.mapped, beside, self._slot, normal, width, foremost, SIGNS[side])
+            how = self._where, beside, Along(normal, SIGNS[side]), body.half_width()
+            normals.foremost_along(body.n_slabs, body.mapped, *how, foremost)
+
+
+def _surface_of(body: ContactBody) -> Callable[[], Faces] | None:
+    """What gives the points on the surface of a body, where it knows these."""
+    if isinstance(body, HasFaces):
+        return body.faces
+    return partial(_points_of, body) if is_membrane(body) else None
+
+
+def _points_of(body: ContactMembrane) -> Faces:
+    """The points of a membrane, all of which lie on its surface, with half of its thickness."""
+    return Faces(body.mapped, body.n_slabs, FaceAreas(body.vector_areas(), body.half_width()[0], two_sided=True))

@@ -5,7 +5,7 @@ there yet, an error of first order in the cell h. The mean over the points about
 velocities that contact stops, has one of second order.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,35 +18,26 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_by_colour
 
 
+class FaceAreas(NamedTuple):
+    """The areas of points on a surface, as kernels take them."""
+
+    vector: np.ndarray  # (m, 3) the share of the vector area of each, outwards [m²]
+    half_width: float = 0.0  # how far the body reaches beyond them [m]
+    two_sided: bool = False  # whether others may meet them from either side
+
+
 class Faces(NamedTuple):
     """Points on a surface."""
 
     mapped: Bundle  # as the kernels of `pellucid.grid.transfer` take them
     n_slabs: int  # number of slabs into which they are divided
-    vector_areas: np.ndarray  # (m, 3) the share of the vector area of each, outwards [m²]
-    half_width: float = 0.0  # how far the body reaches beyond them [m]
-    two_sided: bool = False  # whether others may meet them from either side
-
-
-class Membrane(Protocol):
-    """What is asked of a body all of whose points lie on it."""
-
-    @property
-    def mapped(self) -> Bundle: ...
-    @property
-    def n_slabs(self) -> int: ...
-    def vector_areas(self) -> np.ndarray: ...
-    def half_width(self) -> tuple[float, float, float]: ...
-
-
-def of_membrane(body: Membrane) -> Faces:
-    """The points of a membrane, with half of its thickness."""
-    return Faces(body.mapped, body.n_slabs, body.vector_areas(), body.half_width()[0], two_sided=True)
+    areas: FaceAreas
 
 
 @kernel(inner=True)
-def _sum_places_slab(s, mapped, where, normal, areas, sign, two_sided, half, sums):
+def _sum_places_slab(s, mapped, where, areas, along, sums):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    normal, sign, vector = along.normal, along.sign, areas.vector
     x, slabs = mapped.points.position, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -62,16 +53,19 @@ def _sum_places_slab(s, mapped, where, normal, areas, sign, two_sided, half, sum
                     e = where.slot[node_at(about, lattice, a, b, c)]
                     if e >= 0:
                         n0, n1, n2 = normal[e, 0], normal[e, 1], normal[e, 2]
-                        facing = sign * (areas[p, 0] * n0 + areas[p, 1] * n1 + areas[p, 2] * n2)
-                        w = wx[a] * wy[b] * wz[c] * (abs(facing) if two_sided else max(0.0, facing))
+                        facing = sign * (vector[p, 0] * n0 + vector[p, 1] * n1 + vector[p, 2] * n2)
+                        w = wx[a] * wy[b] * wz[c] * (abs(facing) if areas.two_sided else max(0.0, facing))
                         sums[e, 0] += w
-                        sums[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * half)
+                        sums[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * areas.half_width)
 
 
 @kernel()
-def sum_places(n, mapped, where, normal, areas, sign, two_sided, half, sums):
-    """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2)."""
-    parallel_by_colour(_sum_places_slab, n, mapped.slabs.across, mapped, where, normal, areas, sign, two_sided, half, sums)
+def sum_places(n, mapped, where, areas, along, sums):
+    """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2).
+
+    areas: `FaceAreas`; along: an `Along` of `pellucid.contact.normals`.
+    """
+    parallel_by_colour(_sum_places_slab, n, mapped.slabs.across, mapped, where, areas, along, sums)
 
 
 def mean_places(sums: np.ndarray) -> np.ndarray:

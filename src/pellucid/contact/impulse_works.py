@@ -1,4 +1,4 @@
-"""Works of contact impulses: kernels. Sides are as in `pellucid.contact.impulses`."""
+"""Works of contact impulses: kernels. Sides and nodes are as in `pellucid.contact.impulses`."""
 
 from pellucid.contact.impulses import CHUNK
 from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
@@ -7,8 +7,8 @@ from pellucid.jit.parallel import parallel_for
 
 
 @kernel(inner=True)
-def _sum_side(chunk, side, node, mobility, impulse, sign, works):
-    nodes, external, moved_by_grid = side.nodes, side.external, side.moves_points
+def _sum_side(chunk, side, at, mobility, sign, impulse, works):
+    nodes, external, moved_by_grid, node = side.nodes, side.external, side.moves_points, at.node
     velocity, mean_velocity, constrained = nodes.velocity, nodes.mean_velocity, nodes.constrained
     driven_mass, driven_impulse = external.driven_mass, external.impulse
     contact = support = moved = 0.0
@@ -36,26 +36,26 @@ def _sum_side(chunk, side, node, mobility, impulse, sign, works):
 
 
 @kernel(inner=True)
-def _sum_works_chunk(chunk, one, other, node, mobility, impulse, works):
-    _sum_side(chunk, one, node, mobility[0], impulse, 1.0, works)
-    _sum_side(chunk, other, node, mobility[1], impulse, -1.0, works)
+def _sum_works_chunk(chunk, one, other, at, impulse, works):
+    _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
+    _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)
 
 
 @kernel()
-def sum_works(chunks, one, other, node, mobility, impulse, works):
+def sum_works(chunks, one, other, at, impulse, works):
     """Works of impulses, shape (n, 3), on the nodes of the first side and against the second, whose mean velocities are known;
     what supports and prescribed motions take is their reaction.
 
-    one, other: bundles of a `Side`; works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
+    works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
     """
-    parallel_for(_sum_works_chunk, chunks, one, other, node, mobility, impulse, works)
+    parallel_for(_sum_works_chunk, chunks, one, other, at, impulse, works)
 
 
 @kernel(inner=True)
-def _lag_work_chunk(chunk, side, node, mobility, impulse, small, sums):
-    nodes, driven_mass, work = side.nodes, side.external.driven_mass, 0.0
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
+def _lag_work_chunk(chunk, side, number, at, impulse, small, sums):
+    nodes, driven_mass, mobility, work = side.nodes, side.external.driven_mass, at.mobility[number], 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+        I = at.node[e]
         for d in range(3):
             led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not take what the node got
             if led or not mobility[e, d] > 0.0:
@@ -68,8 +68,10 @@ def _lag_work_chunk(chunk, side, node, mobility, impulse, small, sums):
 
 
 @kernel()
-def sum_lag_works(chunks, side, node, mobility, impulse, small, sums):
-    """How much more work impulses, shape (n, 3), do along the mean velocity of nodes than along the mean of the velocities that
-    the points give to these before and after the step; sums, shape (chunks, 1) [J]. Nodes of no more than the mass `small` have
-    no velocity before. When the momentum was mapped again."""
-    parallel_for(_lag_work_chunk, chunks, side, node, mobility, impulse, small, sums)
+def sum_lag_works(chunks, side, number, at, impulse, small, sums):
+    """How much more work impulses, shape (n, 3), do along the mean velocity of the nodes of a side, number 0 or 1, than along
+    the mean of the velocities that the points give to these before and after the step; sums, shape (chunks, 1) [J].
+
+    Nodes of no more than the mass `small` have no velocity before. When the momentum was mapped again.
+    """
+    parallel_for(_lag_work_chunk, chunks, side, number, at, impulse, small, sums)

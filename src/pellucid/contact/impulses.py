@@ -8,6 +8,8 @@ m_b) dt) on a, friction only under compression. Constrained nodes have no mobili
 from math import sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.momentum import FULL_DRIVE_FRACTION, ExternalAction
 from pellucid.jit import kernel, pointwise
@@ -18,12 +20,32 @@ STICK, SLIP = 0, 1
 CHUNK = 1024  # nodes that are summed together
 
 
+class Friction(NamedTuple):
+    """How two bodies resist sliding on each other."""
+
+    kind: int  # STICK or SLIP
+    coefficient: float = 0.0  # μ
+
+
 class Side(NamedTuple):
     """The nodes of one of two velocity fields, as kernels take them."""
 
     nodes: Nodes
     external: ExternalAction
     moves_points: bool  # whether the grid moves the points
+
+
+class ContactNodes(NamedTuple):
+    """The n nodes at which two velocity fields meet in a step."""
+
+    node: np.ndarray  # (n,)
+    normal: np.ndarray  # (n, 3) unit normals from the first side to the second, zero where these do not touch
+    mobility: np.ndarray  # (2, n, 3) 1/m of both sides along each axis [1/kg], 0 where a node is constrained
+
+
+def chunks_of(nodes: ContactNodes) -> int:
+    """How many chunks they are."""
+    return len(nodes.node) // CHUNK + 1
 
 
 @kernel(inner=True)
@@ -38,21 +60,20 @@ def _mobility_of(side, first, end, node, mobility):
 
 
 @kernel(inner=True)
-def _mobility_chunk(chunk, node, one, other, mobility):
-    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))
-    _mobility_of(one, first, end, node, mobility[0])
-    _mobility_of(other, first, end, node, mobility[1])
+def _mobility_chunk(chunk, one, other, at):
+    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))
+    _mobility_of(one, first, end, at.node, at.mobility[0])
+    _mobility_of(other, first, end, at.node, at.mobility[1])
 
 
 @kernel()
-def measure_mobility(chunks, node, one, other, mobility):
-    """1/m of the nodes of both sides along each axis [1/kg], shape (2, n, 3), 0 where they are constrained, by supports or
-    wholly by driven points. one, other: bundles of a `Side`."""
-    parallel_for(_mobility_chunk, chunks, node, one, other, mobility)
+def measure_mobility(chunks, one, other, at):
+    """Fill the mobility of the nodes `at` which two sides meet: none where supports or driven points constrain these wholly."""
+    parallel_for(_mobility_chunk, chunks, one, other, at)
 
 
 @pointwise
-def _impulse(kind, friction, n, u, w):
+def _impulse(friction, n, u, w):
     """The impulse on the first side, from the normal, the relative velocity (first minus second) and the sum of mobilities."""
     approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     if not approach > 0.0:
@@ -60,7 +81,7 @@ def _impulse(kind, friction, n, u, w):
     jx = -u[0] / w[0] if w[0] > 0.0 else 0.0
     jy = -u[1] / w[1] if w[1] > 0.0 else 0.0
     jz = -u[2] / w[2] if w[2] > 0.0 else 0.0
-    if kind != SLIP:
+    if friction.kind != SLIP:
         return jx, jy, jz
     give = w[0] * n[0] * n[0] + w[1] * n[1] * n[1] + w[2] * n[2] * n[2]
     if not give > 0.0:
@@ -70,21 +91,24 @@ def _impulse(kind, friction, n, u, w):
     tx, ty, tz = jx + press * n[0], jy + press * n[1], jz + press * n[2]
     along = tx * n[0] + ty * n[1] + tz * n[2]
     size = sqrt((tx - along * n[0]) ** 2 + (ty - along * n[1]) ** 2 + (tz - along * n[2]) ** 2)
-    most = size + friction * along  # share * size <= friction * (press - share * along)
-    share = min(1.0, friction * press / most) if most > 0.0 else 1.0
+    most = size + friction.coefficient * along  # share * size <= coefficient * (press - share * along)
+    share = min(1.0, friction.coefficient * press / most) if most > 0.0 else 1.0
     return share * tx - press * n[0], share * ty - press * n[1], share * tz - press * n[2]
 
 
 @pointwise
-def _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, given):
-    """The impulse on the first side that stops the approach that both sides have at node I without what was given."""
-    normal, closing = touch
-    n = (normal[e, 0], normal[e, 1], normal[e, 2])
-    w = (w1[e, 0] + w2[e, 0], w1[e, 1] + w2[e, 1], w1[e, 2] + w2[e, 2])
-    ux = one[I, 0] - other[I, 0] - w[0] * given[0] - closing[e] * n[0]
-    uy = one[I, 1] - other[I, 1] - w[1] * given[1] - closing[e] * n[1]
-    uz = one[I, 2] - other[I, 2] - w[2] * given[2] - closing[e] * n[2]
-    return _impulse(kind, friction, n, (ux, uy, uz), w)
+def _impulse_at(friction, at, e, allowed, one, other, given):
+    """The impulse on the first side that stops what both approach at node e by more than is allowed, without what was given.
+
+    allowed: speeds [m/s], shape (n,); one, other: velocities of all nodes of both sides.
+    """
+    I, first, second = at.node[e], at.mobility[0], at.mobility[1]
+    n = (at.normal[e, 0], at.normal[e, 1], at.normal[e, 2])
+    w = (first[e, 0] + second[e, 0], first[e, 1] + second[e, 1], first[e, 2] + second[e, 2])
+    ux = one[I, 0] - other[I, 0] - w[0] * given[0] - allowed[e] * n[0]
+    uy = one[I, 1] - other[I, 1] - w[1] * given[1] - allowed[e] * n[1]
+    uz = one[I, 2] - other[I, 2] - w[2] * given[2] - allowed[e] * n[2]
+    return _impulse(friction, n, (ux, uy, uz), w)
 
 
 @pointwise
@@ -93,77 +117,77 @@ def _any(impulse):
     return impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0
 
 
-@kernel(inner=True)
-def _stop_approach_chunk(chunk, kind, friction, node, touch, one, other, w1, w2, total):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
-        impulse = _impulse_at(kind, friction, e, I, touch, one, other, w1, w2, (0.0, 0.0, 0.0))
-        if not _any(impulse):
-            continue
-        for d in range(3):
-            one[I, d] += w1[e, d] * impulse[d]
-            other[I, d] -= w2[e, d] * impulse[d]
-            total[e, d] += impulse[d]
-
-
-@kernel()
-def stop_approach(chunks, kind, friction, node, touch, one, other, w1, w2, total):
-    """Change the velocities of two sides by the impulses that stop their approach; these add up. touch: as for `resolve`."""
-    parallel_for(_stop_approach_chunk, chunks, kind, friction, node, touch, one, other, w1, w2, total)
-
-
 @kernel(inline=True)
-def _add_to_node(I, d, more, velocity, velocity_increment, strain_velocity):
-    if strain_velocity[I, d] == velocity[I, d]:  # else a light node, whose forces must not strain points
-        strain_velocity[I, d] += more
-    velocity[I, d] += more
-    velocity_increment[I, d] += more
+def _add_to_node(nodes, I, d, more):
+    if nodes.strain_velocity[I, d] == nodes.velocity[I, d]:  # else a light node, whose forces must not strain points
+        nodes.strain_velocity[I, d] += more
+    nodes.velocity[I, d] += more
+    nodes.velocity_increment[I, d] += more
 
 
 @kernel(inner=True)
-def _resolve_chunk(chunk, kind, friction, anew, node, touch, one, other, w1, w2, total):
-    v1, increment1, strain_velocity1 = one
-    v2, increment2, strain_velocity2 = other
-    share = 1.0 if anew else 0.0
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
+def _resolve_chunk(chunk, friction, anew, one, other, at, allowed, total):
+    first, second, share = one.nodes, other.nodes, 1.0 if anew else 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+        I = at.node[e]
         given = (share * total[e, 0], share * total[e, 1], share * total[e, 2])
-        impulse = _impulse_at(kind, friction, e, I, touch, v1, v2, w1, w2, given)
+        impulse = _impulse_at(friction, at, e, allowed, first.velocity, second.velocity, given)
         more = impulse[0] - given[0], impulse[1] - given[1], impulse[2] - given[2]
         if not _any(more):
             continue
         for d in range(3):
-            _add_to_node(I, d, w1[e, d] * more[d], v1, increment1, strain_velocity1)
-            _add_to_node(I, d, -w2[e, d] * more[d], v2, increment2, strain_velocity2)
+            _add_to_node(first, I, d, at.mobility[0, e, d] * more[d])
+            _add_to_node(second, I, d, -at.mobility[1, e, d] * more[d])
             total[e, d] += more[d]
 
 
 @kernel()
-def resolve(chunks, kind, friction, anew, node, touch, one, other, w1, w2, total):
+def resolve(chunks, friction, anew, one, other, at, allowed, total):
     """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move.
 
     anew: whether all that was given in this step is found anew, so that a part may be taken back, or this is added to it.
-    touch: normals, shape (n, 3), and the speeds at which both may still approach [m/s], shape (n,).
+    allowed: the speeds at which both may still approach [m/s], shape (n,).
     """
-    parallel_for(_resolve_chunk, chunks, kind, friction, anew, node, touch, one, other, w1, w2, total)
+    parallel_for(_resolve_chunk, chunks, friction, anew, one, other, at, allowed, total)
 
 
 @kernel(inner=True)
-def _give_chunk(chunk, node, impulse, one, other, w1, w2, total):
-    v1, increment1, strain_velocity1 = one
-    v2, increment2, strain_velocity2 = other
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I = node[e]
+def _apply_chunk(chunk, one, other, at, impulse, total):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+        I = at.node[e]
         for d in range(3):
-            _add_to_node(I, d, w1[e, d] * impulse[e, d], v1, increment1, strain_velocity1)
-            _add_to_node(I, d, -w2[e, d] * impulse[e, d], v2, increment2, strain_velocity2)
+            _add_to_node(one.nodes, I, d, at.mobility[0, e, d] * impulse[e, d])
+            _add_to_node(other.nodes, I, d, -at.mobility[1, e, d] * impulse[e, d])
             total[e, d] += impulse[e, d]
 
 
 @kernel()
-def give(chunks, node, impulse, one, other, w1, w2, total):
+def apply(chunks, one, other, at, impulse, total):
     """Give the nodes of two sides these impulses [N s], shape (n, 3), on the first side, and add them up."""
-    parallel_for(_give_chunk, chunks, node, impulse, one, other, w1, w2, total)
+    parallel_for(_apply_chunk, chunks, one, other, at, impulse, total)
+
+
+@kernel(inner=True)
+def _stop_straining_chunk(chunk, friction, one, other, at, allowed, total):
+    first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+        I = at.node[e]
+        impulse = _impulse_at(friction, at, e, allowed, first, second, (0.0, 0.0, 0.0))
+        if not _any(impulse):
+            continue
+        for d in range(3):
+            first[I, d] += at.mobility[0, e, d] * impulse[d]
+            second[I, d] -= at.mobility[1, e, d] * impulse[d]
+            total[e, d] += impulse[d]
+
+
+@kernel()
+def stop_straining(chunks, friction, one, other, at, allowed, total):
+    """Change the velocities that strain the points of two sides by the impulses that stop their approach; these add up.
+
+    allowed: as for `resolve`.
+    """
+    parallel_for(_stop_straining_chunk, chunks, friction, one, other, at, allowed, total)
 
 
 @pointwise
@@ -172,19 +196,19 @@ def _velocity_at_start(nodes, mobility, e, I, d):
 
 
 @kernel(inner=True)
-def _parting_chunk(chunk, one, other, node, mobility, normal, least, closing):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
-        I, parting = node[e], 0.0
+def _parting_chunk(chunk, one, other, at, least, allowed):
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+        I, parting = at.node[e], 0.0
         for d in range(3):
-            v = _velocity_at_start(one.nodes, mobility[0], e, I, d)
-            parting += (_velocity_at_start(other.nodes, mobility[1], e, I, d) - v) * normal[e, d]
-        closing[e] = max(least[e], parting)
+            v = _velocity_at_start(one.nodes, at.mobility[0], e, I, d)
+            parting += (_velocity_at_start(other.nodes, at.mobility[1], e, I, d) - v) * at.normal[e, d]
+        allowed[e] = max(least[e], parting)
 
 
 @kernel()
-def measure_parting(chunks, one, other, node, mobility, normal, least, closing):
+def measure_parting(chunks, one, other, at, least, allowed):
     """The speed at which two sides part along the normal as the step begins, and at least `least` [m/s], shape (n,).
 
-    Where they have no mobility, (2, n, 3), nodes have one velocity.
+    Where they have no mobility, nodes have one velocity.
     """
-    parallel_for(_parting_chunk, chunks, one, other, node, mobility, normal, least, closing)
+    parallel_for(_parting_chunk, chunks, one, other, at, least, allowed)

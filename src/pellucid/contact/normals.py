@@ -24,6 +24,20 @@ NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
 """Columns of moments, two vectors; of a surface its area at rest is the volume."""
 
 
+class Areas(NamedTuple):
+    """What the points of a body have of its surface."""
+
+    vector: np.ndarray  # (m, 3) vector areas, outwards [m²]; no rows of a volume, which has the gradients of its volumes
+    at_rest: float = 0.0  # area of a membrane by its mass [m²/kg]
+
+
+class Along(NamedTuple):
+    """The ways along which a side reaches at the numbered nodes: sign times the normals."""
+
+    normal: np.ndarray  # (n, 3)
+    sign: float
+
+
 class NumberedNodes(NamedTuple):
     """What is known of the nodes that two velocity fields share, by their numbers; of either side where there are several."""
 
@@ -52,12 +66,13 @@ def reach_of_point(radius, volume):
 
 
 @kernel(inner=True)
-def _sum_moments_slab(s, mapped, where, areas, at_rest, moments, beside):
+def _sum_moments_slab(s, mapped, where, areas, moments, beside):
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
     slot, near = where.slot, where.near
     x = points.position
-    surface = len(areas) > 0
+    vector = areas.vector
+    surface = len(vector) > 0
     listed = slabs.first[s]
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -69,8 +84,8 @@ def _sum_moments_slab(s, mapped, where, areas, at_rest, moments, beside):
             continue
         beside[listed] = p
         listed += 1
-        V = at_rest * points.mass[p] if surface else points.volume[p]
-        shared = row(areas[p, 0], areas[p, 1], areas[p, 2], V) if surface else splat(V)
+        V = areas.at_rest * points.mass[p] if surface else points.volume[p]
+        shared = row(vector[p, 0], vector[p, 1], vector[p, 2], V) if surface else splat(V)
         centre = row(V * x[p, 0], V * x[p, 1], V * x[p, 2], 0.0)
         for a in range(len(wx)):
             for b in range(len(wy)):
@@ -88,13 +103,13 @@ def _sum_moments_slab(s, mapped, where, areas, at_rest, moments, beside):
 
 
 @kernel()
-def sum_moments(n, mapped, where, areas, at_rest, moments, beside):
+def sum_moments(n, mapped, where, areas, moments, beside):
     """Sums about each numbered node: vector areas, or where `areas` has no rows volume gradients; places and volumes.
 
-    moments: shape (n COLUMNS,); at_rest: area of a membrane by its mass. The points that reach such nodes are listed in
-    `beside` from the slab's first one on, and after them -1.
+    moments: shape (n COLUMNS,). The points that reach such nodes are listed in `beside` from the slab's first one on, and after
+    them -1.
     """
-    parallel_by_colour(_sum_moments_slab, n, mapped.slabs.across, mapped, where, areas, at_rest, moments, beside)
+    parallel_by_colour(_sum_moments_slab, n, mapped.slabs.across, mapped, where, areas, moments, beside)
 
 
 @kernel()
@@ -114,8 +129,9 @@ def orient(one, other, normal):
 
 
 @kernel(inner=True)
-def _foremost_slab(s, mapped, beside, slot, normal, radius, foremost, sign):
-    functions, lattice = mapped.functions, mapped.lattice
+def _foremost_slab(s, mapped, where, beside, along, radius, foremost):
+    functions, lattice, slot = mapped.functions, mapped.lattice, where.slot
+    normal, sign = along.normal, along.sign
     points, slabs = mapped.points, mapped.slabs
     surface, x = radius[0] >= 0.0, points.position
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -130,14 +146,14 @@ def _foremost_slab(s, mapped, beside, slot, normal, radius, foremost, sign):
                 for c in range(len(wz)):
                     e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
-                        along = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
-                        foremost[e] = max(foremost[e], sign * along + r)
+                        place = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
+                        foremost[e] = max(foremost[e], sign * place + r)
 
 
 @kernel()
-def foremost_along(n, mapped, beside, slot, normal, radius, foremost, sign):
-    """How far the points beside the nodes reach along sign times the normals [m], each with its own extent; (n,)."""
-    parallel_by_colour(_foremost_slab, n, mapped.slabs.across, mapped, beside, slot, normal, radius, foremost, sign)
+def foremost_along(n, mapped, where, beside, along, radius, foremost):
+    """How far the points beside the numbered nodes reach along sign times the normals [m], each with its own extent; (n,)."""
+    parallel_by_colour(_foremost_slab, n, mapped.slabs.across, mapped, where, beside, along, radius, foremost)
 
 
 @kernel()

@@ -82,38 +82,38 @@ class OverlapLaw:
 
         touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked.
         """
-        springs = [part.share * self.stiffness * part.area for part in overlaps]
-        hardened = [self._softness * part.depth**2 for part in overlaps]
-        pressures = [k * part.depth * (1.0 + h) for k, part, h in zip(springs, overlaps, hardened, strict=True)]
+        springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
+        hardened = [self._softness * overlap.depth**2 for overlap in overlaps]
+        pressures = [k * overlap.depth * (1.0 + h) for k, overlap, h in zip(springs, overlaps, hardened, strict=True)]
         extra = 0.0 if self.stop is None else self.stop.force(overlaps, pressures, self._tangents(overlaps, springs, dt), dt)
         total = sum(float(pressure.sum()) for pressure in pressures)
         stored = taken = pending = damped = power = 0.0
         found = []
-        for part, pressure, spring, h in zip(overlaps, pressures, springs, hardened, strict=True):
-            n = part.normal
-            approach = -np.einsum("ij,ij->i", part.relative, n)
-            damping = part.share * self._damping * part.area
+        for overlap, pressure, spring, h in zip(overlaps, pressures, springs, hardened, strict=True):
+            n = overlap.normal
+            approach = -np.einsum("ij,ij->i", overlap.relative, n)
+            damping = overlap.share * self._damping * overlap.area
             press = np.maximum(pressure + damping * approach + extra * pressure / total, 0.0)
             force = press[:, None] * n
-            stored += 0.5 * float(np.sum(spring * part.depth**2 * (1.0 + 0.5 * h)))
+            stored += 0.5 * float(np.sum(spring * overlap.depth**2 * (1.0 + 0.5 * h)))
             power += float(np.sum((press - pressure) * approach))
             damped += float(np.sum(press - pressure))
             if self._friction > 0.0:
-                along = part.relative + approach[:, None] * n
+                along = overlap.relative + approach[:, None] * n
                 # what presses harder than the overlap alone is held by as much stiffer springs along it
                 holds = spring * np.clip(press / np.maximum(pressure, TINY), 1.0, STIFFER) if self.stop else spring
-                drag, lost = self._drag(part, along, self._friction * press, holds, damping, last)
+                drag, lost = self._drag(overlap, along, self._friction * press, holds, damping, last)
                 force += drag
                 taken += lost
-                touched[id(part.one)][part.listed] = True
+                touched[id(overlap.one)][overlap.listed] = True
             # before the first step nothing was done, and the first does half of its own
-            pending += 0.5 * (last or dt) * float(np.sum(force * part.relative))
+            pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
             found.append(force)
         taken += last * power if self.stop is None else self.stop.taken(damped, power, last)
         self.held = Held(stored, taken, pending)
         return found
 
-    def part(self, last: float) -> None:
+    def separate(self, last: float) -> None:
         """Nothing overlaps any more; last: length of the step before [s]."""
         self.held = Held(taken=0.0 if self.stop is None else self.stop.end(last))
 
@@ -121,18 +121,18 @@ class OverlapLaw:
         """Stiffness of all points together against more depth, and that to which it comes over a step dt [s], as it counts in
         the bound on the step [N/m]."""
         now = later = 0.0
-        for part, spring in zip(overlaps, springs, strict=True):
-            approach = np.maximum(-np.einsum("ij,ij->i", part.relative, part.normal), 0.0)
-            now += float(np.sum(spring * (1.0 + 3.0 * self._softness * part.depth**2)))
-            later += float(np.sum(spring * (1.0 + 3.0 * self._softness * (part.depth + dt * approach) ** 2)))
+        for overlap, spring in zip(overlaps, springs, strict=True):
+            approach = np.maximum(-np.einsum("ij,ij->i", overlap.relative, overlap.normal), 0.0)
+            now += float(np.sum(spring * (1.0 + 3.0 * self._softness * overlap.depth**2)))
+            later += float(np.sum(spring * (1.0 + 3.0 * self._softness * (overlap.depth + dt * approach) ** 2)))
         return now, self._followed**2 * later
 
     def _drag(
-        self, part: Overlap, along: np.ndarray, most: np.ndarray, spring: np.ndarray, damping: np.ndarray, last: float
+        self, overlap: Overlap, along: np.ndarray, most: np.ndarray, spring: np.ndarray, damping: np.ndarray, last: float
     ) -> tuple[np.ndarray, float]:
         """Friction of points with velocities along the other body [m/s], shape (n, 3), at most so much [N] and on springs of
         such stiffness [N/m], shape (n,); the energy that it took since the last step [J]."""
-        one, n, at = part.one, part.normal, part.listed
+        one, n, at = overlap.one, overlap.normal, overlap.listed
         if one.drag is not None:
             drag, _ = _limited(-one.drag[at][:, None] * along, most)
             return drag, -last * float(np.sum(drag * along))
@@ -147,9 +147,9 @@ class OverlapLaw:
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
     """The unit vector along which overlaps push a surface in the mean, (3,), either way."""
     way = np.zeros(3)
-    for part in overlaps:
-        sign = 1.0 if part.one is one else -1.0
-        way += sign * np.sum((part.share * part.area * part.depth)[:, None] * part.normal, axis=0)
+    for overlap in overlaps:
+        sign = 1.0 if overlap.one is one else -1.0
+        way += sign * np.sum((overlap.share * overlap.area * overlap.depth)[:, None] * overlap.normal, axis=0)
     size = float(np.linalg.norm(way))
     return way / size if size > 0.0 else way
 

@@ -32,6 +32,13 @@ GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
 by how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
 
 
+class Asking(NamedTuple):
+    """m points on one surface that look for another."""
+
+    place: np.ndarray  # (m, 3) [m]
+    normal: np.ndarray  # (m, 3) unit normals
+
+
 class Points(NamedTuple):
     """m points of a surface."""
 
@@ -58,6 +65,15 @@ class Meeting(NamedTuple):
     deepest: float  # how deep a place may lie behind a plane that still counts [m]
     dimension: int  # of the surfaces: 2, in the plane 1, along a line 0
     thickness: float  # of a slice [m]
+
+
+class Neighbourhood(NamedTuple):
+    """The points of one surface and those of the other about them."""
+
+    one: Asking
+    other: Points
+    bins: Bins  # of the other's points
+    meeting: Meeting
 
 
 @kernel()
@@ -87,7 +103,7 @@ def count_boxes(place, lower, size, counts, box, first, order):
 @pointwise
 def _weight(other, meeting, q, x, n):
     """The weight of point q of the other surface at a place x with normal n, its normal towards x, and x from it."""
-    two_sided, deepest, dimension, thickness = meeting
+    two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
     d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
     m = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2])
     facing = -(n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
@@ -124,34 +140,48 @@ def _last_box(bins, x, d):
     return max(-1, min(bins.counts[d] - 1, int(np.floor((x[d] - bins.lower[d]) / bins.size)) + 1))
 
 
+@pointwise
+def _asking(one, p):
+    """The place and the normal of a point."""
+    return (one.place[p, 0], one.place[p, 1], one.place[p, 2]), (one.normal[p, 0], one.normal[p, 1], one.normal[p, 2])
+
+
 @kernel(inner=True)
-def _find_chunk(chunk, one, other, bins, meeting, found):
-    place, normal = one
-    s = zeros(17)
-    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(place))):
+def _sum_moments(about, p, s):
+    """The moments s of the weights about point p of the one surface, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d; the
+    point of the other that is nearest, and how far outside of its plane p lies."""
+    other, bins = about.other, about.bins
+    x, n = _asking(about.one, p)
+    for a in range(17):
+        s[a] = 0.0
+    nearest, outside, closest = inf, 0.0, uintp(0)
+    for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
+        for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
+            for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
+                b = (i * bins.counts[1] + j) * bins.counts[2] + k
+                for r in range(bins.first[b], bins.first[b + 1]):
+                    q = uintp(bins.order[r])
+                    distance, beyond = _beyond(other, q, x)
+                    if distance < nearest and other.area[q] > 0.0:
+                        nearest, outside, closest = distance, beyond, q
+                    w, m, d = _weight(other, about.meeting, q, x, n)
+                    if w > 0.0:
+                        s[0] += w
+                        s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
+                        for a in range(3):
+                            s[2 + a] += w * m[a]
+                            s[5 + a] += w * d[a]
+                            for c in range(3):
+                                s[8 + 3 * a + c] += w * d[a] * d[c]
+    return closest, outside
+
+
+@kernel(inner=True)
+def _find_chunk(chunk, about, found):
+    other, meeting, s = about.other, about.meeting, zeros(17)
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(about.one.place))):
         found[p, SHARE] = 0.0
-        x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
-        for a in range(17):
-            s[a] = 0.0
-        nearest, outside, about = inf, 0.0, uintp(0)
-        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
-            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
-                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
-                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
-                    for r in range(bins.first[b], bins.first[b + 1]):
-                        q = uintp(bins.order[r])
-                        distance, beyond = _beyond(other, q, x)
-                        if distance < nearest and other.area[q] > 0.0:
-                            nearest, outside, about = distance, beyond, q
-                        w, m, d = _weight(other, meeting, q, x, n)
-                        if w > 0.0:
-                            s[0] += w
-                            s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
-                            for a in range(3):
-                                s[2 + a] += w * m[a]
-                                s[5 + a] += w * d[a]
-                                for c in range(3):
-                                    s[8 + 3 * a + c] += w * d[a] * d[c]
+        closest, outside = _sum_moments(about, p, s)
         if s[0] <= NONE:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
@@ -164,10 +194,10 @@ def _find_chunk(chunk, one, other, bins, meeting, found):
         e = (s[5] / s[0], s[6] / s[0], s[7] / s[0])
         away = n0 * e[0] + n1 * e[1] + n2 * e[2]
         found[p, GAP] = 0.5 * (s[1] / s[0] + away)
-        turned = n0 * other.normal[about, 0] + n1 * other.normal[about, 1] + n2 * other.normal[about, 2] < CORNER
-        if not meeting[0][1] and outside > 0.0 and (turned or outside < -found[p, GAP]):
+        turned = n0 * other.normal[closest, 0] + n1 * other.normal[closest, 1] + n2 * other.normal[closest, 2] < CORNER
+        if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -found[p, GAP]):
             found[p, SHARE] = 0.0
-        _find_slope(p, s, (n0, n1, n2), e, ALONE * other.reach[about] ** 2, meeting[2], found)
+        _find_slope(p, s, (n0, n1, n2), e, ALONE * other.reach[closest] ** 2, meeting.dimension, found)
 
 
 @kernel(inline=True)
@@ -212,9 +242,12 @@ def _find_slope(p, s, n, e, alone, dimension, found):
 
 
 @kernel()
-def find_beside(chunks, one, other, bins, meeting, found):
-    """What lies beside points (places and normals) of one surface, into `found`, shape (m, COLUMNS), where they count."""
-    parallel_for(_find_chunk, chunks, one, other, bins, meeting, found)
+def find_beside(chunks, about, found):
+    """What lies beside the points of one surface, into `found`, shape (m, COLUMNS), where they count.
+
+    about: a `Neighbourhood`.
+    """
+    parallel_for(_find_chunk, chunks, about, found)
 
 
 @pointwise
@@ -225,41 +258,27 @@ def _corrected(w, found, p, d):
 
 
 @kernel()
-def means_at_feet(listed, one, other, bins, meeting, found, values, mean):
-    """Velocities or places of the other surface, shape (q, 3), at the foot of each listed point, shape (n, 3)."""
-    place, normal = one
+def exchange(about, found, listed, at_feet, of_points, spreads):
+    """Between the feet of n listed points on the other surface, shape (n, 3), and the points of that about them, shape (q, 3).
+
+    spreads: whether these are forces at the feet [N], which go to the points, or velocities or places of the points, whose
+    means come to the feet.
+    """
+    other, bins = about.other, about.bins
     for e in range(len(listed)):
         p = uintp(listed[e])
-        x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
-        mean[e, 0] = mean[e, 1] = mean[e, 2] = 0.0
+        x, n = _asking(about.one, p)
         for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
             for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
                 for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
                     b = (i * bins.counts[1] + j) * bins.counts[2] + k
                     for r in range(bins.first[b], bins.first[b + 1]):
                         q = uintp(bins.order[r])
-                        w, _, d = _weight(other, meeting, q, x, n)
+                        w, _, d = _weight(other, about.meeting, q, x, n)
                         if w > 0.0:
                             w = _corrected(w, found, p, d)
                             for a in range(3):
-                                mean[e, a] += w * values[q, a]
-
-
-@kernel()
-def spread_forces(listed, one, other, bins, meeting, found, force, target):
-    """Add forces at listed points, shape (n, 3), to the points about their feet on the other surface, shape (q, 3) [N]."""
-    place, normal = one
-    for e in range(len(listed)):
-        p = uintp(listed[e])
-        x, n = (place[p, 0], place[p, 1], place[p, 2]), (normal[p, 0], normal[p, 1], normal[p, 2])
-        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
-            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
-                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
-                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
-                    for r in range(bins.first[b], bins.first[b + 1]):
-                        q = uintp(bins.order[r])
-                        w, _, d = _weight(other, meeting, q, x, n)
-                        if w > 0.0:
-                            w = _corrected(w, found, p, d)
-                            for a in range(3):
-                                target[q, a] += w * force[e, a]
+                                if spreads:
+                                    of_points[q, a] += w * at_feet[e, a]
+                                else:
+                                    at_feet[e, a] += w * of_points[q, a]

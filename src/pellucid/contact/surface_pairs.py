@@ -24,12 +24,12 @@ from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
-from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Bins, Meeting, Points
+from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
 
-class Pass:
+class HalfPair:
     """The points of one surface against the other, with this share of the stiffness."""
 
     def __init__(self, one: ContactSurface, other: ContactSurface, meeting: Meeting, share: float) -> None:
@@ -39,13 +39,13 @@ class Pass:
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         m = len(self.one.place)
-        self._points = one.place[:m], one.normal[:m]
-        self._beside = Points(other.place, other.normal, other.size, other.reach)
-        self._bins = _bins(one, other, float(other.reach.max()))
+        bins = _bins(one, other, float(other.reach.max()))
         self.overlap: Overlap | None = None
-        if self._bins is None:
+        if bins is None:
             return False
-        proximity.find_beside(m // CHUNK + 1, self._points, self._beside, self._bins, self._meeting, self._found)
+        points = Points(other.place, other.normal, other.size, other.reach)
+        self._about = Neighbourhood(Asking(one.place[:m], one.normal[:m]), points, bins, self._meeting)
+        proximity.find_beside(m // CHUNK + 1, self._about, self._found)
         most = 0.0 if self.other.is_hard else NEAR * float(np.median(other.reach))
         at = np.flatnonzero(self._found[:, SHARE])
         depth = self.one.half_width + self.other.half_width - self._found[at, GAP]
@@ -74,17 +74,14 @@ class Pass:
 
     def _at_feet(self, at: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Places or velocities of the other surface, shape (q, 3), at the feet of listed points, shape (n, 3)."""
-        found = np.empty((len(at), 3))
-        proximity.means_at_feet(at, *self._about(), values, found)
+        found = np.zeros((len(at), 3))
+        proximity.exchange(self._about, self._found, at, found, values, False)
         return found
 
-    def _about(self) -> tuple[object, ...]:
-        return self._points, self._beside, self._bins, self._meeting, self._found
-
-    def give(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
+    def apply(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
         """Forces on listed points [N], shape (n, 3), and against the other surface, into those of both."""
         forces[0][at] += force
-        proximity.spread_forces(at, *self._about(), -force, forces[1])
+        proximity.exchange(self._about, self._found, at, -force, forces[1], True)
 
 
 class SurfacePair:
@@ -109,10 +106,10 @@ class SurfacePair:
         one, other = surfaces
         self.name, self.law = name, OverlapLaw(surfaces, friction, courant, swing, cell)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
-        self._passes = []
+        self._halves = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness)
-            self._passes.append(Pass(first, second, meeting, share / sum(fine)))
+            self._halves.append(HalfPair(first, second, meeting, share / sum(fine)))
         self.impulse = np.zeros(3)
         """On the first surface over this step [N s]."""
 
@@ -123,21 +120,21 @@ class SurfacePair:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
         self.impulse = np.zeros(3)
         found = False
-        for part in self._passes:
-            found |= part.find(described[id(part.one)], described[id(part.other)])
+        for half in self._halves:
+            found |= half.find(described[id(half.one)], described[id(half.other)])
         return found
 
     def way(self) -> np.ndarray:
         """The unit vector along which the overlap found pushes in the mean, (3,), either way."""
-        return mean_way([part.overlap for part in self._passes if part.overlap is not None], self.surfaces[0])
+        return mean_way([half.overlap for half in self._halves if half.overlap is not None], self.surfaces[0])
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
-        parts = [(part, part.overlap) for part in self._passes if part.overlap is not None]
-        found = self.law.forces([overlap for _, overlap in parts], dt, last, touched)
-        for (part, overlap), force in zip(parts, found, strict=True):
-            part.give(overlap.listed, force, (forces[id(part.one)], forces[id(part.other)]))
-            self.impulse += (1.0 if part.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
+        touching = [(half, half.overlap) for half in self._halves if half.overlap is not None]
+        found = self.law.forces([overlap for _, overlap in touching], dt, last, touched)
+        for (half, overlap), force in zip(touching, found, strict=True):
+            half.apply(overlap.listed, force, (forces[id(half.one)], forces[id(half.other)]))
+            self.impulse += (1.0 if half.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
 
     def external_work(self) -> float:
         """None: both are bodies."""
@@ -229,7 +226,7 @@ class SurfacePairs:
                     surface.pushed_along.append(way)
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
-                pair.law.part(last)
+                pair.law.separate(last)
                 continue
             for surface in pair.surfaces:
                 forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))

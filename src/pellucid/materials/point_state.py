@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 
 from pellucid.jit import generic, point_function
-from pellucid.state import FIELDS, Field
+from pellucid.state import FIELDS, Field, declare_field
 from pellucid.tensors import Symmetric
 from pellucid.units import check_si
 
@@ -90,8 +90,7 @@ def _declare_field(state: type, name: str, size: int, unit_and_meaning: tuple[st
     if unit_and_meaning is not None:
         field = Field(size, *unit_and_meaning)
         check_si(field.unit)
-        if FIELDS.setdefault(name, field) != field:
-            raise TypeError(f"{state.__name__}.{name}: there is a field of this name, {FIELDS[name].meaning}; choose another")
+        declare_field(name, field, state.__name__)
     elif name not in SHARED:
         raise TypeError(f'{state.__name__}.{name}: declare it with @point_state({name}=("unit", "meaning"))')
     elif FIELDS[name].components != size:

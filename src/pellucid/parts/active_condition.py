@@ -4,7 +4,7 @@ from pellucid.energy import StepWork
 
 
 class ActiveCondition:
-    """A condition, or several of one class, that acts in a run: it does what it needs of these.
+    """A condition in a run, or several of one class, which acts at the stages of a step whose methods it defines.
 
     It keeps nothing from step to step but in the arrays of a body, which checkpoints hold.
     """

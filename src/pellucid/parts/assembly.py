@@ -1,15 +1,20 @@
 """The bodies of a case as conditions find them when a run is assembled."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
+
+import numpy as np
 
 from pellucid.energy import Channel, WorkLayout
+from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import HasMesh
 
+Capability = TypeVar("Capability")
 NO_AXES = (False, False, False)
 
 
@@ -36,6 +41,22 @@ class AssembledBody(NamedTuple):
         x, y, z = self.thin
         return not x, not y, not z
 
+    def offers(self, capability: type[Capability]) -> Capability:
+        """The body as one that offers a capability. Raises ValueError where it does not: its model lets such a case pass."""
+        if not isinstance(self.body, capability):
+            raise ValueError(f"body {self.body.name} offers no `{capability.__name__}`, and its model does not say so")
+        return self.body
+
+    def selectable(self) -> Selectable:
+        """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
+        body = self.body
+        place = np.argsort(body.arrays["id"])
+        faces, position = place[body.cells().surface()], body.arrays["position"]
+        if body.is_surface:
+            return Selectable.of_membrane(position, faces)
+        sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
+        return Selectable(position, faces, np.unique(faces), sets)
+
 
 class Assembly(NamedTuple):
     """What conditions ask of a run when they are activated."""
@@ -45,7 +66,7 @@ class Assembly(NamedTuple):
     layout: WorkLayout  # the columns of their channels
 
     def load_column(self, body: str, channel: str) -> int:
-        """Ask for external forces on a body: the column of their channel, for its `add_external_force` and `add_pressure`."""
+        """Ask for external forces on a body: the column of their channel, for its `add_external_force` and the like."""
         actions = self.bodies[body].actions
         if actions:
             actions.take_loads()

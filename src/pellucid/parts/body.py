@@ -1,91 +1,26 @@
-"""The interface of a body to the clock, the balance, contact, conditions and results; `families` has its two families."""
+"""The interface of a body to the clock, the balance and results; what else it may offer is in `capabilities`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from math import fsum
-from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from pellucid.contact.contact_body import ContactBody
-from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.faces import Faces
-from pellucid.contact.wall import WallPlane
 from pellucid.energy import Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.face_shares import FaceShares
-from pellucid.geometry.region import Selectable
-from pellucid.grid.model import GridCase
 from pellucid.grid.points import FAULTS, LOST
-from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.named import Named
+from pellucid.parts.capabilities import Membrane, NodalSupport
+from pellucid.parts.constraint import ConstrainedPoints
+from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS
-from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
-from pellucid.parts.surface_load import Traction
 
-
-class NodalSupport(NamedTuple):
-    """A support on nodes of a body that has its own."""
-
-    nodes: np.ndarray  # (n,) whether it constrains a node
-    axes: tuple[bool, bool, bool]  # constrained directions
-    velocity: tuple[float, float, float]  # [m/s]
-    wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
-    label: str = "a support"  # for messages
-    friction: float = 0.0  # coefficient of the wall
-
-
-class Placement(NamedTuple):
-    """With what a body is built; without a grid in the case there is no velocity field either."""
-
-    grid_case: GridCase | None
-    velocity_field: VelocityField | None
-    velocity_transfer: VelocityTransfer
-    gravity: tuple[float, float, float]  # [m/s²], which a body with its own nodes applies itself
-    n_loads: int  # channels of external forces
-
-    def on_grid(self) -> tuple[GridCase, VelocityField]:
-        """Grid and velocity field of a body that needs them; its model checks that they are there."""
-        if self.grid_case is None or self.velocity_field is None:
-            raise ValueError("this body needs a grid, and the case has none")
-        return self.grid_case, self.velocity_field
-
-
-class PointConstraint(Protocol):
-    """What leads the points of a body as a whole, such as a prescribed motion: it changes what grid-to-particle gave them."""
-
-    strains: bool
-    """Whether the points are strained by the grid; not where the body is rigid, and the constraint gives all positions."""
-    top_speed: float
-    """Largest prescribed velocity along an axis [m/s]."""
-
-    def prescribe_velocities(self) -> None:
-        """After grid-to-particle, and before their sums are taken: the velocities of the points."""
-
-    def prescribe_positions(self) -> None:
-        """After the points moved: their positions."""
-
-
-@runtime_checkable
-class RepeatedConstraint(PointConstraint, Protocol):
-    """A constraint that can lead the points once more in a step, after the second impulses of contact."""
-
-    def prescribe_velocities_again(self) -> None:
-        """The same, in addition, when the fields' `external.impulse` has these impulses alone."""
-
-
-class AnswersContact(Protocol):
-    """What moves the nodes that a body reaches otherwise than by their own masses."""
-
-    def answer_contact(self) -> bool:
-        """See `Body.answer_contact`."""
-
-    def end_contact(self) -> None:
-        """See `Body.end_contact`."""
+__all__ = ["Body", "NodalSupport", "Placement", "in_metres"]
 
 
 def in_metres(place: np.ndarray) -> str:
@@ -93,7 +28,7 @@ def in_metres(place: np.ndarray) -> str:
     return f"({', '.join(f'{value:.6g}' for value in place.tolist())}) m"
 
 
-class Body(ABC):
+class Body(ConstrainedPoints, ABC):
     """A body of a simulation, of either family."""
 
     name: str
@@ -101,21 +36,21 @@ class Body(ABC):
     """What it stores: "internal" or "strain" energy."""
     totals: Totals
     """Sums over the body at the end of the step, and its largest stable step."""
-    asks_for_loads = False
-    """Whether it asks for loads on its surface itself, at the instants that it needs within a step: see `add_traction`."""
-    is_surface = False
-    """Whether it is a membrane, which has two sides."""
-    areal_density = 0.0
-    """Of a membrane at rest [kg/m²]."""
     arrays: dict[str, np.ndarray]
     """State of its points or nodes, first axis n; `id` is their number in the order of seeding or of the mesh."""
     element_arrays: Mapping[str, np.ndarray] = {}
     """State of its elements, in the order of the mesh; most bodies have none."""
-    constraint: PointConstraint | None = None
-    _leads_again: RepeatedConstraint | None = None
-    answers: AnswersContact | None = None
     relaxes = False
     """Whether it is being brought to rest in equilibrium."""
+    load_rate = 1.0
+    """How fast the loads change over the coming step, in simulated time over that of the step: another in steady states."""
+    may_leave = False
+    """Whether its points could leave through faces of the grid."""
+
+    @cached_property
+    def is_surface(self) -> bool:
+        """Whether it is a membrane, which has two sides."""
+        return isinstance(self, Membrane)
 
     @property
     def n_points(self) -> int:
@@ -154,18 +89,8 @@ class Body(ABC):
         velocity = self.arrays["velocity"]
         return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1), initial=0.0)))
 
-    load_rate = 1.0
-    """How fast the loads change over the coming step, in simulated time over that of the step: another in steady states."""
-
-    def begin(self, dt: float) -> None:  # noqa: B027
+    def begin(self, dt: float) -> None:
         """Before the conditions of a step dt [s]: forget the external forces of the last one, if the body keeps them."""
-
-    def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Let a drag act over this step dt [s], at a rate [1/s].
-
-        Returns what it took that the body does not count itself: energy [J] and impulse on the body [N s], shape (3,).
-        """
-        raise ValueError(f"body {self.name} has no inertia to damp")
 
     def come_to_rest(self) -> None:
         """Take all velocity from its points or nodes."""
@@ -183,80 +108,6 @@ class Body(ABC):
     def state_warning(self) -> str | None:
         """A warning about the state that it has come to, looked for now and then; most bodies have none."""
         return None
-
-    # conditions
-
-    @abstractmethod
-    def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces on the points [N], shape (n, 3), in the order in which they are stored, over this step.
-
-        column: that of their channel in a row of works, see `pellucid.energy`.
-        """
-
-    def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals of a membrane over this step; other bodies have none."""
-        raise ValueError(f"body {self.name} is no membrane: it has no normal to push along")
-
-    def add_traction(self, traction: Traction, column: int, label: str) -> None:
-        """Add forces on the surface of a fluid film over this step, which asks for them itself; other bodies have none.
-
-        label: what users know it by.
-        """
-        raise ValueError(f"body {self.name} does not ask for loads on its surface")
-
-    @abstractmethod
-    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """Let supports constrain its own nodes."""
-
-    @abstractmethod
-    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let own nodes follow prescribed motions, which its model may refuse before (`why_no_motion`).
-
-        numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
-        """
-
-    def constrain(self, constraint: PointConstraint, answers: AnswersContact | None = None) -> None:
-        """Let a condition lead its points, and answer contact if it does. Raises ValueError where another one does."""
-        if self.constraint is not None:
-            raise ValueError(f"the points of body {self.name} are led by a condition already")
-        self.constraint, self.answers = constraint, answers
-        self._leads_again = constraint if isinstance(constraint, RepeatedConstraint) else None
-
-    @abstractmethod
-    def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
-
-    def lead_along_normal(self, names: Sequence[str], numbers: np.ndarray) -> None:
-        """Let nodes of a fluid film follow prescribed motions along its normal; the model of other bodies refuses them.
-
-        numbers, shape (n,): 1 + that of a node's motion, else 0.
-        """
-        raise ValueError(f"the nodes of body {self.name} follow no motion along a normal")
-
-    def set_normal_velocities(self, rates: np.ndarray) -> None:
-        """The velocities of these motions over this step [m/s], shape (motions,)."""
-        raise ValueError(f"the nodes of body {self.name} follow no motion along a normal")
-
-    @property
-    def node_sets(self) -> Mapping[str, np.ndarray]:
-        """The sets of nodes that its mesh names, by the numbers of the nodes; most bodies have none."""
-        return {}
-
-    def selectable(self) -> Selectable:
-        """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
-        place = np.argsort(self.arrays["id"])
-        faces, position = place[self.cells().surface()], self.arrays["position"]
-        if self.is_surface:
-            return Selectable.of_membrane(position, faces)
-        sets = {name: place[nodes] for name, nodes in self.node_sets.items()}
-        return Selectable(position, faces, np.unique(faces), sets)
-
-    def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """How what acts on triangles of its surface, shape (f, 3), of those that are selectable, goes to its nodes.
-
-        It is asked for when all conditions are known: its functions may depend on them.
-        """
-        return FaceShares.linear(faces)
 
     def complete(self) -> None:
         """All conditions are known: called once, before the first step. What depends on them is made now."""
@@ -291,71 +142,10 @@ class Body(ABC):
         """Its points on the grid, where others may touch it; nothing where it was given none."""
         return None
 
-    def make_contact_surface(self, column: int) -> ContactSurface | None:
-        """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
-        return None
-
-    def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
-        """Make what a wall touches of a body without a surface, its points beside a plane; None where it touches none."""
-        return None
-
-    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:  # noqa: B027
-        """All surfaces that touch are known: leave its own where it touches nothing; bound the first step by how fast the body
-        swings on others."""
-
     @property
-    def met(self) -> ContactBody | None:
-        """What others meet of it by contact: itself, or its surface."""
+    def contact_body(self) -> ContactBody | None:
+        """What others meet of it on the nodes of the grid: itself, or its surface."""
         return self.on_grid
-
-    def vector_areas(self) -> np.ndarray:
-        """Of a membrane, the share of its vector area of each point [m²], shape (n, 3); of a volume none, shape (0, 3)."""
-        return np.zeros((0, 3))
-
-    def pressed_areas(self) -> np.ndarray:
-        """Of a membrane, the vector areas by which a pressure pushes its points [m²], shape (n, 3), in the order of their
-        numbers; in plane problems those of the slice."""
-        return self.vector_areas()[self.order()]
-
-    def surface_areas(self) -> np.ndarray:
-        """Of a membrane, the shares of its points in its area [m²], shape (n,), in the same order."""
-        return np.asarray(np.linalg.norm(self.pressed_areas(), axis=1))
-
-    def faces(self) -> Faces | None:
-        """Points on the surface of a volume, where it has such; None of a membrane, all of whose points lie on it."""
-        return None
-
-    def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
-        return None
-
-    @property
-    def takes_second_impulses(self) -> bool:
-        """Whether contact may give it impulses again; see `pellucid.contact.contact_body`."""
-        return False
-
-    def take_second_impulses(self, dt: float) -> float:
-        """Take them; the kinetic energy won [J]."""
-        raise ValueError(f"body {self.name} takes no second impulses")
-
-    @property
-    def led_again(self) -> bool:
-        """Whether what leads its points, if anything, can do so once more in a step."""
-        return self.constraint is None or self._leads_again is not None
-
-    def lead_again(self) -> None:
-        """Let it do so."""
-        if self._leads_again is not None:
-            self._leads_again.prescribe_velocities_again()
-
-    def answer_contact(self) -> bool:
-        """Let the nodes of the grid have the velocities that contact gave the body so far; False where they have these."""
-        return self.answers is not None and self.answers.answer_contact()
-
-    def end_contact(self) -> None:
-        """Contact is resolved: make what the nodes of the grid answered theirs, where these move the points."""
-        if self.answers is not None:
-            self.answers.end_contact()
 
     # results
 
@@ -388,12 +178,6 @@ class Body(ABC):
         """Positions in the order of `frame` [m], shape (n, 3)."""
         return np.asarray(self.arrays["position"][np.argsort(self.arrays["id"])])
 
-    def standing(self, goes_on: bool) -> Standing:
-        """Where it stands, with the volumes of its points where it begins in the state of an earlier run."""
-        if self.is_surface:
-            return Standing(self.places(), self.cells().surface())
-        return Standing(self.arrays["position"], volume=self.volumes() if goes_on else None)
-
     def frame(self) -> dict[str, np.ndarray]:
         """The fields of all points in the order of their numbers; units in `pellucid.state.FIELDS`."""
         return Named(f"body {self.name} has no field", {name: np.array(self.field(name)) for name in self.field_names})
@@ -405,11 +189,6 @@ class Body(ABC):
     def kinetic_energies(self) -> np.ndarray:
         """Of each point [J], shape (n,)."""
         return kinetic_energies(self.arrays["mass"], self.arrays["velocity"])
-
-    @property
-    def may_leave(self) -> bool:
-        """Whether its points could leave through faces of the grid."""
-        return False
 
     def whereabouts(self, p: int) -> str:
         """Where point p is, for an error."""

@@ -1,8 +1,8 @@
 """The interface of the model of a body."""
 
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from pellucid.model import Vector, name_parameter
 from pellucid.parts.part import Part, Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.state import Field, declare_field
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
 
@@ -40,6 +42,13 @@ class BodyModel(Part):
     is_surface: ClassVar[bool] = False
     """Whether it is a membrane, which has two sides and no volume of its own."""
 
+    evaluates_loads: ClassVar[bool] = False
+    """Whether it evaluates loads on its surface itself: its body `TakesTractions`."""
+    fields: ClassVar[Mapping[str, Field]] = {}
+    """Fields that it has beside those of `pellucid.state.FIELDS`, by name."""
+    pictured: ClassVar[tuple[str, str] | None] = None
+    """The field that pictures show as what it bears, and what they call it; without it pressure or stress."""
+
     kind: str
     name: str = name_parameter("name of the body, used for its files and in probes")
     field: str = name_parameter(FIELD_MEANING, "common")
@@ -47,6 +56,13 @@ class BodyModel(Part):
     if TYPE_CHECKING:  # each kind declares them among its own keys, in the order of the reference
         material: BodyMaterial
         velocity: Vector
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
+        """Declare its fields. Raises TypeError where others have their names."""
+        super().__pydantic_init_subclass__(**arguments)
+        for name, field in cls.fields.items():
+            declare_field(name, field, cls.__name__)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """That there is no grid, reported by the first body that needs one."""
@@ -67,8 +83,8 @@ class BodyModel(Part):
         return Standing(np.zeros((0, 3)))
 
     @abstractmethod
-    def occupied(self) -> Geometry:
-        """The region that it occupies at the start, which other bodies can leave out of theirs."""
+    def occupied(self) -> Geometry | None:
+        """The region that it occupies at the start, which other bodies can leave out of theirs; None where there is no such."""
 
     @property
     @abstractmethod
@@ -145,7 +161,8 @@ class BodyModel(Part):
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool]) -> np.ndarray:
         """Which places [m], shape (n, 3), lie inside it at the start, shape (n,), along the axes that are `active`."""
-        return self.occupied().contains(places, active)
+        region = self.occupied()
+        return np.zeros(len(places), bool) if region is None else region.contains(places, active)
 
     def needs_grid(self, parts: Parts) -> bool:
         """Whether it cannot do without a grid in this case."""
@@ -188,13 +205,10 @@ class BodyModel(Part):
             return Reason(f"body {self.name} has nodes of its own, on which no wall rubs and which none lets go", remedy)
         return None
 
-    def has_volume_waves(self) -> bool:
-        """Whether plane waves cross it, which a face of the grid can absorb."""
-        return not self.is_surface
-
-    def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s], of a body that such waves cross."""
-        raise ValueError(f"body {self.name} has no plane waves")
+    def wave_speeds(self) -> tuple[float, float] | None:
+        """Speeds of plane pressure and shear waves at the start [m/s], which a face of the grid can absorb; None where no such
+        waves cross it."""
+        return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """The largest stable step at the start, in cells of this edge [m] if there are any: a fixed one must not pass it. None

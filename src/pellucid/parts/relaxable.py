@@ -1,6 +1,6 @@
 """The interface of a body to the relaxation towards steady states."""
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,10 +17,9 @@ class Springs(NamedTuple):
     free: np.ndarray  # (n, 3) which directions are not prescribed
 
 
+@runtime_checkable
 class Relaxable(Protocol):
     """A body that can be brought to rest in equilibrium."""
-
-    arrays: dict[str, np.ndarray]
 
     def begin_relaxing(self, scaled: bool) -> None:
         """Get ready for a relaxation; scaled: whether inertia is to be such that all nodes allow the same step."""

@@ -1,7 +1,7 @@
 """What bounds the step of a body, and why: what models foretell at the start, and bodies say of themselves as they are."""
 
 from collections.abc import Iterable
-from math import inf
+from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 Cause = Literal["wave", "membrane", "viscous", "bending", "motion", "contact", "spring", "gravity", "none"]
@@ -88,6 +88,11 @@ def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
 def fall_through_cells(step: float) -> StepLimit:
     """The time in which what falls from rest passes a cell [s]."""
     return StepLimit(step, "gravity", f"what falls from rest passes a cell in {step:.3g} s")
+
+
+def time_to_fall(cell: float, gravity: float) -> float:
+    """In which what falls from rest passes a cell [s]."""
+    return sqrt(2.0 * cell / gravity)
 
 
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:

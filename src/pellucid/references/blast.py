@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+    from pellucid.geometry.shapes.contract import Geometry
 
 Array = NDArray[np.float64]
 INNERMOST = 1e-3  # ξ, within which there is less than 1e-12 of the mass and 1e-5 of the energy, which is added
@@ -78,7 +79,7 @@ class Blast:
         hot, cold = case.body
         x, y, z = (not thin for thin in case.thin)
         active, material = (x, y, z), cast(Any, hot.material)
-        energy = hot.occupied().measure(active) * material.pressure / (material.eos.gamma - 1.0)
+        energy = cast("Geometry", hot.occupied()).measure(active) * material.pressure / (material.eos.gamma - 1.0)
         return cls(sum(active), energy, cold.material.density, material.eos.gamma)
 
     def radius(self, time: Any) -> Array:

@@ -4,25 +4,19 @@ import signal
 import time as wall_clock
 import warnings
 from collections.abc import Mapping, Sequence
-from math import hypot, inf, sqrt
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pellucid.bodies.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.case.spec import required
-from pellucid.conditions.active import ActiveConditions, layout_of
-from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.conditions.active import ActiveConditions
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.pairs import NO_CONTACT, ContactPairs
-from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import (
     CONTACT,
-    CONTACT_WORK,
-    DAMPING_HEAT,
     OUTFLOW_ENERGY,
     TRANSFER,
-    TRANSFER_HEAT,
     EnergyBudget,
     energy_at_stake,
     total_work,
@@ -30,32 +24,26 @@ from pellucid.energy import (
 from pellucid.errors import Interrupted, RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
-from pellucid.grid.velocity_transfer import TRANSFERS, Flip
+from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
 from pellucid.jit import set_threads
-from pellucid.jit.joint import joint_region
 from pellucid.named import Named
-from pellucid.parts.families import GridBody, NodalBody
-from pellucid.parts.step_limit import StepLimit
+from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
+from pellucid.parts.families import GridBody
+from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
 from pellucid.set_up.first_look import refuse, warnings_of
-from pellucid.simulation.assembly import (
-    build_bodies,
-    cell_pressures,
-    may_touch_by_surfaces,
-    pairs_of,
-    surfaces_of,
-    worthwhile_threads,
-)
+from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
+from pellucid.simulation.contacts import contacts_of, largest_gravity, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
-from pellucid.simulation.start import load_state
+from pellucid.simulation.stages import Stages
+from pellucid.simulation.start import load_state, standing_of
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
-from pellucid.simulation.timing import time_verbs
-from pellucid.simulation.walls import wall_contacts
+from pellucid.simulation.timing import time_stages
 from pellucid.simulation.watch import Watch
 from pellucid.state import of_owner, with_owner
 from pellucid.system.interrupts import signals_caught
@@ -71,10 +59,7 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 class Simulation:
-    """A case that is built. `step()` once, or `run(recorder)` to the end.
-
-    bodies: in the order of the case; of these `grid_bodies` have their unknowns on the grid, `nodal_bodies` nodes of their own.
-    """
+    """A case that is built. `step()` once, or `run(recorder)` to the end; bodies: in the order of the case."""
 
     def __init__(
         self,
@@ -86,67 +71,35 @@ class Simulation:
         """start: arrays of the bodies that go on from an earlier run, by name and in the order of the numbers of the points."""
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
-        several = case.grid_or_none is not None and len({body.field for body in case.body}) > 1
-        touching = (several and may_touch_by_surfaces(case)) or (case.grid_or_none is not None and len(case.wall) > 0)
-        columns = [*([CONTACT_WORK] if several else []), *([DAMPING_HEAT] if case.steady else [])]
-        columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
-        others = [*columns, *(channel for body in case.body for channel in body.channels())]
-        layout = self._layout = layout_of(case, others, touching=touching)
-        self._columns = layout.n_columns
+        layout = self._layout = work_layout(case, may_touch_by_surfaces(case))
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
             raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
         start = start or {}
         load_state(built, start)
         self.bodies = [built[body.name][0] for body in case.body]
-        self.grid_bodies = [body for body in self.bodies if isinstance(body, GridBody)]
         self._on_grid: dict[VelocityField, list[GridBody]] = {}
         for body, field in built.values():
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
-        self.nodal_bodies = [body for body in self.bodies if isinstance(body, NodalBody)]
+        self._losing_points = [body for body in self.bodies if isinstance(body, LosesPoints)]
         numbers = numbers_up_to(min(1 + free_cores(), set_threads(None))) if threads is None else [set_threads(threads)]
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
-        standing = {body.name: body.standing(body.name in start) for body in self.bodies}
+        standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         separate_force_buffers(self._on_grid.values())
-        self._cell_pressures = cell_pressures(self._on_grid)
-        mapped_again = isinstance(transfer, Flip) and case.time.scheme == "musl"
-        self._mapped_again = [
-            field for field, group in self._on_grid.items() if mapped_again and not any(body.keeps_heat for body in group)
-        ]
-        if touching:
-            for actions in self.conditions.actions:
-                actions.take_loads()
-        small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
-        for actions in self.conditions.actions:
-            field = actions.field
-            field.set_actions(actions.supports, actions.external(), case.gravity, small[field], transfer.flip)
-        pull = hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
-        column, courant = layout.surface_contact, case.time.courant
-        touch = built.keys() if several else {body.name for wall in case.wall for body in wall.touching(case.body)}
-        surfaces = surfaces_of(case, built, touch, column)
-        pairs, surface_pairs = pairs_of(self.velocity_fields, built, case.contact, surfaces, pull, courant)
-        planes = symmetry_planes(case.support, case.grid) if surface_pairs else []
-        walls = wall_contacts(case, built, surfaces, column, pull)
-        self.surface_pairs = SurfacePairs([*surface_pairs, *walls], planes)
-        for body in self.bodies:
-            body.bound_by_contact(self.surface_pairs.surfaces)
-        self.contact_pairs = ContactPairs(pairs, len(case.support), layout.n_loads)
-        self.has_contact = len(pairs) > 0
-        self._contact = NO_CONTACT
-        self._without_heat = {field for field, group in self._on_grid.items() if not all(body.keeps_heat for body in group)}
+        self._set_actions(transfer)
+        self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout)
+        remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
+        acting = self.conditions, self.contact_pairs
+        self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, *acting, remaps)
+        self._scheme = SCHEMES[case.time.scheme]
+        self.clock = self._clock()
         self._support_names = [support.name for support in case.support]
-        longest = sqrt(2.0 * case.grid.cell / pull) if pull > 0.0 and case.grid_or_none else inf
-        most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
-        clock = Clock(case.time, longest, most)
-        self.clock = SteadyClock(case.steady, case.time, self.bodies, case.body) if case.steady else clock
-        self._channels = layout.channels
         self.begin_balance()
         self._begun, self._settled = False, dict[str, Any]()
-        self._scheme = SCHEMES[case.time.scheme]
-        own_steps = all(body.has_own_step for body in case.body) and not self.grid_bodies
+        own_steps = all(body.has_own_step for body in case.body) and not self._on_grid
         self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None, case.time.transfer)
         self.timers: dict[str, float] = {}
         self._shown = 0.0
@@ -155,106 +108,48 @@ class Simulation:
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
             self._begin(dt)
-            for own in self.nodal_bodies:
-                own.show_start(dt)
+            for own in self.bodies:
+                if isinstance(own, ShowsStart):
+                    own.show_start(dt)
         if timed:
-            time_verbs(self, self.timers)
+            time_stages(self, self.timers)
 
-    # the verbs of a step that concern the nodes
+    def _set_actions(self, transfer: VelocityTransfer) -> None:
+        """All that acts on the nodes is known."""
+        case = self.case
+        small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
+        for actions in self.conditions.actions:
+            if self._layout.surface_contact is not None:
+                actions.take_loads()
+            field = actions.field
+            field.set_actions(actions.supports, actions.external(), case.gravity, small[field], transfer.flip)
 
-    def clear(self) -> None:
-        """Set mass, momentum and forces of the nodes to zero, and sums over cells."""
-        for field in self.velocity_fields:
-            field.clear()
-        for pressure in self._cell_pressures:
-            pressure.clear()
-
-    def find_pressures(self) -> None:
-        """Find the mean pressures of full cells, and their forces on the nodes."""
-        for pressure in self._cell_pressures:
-            pressure.find_pressures()
-
-    def find_shifts(self, dt: float) -> None:
-        """Find what the volumes of points lack of the growth of full cells, and its work."""
-        for pressure in self._cell_pressures:
-            pressure.find_shifts(dt)
-
-    def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum (where `inertia`) and internal forces (where `force`) of the bodies on the grid to the nodes."""
-        with joint_region:
-            for body in self.grid_bodies:
-                joint_region.make_room()
-                body.particle_to_grid(inertia, force)
-
-    def update_velocities(self, dt: float, remap: bool) -> None:
-        """New velocities of the bodies on the grid; where `remap`, their momentum back on the nodes."""
-        with joint_region:
-            for body in self.grid_bodies:
-                joint_region.make_room()
-                body.begin_velocities(dt, remap)
-        for body in self.grid_bodies:
-            body.end_velocities(remap)
-
-    def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses of the bodies on the grid; where `move`, new positions."""
-        with joint_region:
-            for body in self.grid_bodies:
-                joint_region.make_room()
-                body.begin_stress(dt, move)
-        for body in self.grid_bodies:
-            body.end_stress(dt, move)
-
-    def detect_contact(self, dt: float) -> None:
-        """Find where velocity fields touch in this step."""
-        self.contact_pairs.detect(dt)
-
-    def advance(self, dt: float) -> None:
-        """Advance the momentum of the nodes, then apply the impulses of conditions and of contact."""
-        for field in self.velocity_fields:
-            field.advance(dt, counted=not self.conditions.give_impulses)
-        self.conditions.act_on_nodes(dt)
-        if self.has_contact:
-            self.contact_pairs.resolve()
-        works = [field.works(dt) for field in self.velocity_fields]
-        self._works = [work for work in works if work is not None]
-        for pressure in self._cell_pressures:
-            pressure.find_growth()
-        if self.has_contact:
-            self._contact = self.contact_pairs.work()
-            self._works.append(self._contact.work)
-
-    def project(self, dt: float | None = None) -> None:
-        """Nodal velocities of the momentum mapped last; dt: of the step [s] in which it was advanced, None before."""
-        for field in self.velocity_fields:
-            field.project(dt, counted=dt is not None and field in self._without_heat)
-        self.contact_pairs.project(self._mapped_again)
-
-    def give_second_impulses(self, dt: float) -> None:
-        """Let bodies have the impulses by which contact stopped the approach of what was mapped again."""
-        if self.has_contact:
-            self._contact = self._contact.add(self.contact_pairs.give_second(dt))
-            self._works[-1] = self._contact.work
-
-    def sort(self) -> None:
-        """Sort the points of bodies that need it."""
-        for body in self.grid_bodies:
-            body.sort_if_needed()
+    def _clock(self) -> Clock:
+        case = self.case
+        if case.steady:
+            return SteadyClock(case.steady, case.time, self.bodies, case.body)
+        pull = largest_gravity(case)
+        longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
+        most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
+        return Clock(case.time, longest, most)
 
     def record(self, dt: float) -> None:
         """Add the step to the balance of energy and momentum."""
-        heats = (body.work() for body in self.grid_bodies)
-        own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.nodal_bodies)]
+        heats = (body.work() for body in self.stages.grid_bodies)
+        own = [*(heat for heat in heats if heat is not None), *(body.work() for body in self.stages.nodal_bodies)]
         last = self.case.time.scheme != "usf"
         lost = [transfer_work(field, bodies, dt, last) for field, bodies in self._on_grid.items()]
-        if self.has_contact:
+        on_nodes = self.stages.works
+        if self.contact_pairs:
             lost.append(contact_lag_work(self.contact_pairs))
+            on_nodes = [*on_nodes, self.contact_pairs.done.work]
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
-            lost += return_heat(self.grid_bodies, won)
-        done = total_work([*self._works, *self.conditions.works(), *lost, *own], self._columns)
+            lost += return_heat(self.stages.grid_bodies, won)
+        done = total_work([*on_nodes, *self.conditions.works(), *lost, *own], self._layout.n_columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
-        impulses = self._contact.impulses | self.surface_pairs.impulses()
+        impulses = self.contact_pairs.done.impulses | self.surface_pairs.impulses()
         self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
 
@@ -262,7 +157,7 @@ class Simulation:
         """Count mass, momentum and energy from the state as it is."""
         speeds = [0.0 if model.is_rigid else model.material.wave_speeds()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds)
-        self.budget = EnergyBudget(self.bodies, self.case.gravity, self._channels, at_stake)
+        self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
         self.surface_pairs.energy = ContactEnergy()
         self._balanced_step = self.n_steps
 
@@ -273,7 +168,7 @@ class Simulation:
         self._watch.energy(self.budget, self.clock, self.bodies)
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
-        if self.has_contact:
+        if self.contact_pairs:
             self._watch.contact(self.contact_pairs, self.clock)
         else:  # beside impulses of contact on nodes, which have no balance of their own
             self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
@@ -281,22 +176,23 @@ class Simulation:
     def advance_bodies(self) -> None:
         """One step, of which the energy balance is not judged."""
         dt = self.clock.next_step(self.bodies)
-        self.sort()
+        self.stages.sort()
         self._begin(dt)
-        self._scheme(self, dt)
+        self._scheme(self.stages, dt)
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
         self.record(dt)
-        for body in self.grid_bodies:
+        for body in self._losing_points:
             if left := body.let_leave():
                 self.budget.let_go(self.bodies, left, dt)
 
     def _share_gravity(self, share: float) -> None:
         for field in self.velocity_fields:
             field.share_gravity(share)
-        for body in self.nodal_bodies:
-            body.share_gravity(share)
+        for body in self.bodies:
+            if isinstance(body, TakesGravity):
+                body.share_gravity(share)
 
     def stop_bodies(self) -> None:
         """Take all velocity from the bodies."""
@@ -442,7 +338,7 @@ class Simulation:
     @property
     def outflow(self) -> dict[str, float]:
         """Number and mass [kg] of the points that left; empty where none may."""
-        if OUTFLOW_ENERGY not in self._channels:
+        if OUTFLOW_ENERGY not in self._layout.channels:
             return {}
         return {"points": self.budget.left_points, "mass": self.budget.left_mass}
 

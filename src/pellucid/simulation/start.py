@@ -7,7 +7,15 @@ import numpy as np
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
+from pellucid.parts.standing import Standing
 from pellucid.simulation.assembly import Built
+
+
+def standing_of(body: Body, goes_on: bool) -> Standing:
+    """Where a body stands, with the volumes of its points where it begins in the state of an earlier run."""
+    if body.is_surface:
+        return Standing(body.places(), body.cells().surface())
+    return Standing(body.arrays["position"], volume=body.volumes() if goes_on else None)
 
 
 def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:

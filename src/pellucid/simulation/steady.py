@@ -35,15 +35,15 @@ QUIET = 100  # steps in which the estimated error stays below the tolerance
 class SteadyClock(Clock):
     """Counts steps of the relaxation; its time is that of the loads at the last equilibrium.
 
-    bodies: all of the case, which can relax, and the models of these.
+    bodies: all of the case, which can relax, since their models refuse others; and these models.
     """
 
-    def __init__(self, steady: "SteadyCase", time: "TimeCase", bodies: Sequence[Any], models: Sequence[BodyModel]) -> None:
+    def __init__(self, steady: "SteadyCase", time: "TimeCase", bodies: Sequence[Body], models: Sequence[BodyModel]) -> None:
         super().__init__(time.model_copy(update={"courant": steady.courant}))
         self._crossing = max(_crossing(model) for model in models)
         self.steady = steady
-        self._bodies: Sequence[Relaxable] = bodies
-        for body in bodies:
+        self._bodies, self._relaxed = bodies, [body for body in bodies if isinstance(body, Relaxable)]
+        for body in self._relaxed:
             body.begin_relaxing(steady.mass_scaling)
         self._start = [body.arrays["position"].copy() for body in bodies]
         self._step = 0  # of this load step
@@ -78,7 +78,7 @@ class SteadyClock(Clock):
     def pace(self, dt: float) -> None:
         """Tell the bodies the damping of the coming step, and how fast the loads change."""
         kappa, (start, grown) = self._kappa, self.span(dt)
-        for body in self._bodies:
+        for body in self._relaxed:
             body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, grown / dt, smooth_step((start + grown) / self.case.end))
 
     def advance(self, dt: float) -> None:
@@ -132,7 +132,7 @@ class SteadyClock(Clock):
         self._quiet = self._quiet + 1 if self._believed and self.error < self.steady.tolerance else 0
 
     def _estimate_damping(self, dt: float, since: int) -> None:
-        springs = [body.springs() for body in self._bodies]
+        springs = [body.springs() for body in self._relaxed]
         if since == 0:
             self._kept = [(spring.position.copy(), spring.force.copy()) for spring in springs]
             return
@@ -170,7 +170,7 @@ class SteadyClock(Clock):
 
     def _unbalanced(self) -> float:
         """The norm of the forces that are out of balance over that of all forces."""
-        left, every = np.sqrt(np.square([body.unbalanced() for body in self._bodies]).sum(axis=0))
+        left, every = np.sqrt(np.square([body.unbalanced() for body in self._relaxed]).sum(axis=0))
         return float(left / every) if every > 0.0 else 0.0
 
     def progress(self) -> float:

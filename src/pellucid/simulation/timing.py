@@ -1,41 +1,41 @@
-"""How long the verbs of a step take, for `pellucid bench`."""
+"""How long the stages of a step take, for `pellucid bench`."""
 
 import time
 from collections.abc import Callable
 from typing import Any
 
-OF_ALL = {
+OF_A_STEP = {
     "sort": "sort",
-    "clear": "grid",
-    "find_pressures": "grid",
-    "find_shifts": "grid",
+    "clear_nodes": "grid",
+    "find_cell_pressures": "grid",
+    "find_volume_corrections": "grid",
     "detect_contact": "contact",
-    "advance": "grid",
-    "project": "grid",
-    "give_second_impulses": "contact",
-    "record": "reductions",
+    "advance_momentum": "grid",
+    "apply_contact_impulses": "contact",
+    "sum_works": "grid",
+    "find_strain_velocities": "grid",
     "particle_to_grid": "scatter",
-    "update_velocities": "velocities",
+    "grid_to_particle": "velocities",
     "update_stress": "gradients and law",
+    "update_positions": "move",
+    "predict_own_nodes": "scatter",
+    "correct_own_nodes": "velocities",
+    "update_own_nodes": "gradients and law",
 }
-ON_THE_GRID = {"update_positions": "move"}
-ON_OWN_NODES = {"predict": "scatter", "correct": "velocities", "update": "gradients and law"}
 
 
-def time_verbs(simulation: Any, timers: dict[str, float]) -> None:
-    """Let the verbs of a simulation and of its bodies add their time [s] to that of their part in `timers`."""
-    parts = [(simulation, OF_ALL)]
-    parts += [(body, ON_THE_GRID) for body in simulation.grid_bodies]
-    parts += [(body, ON_OWN_NODES) for body in simulation.nodal_bodies]
-    for owner, verbs in parts:
-        for verb, part in verbs.items():
-            setattr(owner, verb, _timed(timers, part, getattr(owner, verb)))
+def time_stages(simulation: Any, timers: dict[str, float]) -> None:
+    """Let the stages of the steps of a simulation add their time [s] to that of their part in `timers`."""
+    parts = [(simulation, {"record": "reductions"}), (simulation.stages, OF_A_STEP)]
+    for owner, stages in parts:
+        for stage, part in stages.items():
+            setattr(owner, stage, _timed(timers, part, getattr(owner, stage)))
 
 
-def _timed(timers: dict[str, float], part: str, verb: Callable[..., None]) -> Callable[..., None]:
+def _timed(timers: dict[str, float], part: str, stage: Callable[..., None]) -> Callable[..., None]:
     def timed(*arguments: Any, **named: Any) -> None:
         start = time.perf_counter()
-        verb(*arguments, **named)
+        stage(*arguments, **named)
         timers[part] = timers.get(part, 0.0) + time.perf_counter() - start
 
     return timed

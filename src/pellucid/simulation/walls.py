@@ -1,18 +1,23 @@
 """Walls that are planes without a body, and the bodies that touch them."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.wall import WallContact
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.body import Body
-from pellucid.simulation.assembly import Built, Surfaces
+from pellucid.parts.capabilities import HasPointsAtWalls
+from pellucid.simulation.assembly import Built
 
 if TYPE_CHECKING:
     from pellucid.case import Case
 
+Surfaces = Mapping[str, ContactSurface | None]
+"""Those of bodies by name, None of one that has none."""
 MOST_PRESSED = 0.1  # of a cell, by which the pressure of a fluid at the start may press it into a wall
 
 
@@ -20,20 +25,20 @@ def wall_contacts(
     case: "Case",
     built: Built,
     surfaces: Surfaces,
-    column: int | None,
+    column: int,
     gravity: float,
 ) -> list[WallContact]:
     """Each wall of a case with the bodies that touch it, but for those that follow a motion as a whole: nothing pushes them.
 
     column: of the work of contact between surfaces; gravity: largest [m/s²]. Raises CaseError where a gas touches a wall.
     """
-    if case.grid_or_none is None or column is None:
-        return []
     contacts, cell = [], case.grid.cell
     for number, wall in enumerate(case.wall):
         for model in wall.touching(case.body):
             body, plane = built[model.name][0], wall.plane()
-            surface = surfaces.get(model.name) or body.make_points_at(plane, column)
+            surface = surfaces.get(model.name)
+            if surface is None and isinstance(body, HasPointsAtWalls):
+                surface = body.make_points_at(plane, column)
             if surface is None or (surface.is_hard and surface.rigid_mass == np.inf):
                 continue
             swing = 0.0

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
 from pellucid.energy import FIRST_JUDGED, EnergyBudget
@@ -69,7 +70,7 @@ class Watch:
         if clock.n_steps % INTERVAL or "contact" in self.warned:
             return
         for body, nodes in pairs.touching():
-            text = body.contact_warning(nodes)
+            text = body.contact_warning(nodes) if isinstance(body, WarnsOfContact) else None
             if text is not None:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 

@@ -25,13 +25,13 @@ def rod(turns=(0, 1, 2), free=(1.0, 1.0, 1.0)):
 def test_a_force_at_the_end_of_a_rod(turns, free, answer):
     """1/m + r²/I, of what is free; its inertia is 3 kg times the mean square of the places of its points, 0.4 m²."""
     body, arm = rod(turns, free)
-    assert body.answer(arm[-1:], np.array([[0.0, 1.0, 0.0]])) == pytest.approx(answer)
-    assert body.answer(arm[-1:], np.array([[0.0, 2.0, 0.0]])) == pytest.approx(4.0 * answer)
+    assert body.mobility_along(arm[-1:], np.array([[0.0, 1.0, 0.0]])) == pytest.approx(answer)
+    assert body.mobility_along(arm[-1:], np.array([[0.0, 2.0, 0.0]])) == pytest.approx(4.0 * answer)
 
 
 def test_forces_shared_out_evenly_do_not_turn_it():
     body, arm = rod()
-    assert body.answer(arm, np.tile([0.0, 1.0 / 11, 0.0], (11, 1))) == pytest.approx(1.0 / 3.0)
+    assert body.mobility_along(arm, np.tile([0.0, 1.0 / 11, 0.0], (11, 1))) == pytest.approx(1.0 / 3.0)
 
 
 def test_velocities_of_its_rotation():

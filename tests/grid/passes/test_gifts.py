@@ -28,7 +28,7 @@ def test_sums_of_runs_are_those_of_points(transfer, counts, full):
         cells.found[:, PRESSURE] = rng.normal(size=len(cells.found))
     found, mapped = [], body.mapped.content
     for functions in (mapped.functions, CurvedFunctions(*mapped.functions)):
-        sim.clear()
+        sim.stages.clear_nodes()
         points = ParticleToGrid(mapped._replace(functions=functions), body.arrays.get("affine"), cells)
         points.scatter(inertia=True, force=True)
         points.scatter_momentum()

@@ -1,6 +1,6 @@
 """A field that diffuses on fixed nodes, stepped by the generalised trapezoidal rule."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +14,8 @@ from pellucid.energy import FIRST_LOAD, StepWork, Totals, no_work
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.points import NOT_FINITE
-from pellucid.parts.body import NodalSupport, Placement
 from pellucid.parts.families import NodalBody
+from pellucid.parts.placement import Placement
 
 if TYPE_CHECKING:
     from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
@@ -34,7 +34,7 @@ class DiffusingField(NodalBody):
 
     def __init__(self, case: "DiffusingFieldCase", placement: Placement) -> None:
         self.name, self._domain, self._alpha = case.name, case.domain, case.alpha
-        self._columns, self._supports = FIRST_LOAD + placement.n_loads, 0
+        self._columns = FIRST_LOAD + placement.n_loads
         form, position = _weak_form(case), case.domain.positions()
         n = len(position)
         self._content, self._outflow = form.content, case.material.diffusivity * form.outflow
@@ -84,31 +84,7 @@ class DiffusingField(NodalBody):
 
     def work(self) -> StepWork:
         """None."""
-        return no_work(self._columns, self._supports)
-
-    # conditions: the model refuses those that name it
-
-    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """Its nodes are at rest anyway."""
-        self._supports = len(supports)
-
-    def let_go(self, supports: Collection[int]) -> None:
-        """They hold none of its nodes."""
-
-    def share_gravity(self, share: float) -> None:
-        """It has no weight."""
-
-    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Raises ValueError."""
-        raise ValueError(f"the nodes of body {self.name} do not move")
-
-    def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """Raises ValueError."""
-        raise ValueError(f"the nodes of body {self.name} do not move")
-
-    def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Raises ValueError."""
-        raise ValueError(f"body {self.name} has no inertia on which a force could act")
+        return no_work(self._columns, 0)
 
     # results
 

@@ -1,6 +1,6 @@
 """Diffusing fields as the user describes them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -21,9 +21,11 @@ from pellucid.model import parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
+from pellucid.state import Field
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0
@@ -36,6 +38,11 @@ class DiffusingFieldCase(BodyModel):
     place: ClassVar[str] = "domain"
     start_only: ClassVar[tuple[str, ...]] = (*BodyModel.start_only, "concentration")
     moves: ClassVar[bool] = False
+    fields: ClassVar[Mapping[str, Field]] = {
+        "concentration": Field(1, "1", "concentration of a diffusing field, amount by volume"),
+        "amount": Field(1, "m^3", "concentration times volume of the node; summed, that of the body"),
+    }
+    pictured: ClassVar[tuple[str, str]] = "concentration", "concentration"
 
     kind: Literal["diffusing-field"] = "diffusing-field"
     domain: Domain = parameter("", "where it diffuses")
@@ -65,10 +72,6 @@ class DiffusingFieldCase(BodyModel):
     def why_no_motion(self) -> Reason:
         """Its nodes are fixed."""
         return Reason(f"the nodes of body {self.name} are fixed", "leave this motion out")
-
-    def has_volume_waves(self) -> bool:
-        """None."""
-        return False
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         """At rest."""

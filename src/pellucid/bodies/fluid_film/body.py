@@ -1,6 +1,6 @@
 """Fluid films: bodies with their own nodes whose velocities follow from a balance of forces without inertia (Benet 2015)."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,23 +15,33 @@ from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
 from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.capabilities import (
+    Membrane,
+    NodalSupport,
+    ShowsStart,
+    TakesExternalForces,
+    TakesGravity,
+    TakesNormalMotions,
+    TakesSupports,
+    TakesTractions,
+)
 from pellucid.parts.families import NodalBody
+from pellucid.parts.placement import Placement
 from pellucid.parts.surface_load import ActingTraction, Traction
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.model import FluidFilmCase
 
 
-class FluidFilm(NodalBody):
+class FluidFilm(
+    NodalBody, Membrane, TakesExternalForces, TakesTractions, TakesGravity, TakesSupports, TakesNormalMotions, ShowsStart
+):
     """A film, its nodes stored in the order of its geometry.
 
     Its state: `x`, the nodes in the coordinates of its geometry, and `part_mass`, which its parts have.
     """
 
     energy_kind = "strain"
-    is_surface = True
-    asks_for_loads = True
 
     def __init__(self, case: "FluidFilmCase", placement: Placement) -> None:
         self.name = case.name
@@ -84,7 +94,7 @@ class FluidFilm(NodalBody):
         """A support constrains its nodes."""
         self._held.supports = supports
 
-    def lead_along_normal(self, names: Sequence[str], numbers: np.ndarray) -> None:
+    def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
         """A motion along the normal leads its nodes."""
         self._held.motions, self._held.numbers = names, numbers
 
@@ -95,16 +105,6 @@ class FluidFilm(NodalBody):
     def complete(self) -> None:
         """Nothing is held twice."""
         self._held.check(self.name)
-
-    def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Its model refuses those along axes."""
-
-    def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """There are none."""
-
-    def let_go(self, supports: Collection[int]) -> None:
-        """The model of a support refuses it."""
-        raise ValueError(f"the nodes of film {self.name} are not let go")
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act over this step."""

@@ -1,6 +1,6 @@
 """Fluid films as the user describes them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import numpy as np
@@ -18,7 +18,6 @@ from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.region import Selectable
-from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.surfaces.film_shapes import FilmShape
 from pellucid.grid.model import GridCase
 from pellucid.materials.lipid_film import LipidFilm
@@ -27,6 +26,7 @@ from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.state import Field
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
     from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
     from pellucid.bodies.fluid_film.surfaces.operators import Operators
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 CURVE_BYTES, SURFACE_BYTES = 27_000, 80_000  # of a node, see `validation/memory`
 
@@ -47,6 +48,15 @@ class FluidFilmCase(BodyModel):
     start_only: ClassVar[tuple[str, ...]] = (*BodyModel.start_only, "density")
     strained_from_place: ClassVar[bool] = False
     is_surface: ClassVar[bool] = True
+    evaluates_loads: ClassVar[bool] = True
+    fields: ClassVar[Mapping[str, Field]] = {
+        "areal_density": Field(1, "kg/m^2", "density of a fluid film in its surface"),
+        "tension": Field(1, "N/m", "tension of a fluid film, minus the pressure in its surface"),
+        "curvature": Field(1, "1/m", "sum of the principal curvatures of a fluid film, positive as of a sphere"),
+        "bending_energy": Field(1, "J", "bending energy of a fluid film about the node; summed, that of the film"),
+        "distance": Field(1, "m", "distance of a node of a fluid film from the film's centre of mass"),
+    }
+    pictured: ClassVar[tuple[str, str]] = "areal_density", "density in the surface"
 
     kind: Literal["fluid-film"] = "fluid-film"
     shape: FilmShape = parameter("", "where the film is at the start")
@@ -219,9 +229,8 @@ class FluidFilmCase(BodyModel):
         """Its nodes."""
         return Selectable(self.positions())
 
-    def occupied(self) -> Geometry:
-        """What it encloses: nothing that another body could leave out."""
-        raise ValueError(f"film {self.name} has no inside that could be left out")
+    def occupied(self) -> None:
+        """What it encloses is nothing that another body could leave out."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""

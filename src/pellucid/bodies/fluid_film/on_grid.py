@@ -25,6 +25,7 @@ from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.capabilities import Membrane, TakesTractions
 from pellucid.parts.step_limit import StepLimit
 from pellucid.parts.surface_load import Traction
 from pellucid.state import of_owner
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
-class FilmOnGrid(PointsOnGrid):
+class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     """A film whose nodes are points of a velocity field.
 
     Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. Their numbers are those of
@@ -44,8 +45,6 @@ class FilmOnGrid(PointsOnGrid):
     """
 
     energy_kind = "strain"
-    is_surface = True
-    asks_for_loads = True
 
     def __init__(
         self,
@@ -213,6 +212,10 @@ class FilmOnGrid(PointsOnGrid):
     def vector_areas(self) -> np.ndarray:
         """∫ N_I n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
         return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["node"]]
+
+    def pressed_areas(self) -> np.ndarray:
+        """The same in the order of the numbers of the nodes."""
+        return self.vector_areas()[self.order()]
 
     def surface_areas(self) -> np.ndarray:
         """Shares of the nodes in the area of the film."""

@@ -30,13 +30,14 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 from pellucid.model import Vector
+from pellucid.parts.capabilities import BoundByContact, HasContactSurface, HasPointsAtWalls, KeepsHeat, LosesPoints
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, swings, tightest
 from pellucid.reductions import ordered_sum
 
 NOBODY = np.zeros(0, dtype=bool)
 
 
-class MaterialPoints(PointsOnGrid):
+class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, KeepsHeat):
     """Points that fill a volume, each with the state of its law."""
 
     def __init__(
@@ -203,14 +204,12 @@ class MaterialPoints(PointsOnGrid):
     # points that leave
 
     @property
-    def may_leave(self) -> bool:
+    def may_leave(self) -> bool:  # type: ignore[override]
         """Where nothing leads it and its pressure does not act on whole cells."""
         return self.constraint is None and not self._model.why_no_outflow()
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Let points leave through faces of the grid."""
-        if self.constraint is not None:
-            super().open_faces(faces)
         self._open_faces = self._open_faces or OpenFaces()
         self._open_faces.add(faces)
         self.constant_fields = ("id",)

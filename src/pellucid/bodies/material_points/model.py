@@ -23,7 +23,8 @@ from pellucid.parts.part import Parts
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_in_cells
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 
 class MaterialPointsCase(SeededBody):

@@ -87,7 +87,7 @@ class SeededBody(DampedModel):
             return self
         places = {body.name: body for body in bodies}
         aware = self.model_copy()
-        aware._excluded = tuple(places[name].occupied() for name in self.outside)
+        aware._excluded = tuple(region for name in self.outside if (region := places[name].occupied()) is not None)
         return aware
 
     @property

@@ -18,8 +18,8 @@ ABOUT = 12  # points by which a deformation gradient is fitted
 class RigidState(Protocol):
     """A rigid body as a step begins."""
 
-    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
-        """See `ContactSurface.answer`."""
+    def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
+        """See `ContactSurface.mobility_along`."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
         """See `ContactSurface.turning`."""
@@ -52,9 +52,9 @@ class RigidSurface(GridSurface):
         super().begin()
         self._state = self.takes.state()
 
-    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+    def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
         """That of the body as a whole."""
-        return self._state.answer(place, force)
+        return self._state.mobility_along(place, force)
 
     def turning(self, place: np.ndarray) -> np.ndarray:
         """By the rotation of the body."""

@@ -24,7 +24,8 @@ from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"

@@ -5,31 +5,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
+from pellucid.bodies.membrane_elements.membrane import ElementMembrane
+from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
+from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
+from pellucid.parts.capabilities import TakesPressure
 from pellucid.parts.step_limit import StepLimit
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
-class ElementsOnGrid(PointsOnGrid):
+class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContact):
     """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
 
     Mass, momentum and nodal forces go to the nodes of the grid, velocities are gathered, and the elements are strained
     by how their nodes were moved: by mesh and not by the gradient of the grid's velocity.
     """
 
-    energy_kind = "strain"
-    is_surface = True
     sorting_cost = 3.0  # few of its passes go by vectors
 
     def __init__(
@@ -57,26 +57,9 @@ class ElementsOnGrid(PointsOnGrid):
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.slabs.first)
 
-    def cells(self) -> Cells:
-        """Its elements."""
-        return self.surface.cells
-
-    def half_width(self) -> tuple[float, float, float]:
-        """Half the thickness."""
-        return 0.5 * self.surface.thickness, 0.0, 0.0
-
-    def vector_areas(self) -> np.ndarray:
-        """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
-        return self.surface.vector_areas(self.points.position)
-
-    def surface_areas(self) -> np.ndarray:
-        """Shares of the areas of the elements about each node."""
-        return self.surface.areas(self.places())
-
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
-        back = np.argsort(self.arrays["id"])
-        return self.surface.overlong(self.name, self.arrays["position"][back], self.grid, nodes)
+        return self.surface.overlong(self.name, self.places(), self.grid, nodes)
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
@@ -132,11 +115,6 @@ class ElementsOnGrid(PointsOnGrid):
         fault = self.surface.fault()
         if fault is not None:
             self.stop(*fault, n_steps, time)
-
-    @property
-    def field_names(self) -> list[str]:
-        """The fields that results show."""
-        return list(FIELDS)
 
     def stored_field(self, name: str) -> np.ndarray:
         """A field in the order in which the nodes are stored at the moment; see `ElementSurface.field`."""

@@ -5,24 +5,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.surface import FIELDS, OF_NODES, ElementSurface
+from pellucid.bodies.membrane_elements.membrane import ElementMembrane
+from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
+from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
-from pellucid.geometry.meshes.cells import Cells
-from pellucid.parts.body import Placement
+from pellucid.parts.capabilities import HasContactSurface, TakesPressure
+from pellucid.parts.placement import Placement
 from pellucid.parts.step_limit import StepLimit, told
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
-class MembraneElements(ExplicitNodes):
+class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContactSurface, WarnsOfContact):
     """Elements that have a velocity field to themselves: their nodes move by their own forces; the grid serves contact."""
-
-    energy_kind = "strain"
-    is_surface = True
 
     def __init__(self, case: "MembraneElementsCase", placement: Placement) -> None:
         self.name = case.name
@@ -90,32 +89,11 @@ class MembraneElements(ExplicitNodes):
         self.contact_surface = surface
         return surface
 
-    def cells(self) -> Cells:
-        """Its elements."""
-        return self.surface.cells
-
-    def half_width(self) -> tuple[float, float, float]:
-        """Half the thickness."""
-        return 0.5 * self.surface.thickness, 0.0, 0.0
-
-    def vector_areas(self) -> np.ndarray:
-        """∫ N_K n dA about each node [m²], shape (n, 3)."""
-        return self.surface.vector_areas(self.arrays["position"])
-
-    def surface_areas(self) -> np.ndarray:
-        """Shares of the areas of the elements about each node."""
-        return self.surface.areas(self.places())
-
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
         return self.surface.overlong(self.name, self.arrays["position"], self.grid, nodes) if self.grid else None
 
     # results
-
-    @property
-    def field_names(self) -> list[str]:
-        """The fields that results show."""
-        return list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
         """A field of the nodes; see `ElementSurface.field`."""

@@ -24,17 +24,17 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
+from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.step_limit import StepLimit, signals_seen
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_points.model import MembranePointsCase
 
 
-class MembranePoints(PointsOnGrid):
+class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     """Points of a triangulated surface, with their tangent frames and the triangles between them."""
 
     energy_kind = "strain"
-    is_surface = True
     sorting_cost = 8.0  # the triangles about each point are found anew
 
     def __init__(

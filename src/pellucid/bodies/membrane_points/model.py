@@ -21,7 +21,8 @@ from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import StepLimit, signals_in_cells
 
 if TYPE_CHECKING:
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
 ALIKE = 1e-6  # of a cell; points that differ by less are one

@@ -24,7 +24,9 @@ from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.face_shares import FaceShares
-from pellucid.parts.body import Placement, in_metres
+from pellucid.parts.body import in_metres
+from pellucid.parts.capabilities import HasContactSurface, HasMesh
+from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_meshes
 from pellucid.state import with_owner
@@ -36,7 +38,7 @@ HELD = 1e-9  # of the extent of a body: a displacement that is rounding
 OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it from below
 
 
-class MeshlessSolid(ExplicitNodes):
+class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
     """Nodes with shape functions over a background mesh, which are made when all conditions are known (`complete`)."""
 
     energy_kind = "strain"
@@ -241,7 +243,7 @@ class MeshlessSolid(ExplicitNodes):
         return surface
 
     @property
-    def met(self) -> ContactBody | None:
+    def contact_body(self) -> ContactBody | None:
         """Its surface."""
         return self.skin
 

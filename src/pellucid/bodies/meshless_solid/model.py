@@ -33,7 +33,8 @@ from pellucid.parts.standing import Standing
 
 if TYPE_CHECKING:
     from pellucid.bodies.meshless_solid.viscous_forces import Viscous
-    from pellucid.parts.body import Body, Placement
+    from pellucid.parts.body import Body
+    from pellucid.parts.placement import Placement
 
 ENTRY_BYTES = 60  # of a node at a quadrature point: shape function, gradient and number, and what a step keeps of them
 QUADRATURE_BYTES = 300  # place, fit, deformation gradient

@@ -12,19 +12,38 @@ from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
-from pellucid.contact.contact_body import ContactBody
+from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import NodalSupport, Placement
+from pellucid.parts.capabilities import (
+    NodalSupport,
+    ReleasesSupports,
+    TakesDrag,
+    TakesExternalForces,
+    TakesGravity,
+    TakesMotions,
+    TakesSupports,
+)
 from pellucid.parts.families import NodalBody
-from pellucid.parts.relaxable import Springs
+from pellucid.parts.placement import Placement
+from pellucid.parts.relaxable import Relaxable, Springs
 from pellucid.state import of_owner, with_owner
 
 FREE = (False, False, False)
 
 
-class ExplicitNodes(NodalBody):
+class ExplicitNodes(
+    NodalBody,
+    TakesExternalForces,
+    TakesGravity,
+    TakesDrag,
+    TakesSupports,
+    ReleasesSupports,
+    TakesMotions,
+    TakesSecondImpulses,
+    Relaxable,
+):
     """Nodes that move by their own forces; the grid, where there is one, serves contact.
 
     A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
@@ -207,15 +226,10 @@ class ExplicitNodes(NodalBody):
         """The velocity increments of contact over this step [m/s], shape (n, 3)."""
         return self._coupled().gather()
 
-    @property
-    def takes_second_impulses(self) -> bool:
-        """Where what leads its points can do so again."""
-        return self.led_again
-
     def take_second_impulses(self, dt: float) -> float:
         """Add the second increments of its field to the velocities of its nodes; the works of these count them."""
         self.motion.add_velocities(self._coupled().gather_second(), dt)
-        self.lead_again()
+        self.constrain_again()
         self.motion.sum_momentum(self.totals)
         return 0.0
 

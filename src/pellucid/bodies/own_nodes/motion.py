@@ -19,7 +19,7 @@ from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.jit.bundle import Bundle
-from pellucid.parts.body import NodalSupport
+from pellucid.parts.capabilities import NodalSupport
 from pellucid.reductions import ordered_sum
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.findings import listed
-from pellucid.parts.body import NodalSupport
+from pellucid.parts.capabilities import NodalSupport
 
 ALIKE = 1e-6  # relative difference of velocities below which the two agree, but for rounding
 

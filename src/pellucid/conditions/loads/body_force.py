@@ -9,6 +9,7 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Path
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.capabilities import TakesExternalForces
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
@@ -29,10 +30,11 @@ class ActiveBodyForce(ActiveCondition):
     """An acceleration of a body that is built, on its points as they are stored."""
 
     def __init__(self, load: BodyForce, assembly: "Assembly") -> None:
-        self._body, self._load = assembly.bodies[load.body].body, load
+        member = assembly.bodies[load.body]
+        self._body, self._load, self._loaded = member.body, load, member.offers(TakesExternalForces)
         self._column = assembly.load_column(load.body, load.channel)
 
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         acceleration = self._load.share(time) * np.array(self._load.acceleration)
-        self._body.add_external_force(self._body.arrays["mass"][:, None] * acceleration, self._column)
+        self._loaded.add_external_force(self._body.arrays["mass"][:, None] * acceleration, self._column)

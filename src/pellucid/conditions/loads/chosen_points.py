@@ -26,7 +26,7 @@ def chosen_points(where: Where, member: "AssembledBody", path: Path) -> np.ndarr
 
     Raises CaseError where none is.
     """
-    start, body = member.body.selectable(), member.body
+    start, body = member.selectable(), member.body
     refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))
     chosen = np.zeros(body.n_points, bool)
     chosen[body.arrays["id"][chosen_nodes(where, start, member.active_axes)]] = True

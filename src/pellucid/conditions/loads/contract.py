@@ -17,6 +17,7 @@ from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import TakesExternalForces
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of
@@ -109,6 +110,7 @@ class ActiveLoad(ActiveCondition):
     def __init__(self, load: Load, assembly: "Assembly", path: Path) -> None:
         member = assembly.bodies[load.body]
         self._body, self._load, self._path = member.body, load, path
+        self._loaded = member.offers(TakesExternalForces)
         self._chosen = None if load.region is None else chosen_points(load.region, member, path)
         self._column = assembly.load_column(load.body, load.channel)
 
@@ -125,7 +127,7 @@ class ActiveLoad(ActiveCondition):
         forces = self._load.share(time) * checked_forces(self._load, points, time)
         if self._chosen is not None:
             forces[~self._chosen[points.id]] = 0.0
-        self._body.add_external_force(points.as_stored(forces), self._column)
+        self._loaded.add_external_force(points.as_stored(forces), self._column)
 
 
 def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:

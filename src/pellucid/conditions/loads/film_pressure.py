@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.film_tractions import ActiveTraction
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
@@ -52,7 +52,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         """A body that is no fluid film, a direction without length."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
-        if body is not None and not isinstance(body, FluidFilmCase):
+        if body is not None and not body.evaluates_loads:
             text = f'body {self.body} is of kind "{body.kind}"'
             yield Finding((*path, "body"), text, "name a fluid-film; a [[pressure]] acts on other bodies")
         if self.along is not None and not any(self.along):
@@ -60,7 +60,8 @@ class FilmPressure(ChangesInTime, LoadModel):
 
     def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
         """What acts in a run."""
-        return ActiveFilmPressure(self, assembly, path)
+        label = f"{'.'.join(map(str, path))} of kind {self.kind}"
+        return ActiveTraction(self.traction, self.body, self.channel, assembly, label)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
@@ -72,16 +73,3 @@ class FilmPressure(ChangesInTime, LoadModel):
         if self.band is not None:
             pressure = pressure * self.band.share(points.position)
         return np.asarray(pressure[..., None] * points.normal)
-
-
-class ActiveFilmPressure(ActiveCondition):
-    """A pressure on a film that is built."""
-
-    def __init__(self, load: FilmPressure, assembly: "Assembly", path: Path) -> None:
-        self._body, self._load = assembly.bodies[load.body].body, load
-        self._column = assembly.load_column(load.body, load.channel)
-        self._label = f"{'.'.join(map(str, path))} of kind {load.kind}"
-
-    def begin(self, time: float, dt: float) -> None:
-        """What it does over the step."""
-        self._body.add_traction(lambda points, after: self._load.traction(points, time + after), self._column, self._label)

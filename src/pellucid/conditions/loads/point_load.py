@@ -12,6 +12,7 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.capabilities import TakesExternalForces
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ class ActivePointLoad(ActiveCondition):
 
     def __init__(self, load: PointLoad, assembly: "Assembly", path: Path) -> None:
         member = assembly.bodies[load.body]
-        self._body, self._load = member.body, load
+        self._body, self._load, self._loaded = member.body, load, member.offers(TakesExternalForces)
         chosen = chosen_points(load.where, member, path)
         self._share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # of the points by their `id`: sorting moves them
         self._column = assembly.load_column(load.body, load.channel)
@@ -48,4 +49,4 @@ class ActivePointLoad(ActiveCondition):
     def begin(self, time: float, dt: float) -> None:
         """Its forces over the step."""
         force = self._load.share(time) * np.array(self._load.force)
-        self._body.add_external_force(self._share[self._body.arrays["id"]] * force, self._column)
+        self._loaded.add_external_force(self._share[self._body.arrays["id"]] * force, self._column)

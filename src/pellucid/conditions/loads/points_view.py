@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from pellucid.findings import absent
+from pellucid.parts.capabilities import Membrane
 from pellucid.users.users_code import read_only
 
 if TYPE_CHECKING:
@@ -52,7 +53,8 @@ class PointsView:
     def triangles(self) -> np.ndarray:
         """Of a membrane, the triangles of its surface, shape (m, 3): places of their corners in the arrays, counterclockwise
         about the normal; quadrilaterals are cut in two."""
-        return read_only(self._membrane("triangles").cells().surface())
+        self._membrane("triangles")
+        return read_only(self._body.cells().surface())
 
     @cached_property
     def vector_area(self) -> np.ndarray:
@@ -79,8 +81,8 @@ class PointsView:
     def _seen(self, name: str) -> np.ndarray:
         return read_only(self._body.arrays[name][self._order])
 
-    def _membrane(self, what: str) -> "Body":
-        if not self._body.is_surface:
+    def _membrane(self, what: str) -> Membrane:
+        if not isinstance(self._body, Membrane):
             raise ValueError(f"body {self._body.name} is no membrane: it has no {what}")
         return self._body
 

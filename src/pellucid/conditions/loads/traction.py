@@ -48,4 +48,4 @@ class ActiveTraction(ActiveCondition):
         """Its forces over the step."""
         if not len(self._forces):
             self._forces = self._faces.traction(np.array(self._traction.traction))
-        self._faces.body.add_external_force(self._traction.share(time) * self._forces, self._column)
+        self._faces.add(self._traction.share(time) * self._forces, self._column)

@@ -77,7 +77,7 @@ class RigidState(NamedTuple):
         """Velocities [m/s] that the rotation of the body alone gives places [m], shape (m, 3) each."""
         return np.cross(self.spin, place - self.centre)
 
-    def answer(self, place: np.ndarray, force: np.ndarray) -> float:
+    def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
         """Σ f·a for the accelerations a at places [m] that forces f there give it, shape (m, 3) each [N²/kg]."""
         strength = resultant(place - self.centre, force)
         return float(np.sum(self.per_mass * strength[:3] ** 2) + strength[3:] @ self.per_inertia @ strength[3:])

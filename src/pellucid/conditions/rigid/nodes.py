@@ -73,17 +73,16 @@ class RigidNodes:
         """Remember the velocities before contact: all other impulses have been given."""
         self._velocity, self._increment = self._nodes.velocity[self._at], self._nodes.velocity_increment[self._at]
 
-    def answer_contact(self) -> bool:
+    def respond(self) -> None:
         """Give the nodes the rigid velocity that follows from the contact impulses so far."""
         velocity = self._pushed()
-        self._nodes.velocity[self._at] = velocity + self._answer(velocity) / self._m
-        return True
+        self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
-    def end_contact(self) -> None:
+    def finish(self) -> None:
         """End contact: these velocities become those of the nodes, with the impulses that they take."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity
-        self._give(self._answer(velocity))
+        self._give(self._response(velocity))
 
     def count(self, done: StepWork) -> None:
         """Add the impulses of walls and clamps on the nodes to the work and impulses of the step; the velocity field has
@@ -135,7 +134,7 @@ class RigidNodes:
         """Velocities of the nodes with the contact impulses so far, as if each node moved alone."""
         return self._velocity + self._nodes.velocity_increment[self._at] - self._increment
 
-    def _answer(self, velocity: np.ndarray) -> np.ndarray:
+    def _response(self, velocity: np.ndarray) -> np.ndarray:
         """The impulses by which nodes with these velocities become rigid, beside those given before contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 

@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.models import BODIES
 from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
@@ -32,8 +33,13 @@ class Limits(NamedTuple):
 
 
 def is_still(body: StoredBody) -> bool:
-    """Whether it is a field that diffuses on nodes that do not move."""
-    return body.kind == "diffusing-field"
+    """Whether it is of a kind that does not move."""
+    return body.kind in BODIES.entries and not BODIES.entries[body.kind].moves
+
+
+def _pictured(body: StoredBody) -> tuple[str, str] | None:
+    """The field that its kind declares for what it bears, and what that is called."""
+    return BODIES.entries[body.kind].pictured if body.kind in BODIES.entries else None
 
 
 def is_film(body: StoredBody) -> bool:
@@ -45,26 +51,23 @@ def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     """Name and unit of a quantity, "speed", "displacement" or "load", of several bodies."""
     if quantity != "load":
         return quantity, FIELDS["velocity" if quantity == "speed" else "position"].unit
-    if all(map(is_still, bodies)):
-        return "concentration", FIELDS["concentration"].unit
-    if all(map(is_film, bodies)):
-        return "density in the surface", FIELDS["areal_density"].unit
+    own = {_pictured(body) for body in bodies}
+    if len(own) == 1 and (found := own.pop()) is not None:
+        return found[1], FIELDS[found[0]].unit
     kinds = dict.fromkeys("pressure" if body.equation_of_state else "von Mises stress" for body in bodies)
     return " or ".join(kinds), FIELDS["stress"].unit
 
 
 def values_of(body: StoredBody, fields: Fields, quantity: str, start: np.ndarray) -> np.ndarray:
-    """The quantity of every point, shape (n,). The load is the pressure of a body with an equation of state, of others von
-    Mises' equivalent stress; of a field that diffuses it is its concentration, of a film the density in its surface. start:
-    first positions [m], shape (n, 3), from which displacements count."""
+    """The quantity of every point, shape (n,). The load is the field that its kind declares, else the pressure of a body with
+    an equation of state, of others von Mises' equivalent stress. start: first positions [m], shape (n, 3), from which
+    displacements count."""
     if quantity == "speed":
         return scalar(fields["velocity"])
     if quantity == "displacement":
         return scalar(fields["position"] - start)
-    if is_still(body):
-        return fields["concentration"]
-    if is_film(body):
-        return fields["areal_density"]
+    if (found := _pictured(body)) is not None:
+        return scalar(fields[found[0]])
     return fields["pressure"] if body.equation_of_state else scalar(fields["stress"])
 
 

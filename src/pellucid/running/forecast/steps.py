@@ -9,7 +9,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import is_driven
-from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 from pellucid.running.forecast.quick_set_up import set_up_quickly
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _limits(case: "Case") -> Limits:
         found[motion.body, motion.name] = motion_in_cells(cell, _top_speed(motion))
     pull = _pull(case)
     if pull > 0.0:
-        found["", ""] = fall_through_cells(sqrt(2.0 * cell / pull))
+        found["", ""] = fall_through_cells(time_to_fall(cell, pull))
     for name, limit in _contacts_of_hard_bodies(case, driven, cell, pull):
         found[name, "contact"] = tightest([limit, *([known] if (known := found.get((name, "contact"))) else [])])
     return found

@@ -1,4 +1,4 @@
-"""How the surface of a meshless solid answers to contact, beside the same by passes over all of its points."""
+"""how the surface of a meshless solid responds to contact, beside the same by passes over all of its points."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_the_answer_of_few_nodes_is_that_of_the_whole_surface(functions):
         increment = rng.normal(size=(20, 3)) * (nodes.constrained[at] == 0)
         nodes.velocity_increment[at] = increment
         nodes.velocity[at] = trial + increment
-        assert body.skin.answer_contact()
+        body.skin.respond()
         assert nodes.velocity[at] == pytest.approx(by_all_points(body, at, trial), abs=1e-13)
     assert (abs(nodes.velocity[at] - trial) > 0.01).sum() > 20
 
@@ -63,7 +63,7 @@ def test_a_new_step_asks_of_other_nodes():
         body.predict(0.01)
         field.await_impulses([at])
         nodes.velocity[at] = nodes.velocity_increment[at] = 1.0
-        body.skin.answer_contact()
+        body.skin.respond()
         assert nodes.velocity[at] == pytest.approx(by_all_points(body, at, 0.0), abs=1e-13)
         nodes.velocity_increment[at] = 0.0
     field.await_impulses([])

@@ -9,7 +9,7 @@ from pellucid.bodies.fluid_film.conditions.nodal_frames import Led
 from pellucid.bodies.fluid_film.forms.film_forces import in_space
 from pellucid.energy import INTERNAL, MOTION, SUPPORT, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.parts.body import NodalSupport
+from pellucid.parts.capabilities import NodalSupport
 
 
 class HeldNodes:

@@ -20,15 +20,15 @@ SMALLEST = 48  # nodes that are not divided
 Precision = type[np.float32] | type[np.float64]
 
 
-class Part(NamedTuple):
-    """Nodes that are eliminated together, after those of the parts on both sides of them."""
+class Supernode(NamedTuple):
+    """Nodes that are eliminated together, after those of the supernodes on both sides of them."""
 
     own: np.ndarray
     children: tuple[int, ...]
 
 
 class Front(NamedTuple):
-    """A part as the numbers of a matrix see it; places are those in the order of elimination."""
+    """A supernode as the numbers of a matrix see it; places are those in the order of elimination."""
 
     first: int
     own: int  # how many it eliminates, from `first` on
@@ -38,12 +38,12 @@ class Front(NamedTuple):
     children: tuple[tuple[int, np.ndarray], ...]  # with the places of their borders in the front
 
 
-def dissected(links: csr_array, places: np.ndarray) -> list[Part]:
-    """Nodes in parts, in their order of elimination, by their links (n, n) and places (n, 3).
+def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
+    """Nodes in supernodes, in their order of elimination, by their links (n, n) and places (n, 3).
 
     The surface is cut in two again and again, across its longest extent.
     """
-    parts: list[Part] = []
+    supernodes: list[Supernode] = []
     beyond = np.zeros(len(places), np.int8)
 
     def divide(nodes: np.ndarray) -> int:
@@ -60,39 +60,39 @@ def dissected(links: csr_array, places: np.ndarray) -> list[Part]:
             if not len(own):  # nothing links them: one node is enough to keep them apart
                 own, halves = near[:1], (near[1:], far)
             children = tuple(divide(half) for half in halves if len(half))
-        parts.append(Part(own, children))
-        return len(parts) - 1
+        supernodes.append(Supernode(own, children))
+        return len(supernodes) - 1
 
     divide(np.arange(len(places)))
-    return parts
+    return supernodes
 
 
 class Elimination:
     """The fronts of matrices with d × d blocks where nodes are linked; found once for all of them."""
 
     def __init__(self, links: csr_array, places: np.ndarray, indptr: np.ndarray, indices: np.ndarray, d: int) -> None:
-        parts = dissected(links, places)
-        nodes = np.concatenate([part.own for part in parts])
+        supernodes = dissected(links, places)
+        nodes = np.concatenate([supernode.own for supernode in supernodes])
         self.order = (d * nodes[:, None] + np.arange(d)).ravel()
         place = np.empty(len(self.order), np.int64)
         place[self.order] = np.arange(len(self.order))
         self.fronts: list[Front] = []
         first = 0
         local = np.empty(len(self.order), np.int64)
-        for part in parts:
-            own = d * len(part.own)
+        for supernode in supernodes:
+            own = d * len(supernode.own)
             rows = self.order[first : first + own]
             counts = indptr[rows + 1] - indptr[rows]
             entries = np.repeat(indptr[rows] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts) + np.arange(counts.sum())
             column, row = place[indices[entries]], np.repeat(np.arange(own), counts)
             lower = column >= first + row
             entries, column, row = entries[lower], column[lower], row[lower]
-            found = [column, *(self.fronts[child].border for child in part.children)]
+            found = [column, *(self.fronts[child].border for child in supernode.children)]
             border = np.unique(np.concatenate(found))
             border = border[border >= first + own]
             local[first : first + own] = np.arange(own)
             local[border] = own + np.arange(len(border))
-            children = tuple((child, local[self.fronts[child].border]) for child in part.children)
+            children = tuple((child, local[self.fronts[child].border]) for child in supernode.children)
             at = row * (own + len(border)) + local[column]
             self.fronts.append(Front(first, own, border, entries, at, children))
             first += own

@@ -1,4 +1,4 @@
-"""How the surface of a solid answers to velocity increments of the nodes of the grid where others touch it.
+"""How the surface of a solid responds to velocity increments of the nodes of the grid where others touch it.
 
 Increments Δv_I come to the points of the surface and to the nodes of the body, and what these give to the points comes back to
 the nodes of the grid (`skin`):
@@ -44,8 +44,8 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
     return n
 
 
-class SkinAnswer:
-    """Velocities of nodes of the grid with which a body answers there.
+class SkinResponse:
+    """Velocities of nodes of the grid with which a body responds there.
 
     surface: of its points, with masses [kg], shape (m,); values: S_ka, shape (m, n); inertia: of its nodes [kg], shape (n,);
     prescribed: 0 where they are free, shape (n, 3).
@@ -92,7 +92,7 @@ class SkinAnswer:
         return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
 
     def give(self) -> None:
-        """Let these nodes have the velocities with which the body answers to their increments so far."""
+        """Let these nodes have the velocities with which the body responds to their increments so far."""
         nodes, at = self._nodes, self._at
         of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
         nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)

@@ -7,7 +7,7 @@ m_a Δv_a = Σ_k S_ka m_k Δv_k, which keeps momentum since Σ_a S_ka = 1.
 
 The velocity of a node of the grid is a mean, and mapping an increment to the points and back gives part of it alone:
 Δv_I = Σ_k N_I m_k (SΔv)_k / m_I. Were that left, points under a lasting load would creep into the other body. So the nodes of
-the grid take the velocities with which the body answers, and contact goes on from there (`skin_answer`).
+the grid take the velocities with which the body responds, and contact goes on from there (`skin_response`).
 """
 
 from collections.abc import Mapping
@@ -16,10 +16,11 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.bodies.meshless_solid.skin.points import SkinPoints
-from pellucid.bodies.meshless_solid.skin.response import SkinAnswer
+from pellucid.bodies.meshless_solid.skin.response import SkinResponse
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
-from pellucid.contact.faces import Faces
+from pellucid.contact.contact_body import ContactResponse, HasFaces, WarnsOfContact
+from pellucid.contact.faces import FaceAreas, Faces
 from pellucid.contact.overlong import overlong
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.lattice import Grid
@@ -28,7 +29,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.state import of_owner, with_owner
 
 
-class Skin:
+class Skin(HasFaces, WarnsOfContact):
     """The surface of a body on the grid on which others may touch it: what contact knows of the body.
 
     coupling: of the numbers of the nodes; arrays: of the body, with masses; volume: of the nodes, shape (n,) [m³]; at_nodes:
@@ -36,7 +37,6 @@ class Skin:
     """
 
     is_surface = False
-    areal_density = 0.0
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class Skin:
         self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass)
         still = np.zeros_like(self._everywhere)
         self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes)
-        self._answer = SkinAnswer(self.surface, points.mass, self._values, mass, arrays["prescribed"])
+        self._response = SkinResponse(self.surface, points.mass, self._values, mass, arrays["prescribed"])
         self._first = True
 
     def surface_of(self, grid: Grid, loads: np.ndarray, hard: bool) -> PointsOfFaces:
@@ -115,21 +115,19 @@ class Skin:
         np.divide(self._shares @ (self._point_mass * self._at_points), self._mass, out=self._increment)
         return self._increment
 
-    takes_second_impulses = False  # velocities mapped again strain no points of it
+    @property
+    def contact_response(self) -> ContactResponse:
+        """It responds by all of the body."""
+        return self
 
-    def take_second_impulses(self, dt: float) -> float:
-        """None are given."""
-        raise ValueError(f"body {self.name} takes no second impulses")
-
-    def answer_contact(self) -> bool:
+    def respond(self) -> None:
         """Let the nodes of the grid have the velocities that contact gave the body so far."""
         if self._first:
-            self._answer.begin(self._field.awaiting)
-        self._answer.give()
+            self._response.begin(self._field.awaiting)
+        self._response.give()
         self._first = False
-        return True
 
-    def end_contact(self) -> None:
+    def finish(self) -> None:
         """The body takes its increments from the nodes, whatever their velocities."""
 
     # what detection asks
@@ -149,19 +147,14 @@ class Skin:
         """Number of slabs into which these are divided."""
         return self.whole.n_slabs
 
-    def vector_areas(self) -> np.ndarray:
-        """None: it fills space."""
-        return np.zeros((0, 3))
-
     def half_width(self) -> tuple[float, float, float]:
         """None: points lie on the surface."""
         return 0.0, 0.0, 0.0
 
     def faces(self) -> Faces:
         """The points on the surface."""
-        return Faces(
-            self.surface.mapped, self.surface.n_slabs, np.asarray(self._thirds @ vector_areas(self._x, self._triangles))
-        )
+        areas = FaceAreas(np.asarray(self._thirds @ vector_areas(self._x, self._triangles)))
+        return Faces(self.surface.mapped, self.surface.n_slabs, areas)
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its faces are longer than the cells."""

@@ -1,0 +1,40 @@
+"""What a membrane of elements tells of itself, whichever nodes move it."""
+
+import numpy as np
+
+from pellucid.bodies.membrane_elements.surface import FIELDS, ElementSurface
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.parts.body import Body
+from pellucid.parts.capabilities import Membrane
+
+
+class ElementMembrane(Body, Membrane):
+    """A body whose nodes are those of an `ElementSurface`."""
+
+    energy_kind = "strain"
+    surface: ElementSurface
+
+    def cells(self) -> Cells:
+        """Its elements."""
+        return self.surface.cells
+
+    def half_width(self) -> tuple[float, float, float]:
+        """Half the thickness."""
+        return 0.5 * self.surface.thickness, 0.0, 0.0
+
+    def vector_areas(self) -> np.ndarray:
+        """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
+        return self.surface.vector_areas(self.arrays["position"])
+
+    def pressed_areas(self) -> np.ndarray:
+        """The same in the order of the mesh."""
+        return self.vector_areas()[self.order()]
+
+    def surface_areas(self) -> np.ndarray:
+        """Shares of the areas of the elements about each node."""
+        return self.surface.areas(self.places())
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return list(FIELDS)

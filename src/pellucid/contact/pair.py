@@ -1,0 +1,147 @@
+"""Two velocity fields in contact: where they touch, and what impulses they give each other."""
+
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+
+from pellucid.contact import impulse_works, impulses
+from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
+from pellucid.contact.detection import ContactDetection
+from pellucid.contact.impulses import ContactNodes, Friction
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit.bundle import Bundle
+from pellucid.reductions import ordered_sum
+
+SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
+NOWHERE = ContactNodes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((2, 0, 3)))
+
+
+class ContactPair:
+    """Two velocity fields and how they touch; `name`: what a probe calls the impulse on the first of them."""
+
+    def __init__(
+        self,
+        fields: tuple[VelocityField, VelocityField],
+        bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]],
+        friction: Friction,
+        name: str | None = None,
+    ) -> None:
+        self.name, self._friction = name, friction
+        self.detection = ContactDetection(fields, bodies)
+        self.fields, self.bodies = fields, [body for side in bodies for body in side]
+        self.taking_second = [body for body in self.bodies if isinstance(body, TakesSecondImpulses)]
+        """The bodies that can take second impulses."""
+        self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
+        self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs
+        self._at, self._chunks = NOWHERE, impulses.chunks_of(NOWHERE)
+        self._up_to_gap, self._allowed = np.zeros(0), np.zeros(0)  # speeds of approach [m/s], (n,)
+        self.impulses, self.second = np.zeros((2, 0, 3))
+        """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
+        velocities mapped again."""
+        self.touches = False
+        """Anywhere, in this step."""
+
+    @property
+    def _takes_second(self) -> bool:
+        """Whether all bodies take second impulses now; else none does, since they are equal and opposite."""
+        return len(self.taking_second) == len(self.bodies) and all(b.takes_second_impulses for b in self.taking_second)
+
+    # detection
+
+    def detect(self, dt: float) -> None:
+        """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
+        self.detection.find()
+        n = len(self.detection.node)
+        self.touches = bool(self.detection.normal.any())
+        self._at = ContactNodes(self.detection.node, self.detection.normal, np.zeros((2, n, 3)))
+        self._chunks = impulses.chunks_of(self._at)
+        self.impulses, self.second = np.zeros((n, 3)), np.zeros((n, 3))
+        self._up_to_gap = self._allowed = self.detection.room / dt if dt > 0.0 else np.zeros(n)
+        if self.touches:
+            impulses.measure_mobility(self._chunks, *self._sides, self._at)
+
+    def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
+        """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
+        closed = (self.detection.room == 0.0) | self.impulses.any(axis=1)
+        nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
+        return ((body, nodes) for body in self.bodies)
+
+    # impulses
+
+    def begin_impulses(self) -> None:
+        """The momentum of the nodes was advanced: find what these can move, and how fast they may approach."""
+        if not self.touches:
+            return
+        if any(field.may_be_let_go for field in self.fields):
+            impulses.measure_mobility(self._chunks, *self._sides, self._at)
+        if self._takes_second:
+            self._allow_rebound()
+
+    def _allow_rebound(self) -> None:
+        """Let bodies that part as the step begins come back as fast, when their momentum was advanced: their mean approach over
+        the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
+        bodies that respond to impulses themselves: the velocities of their nodes are not those with which their material parts.
+        """
+        self._allowed = np.empty(len(self._at.node))
+        impulses.measure_parting(self._chunks, *self._sides, self._at, self._up_to_gap, self._allowed)
+
+    def resolve(self, anew: bool) -> None:
+        """Impulses on the nodes after their momentum was advanced, or `anew` after the bodies responded to these."""
+        if not self.touches:
+            return
+        impulses.resolve(self._chunks, self._friction, anew, *self._sides, self._at, self._allowed, self.impulses)
+        if self.impulses.any():
+            for field in self.fields:
+                field.pressed = True
+
+    def apply_impulses(self, impulse: np.ndarray) -> None:
+        """Impulses on the first side and against the second [N s], shape (n, 3), beside those so far."""
+        impulses.apply(self._chunks, *self._sides, self._at, impulse, self.impulses)
+
+    def impulse(self) -> np.ndarray:
+        """On the first velocity field over this step [N s], shape (3,)."""
+        return self.impulses.sum(axis=0)
+
+    def works(self, row: int) -> np.ndarray:
+        """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
+        return self._works(self._sides, self.impulses, row)
+
+    def lag_work(self, fields: Collection[VelocityField]) -> float:
+        """See `ContactPairs.lag_work`."""
+        total = 0.0
+        if not self.impulses.any():
+            return total
+        for number, (field, side, sign) in enumerate(zip(self.fields, self._sides, SIGNS, strict=True)):
+            if field in fields:
+                sums = np.zeros((self._chunks, 1))
+                impulse_works.sum_lag_works(self._chunks, side, number, self._at, self.impulses, field.small_mass, sums)
+                total += sign * float(ordered_sum(sums)[0])
+        return total
+
+    # the same on what was mapped again
+
+    def stop_straining(self) -> None:
+        """Stop the approach of the velocities that strain the points."""
+        if self.touches:
+            how = self._chunks, self._friction, *self._sides, self._at, self._up_to_gap
+            impulses.stop_straining(*how, self.second)
+
+    def begin_second(self) -> bool:
+        """Add what second impulses change to the second increments of both fields; whether there are any, which all bodies
+        take."""
+        if not (self.touches and self._takes_second and self.second.any()):
+            return False
+        for field, mobility, sign in zip(self.fields, self._at.mobility, SIGNS, strict=True):
+            field.add_second_increments(self._at.node, sign * mobility * self.second)
+        return True
+
+    def second_works(self, row: int) -> np.ndarray:
+        """Of these impulses on constrained nodes alone; see `works`."""
+        return self._works(self._second_sides, self.second, row)
+
+    def _works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
+        if not given.any():
+            return np.zeros(row)
+        works = np.zeros((self._chunks, row))
+        impulse_works.sum_works(self._chunks, *sides, self._at, given, works)
+        return ordered_sum(works)

@@ -1,0 +1,135 @@
+"""What touches in a case: pairs of velocity fields on the nodes of the grid, surfaces of bodies, and walls."""
+
+from collections.abc import Collection, Mapping, Sequence
+from itertools import combinations, product
+from math import hypot
+from typing import TYPE_CHECKING
+
+from pellucid.conditions.contact import Contact
+from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.contact.contact_body import ContactBody
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.impulses import SLIP, STICK, Friction
+from pellucid.contact.overlap import coefficient, swing_of
+from pellucid.contact.pair import ContactPair
+from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
+from pellucid.energy import WorkLayout
+from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.capabilities import BoundByContact, HasContactSurface
+from pellucid.simulation.assembly import Built, has_several_fields, models_by_field
+from pellucid.simulation.walls import Surfaces, wall_contacts
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+
+def largest_gravity(case: "Case") -> float:
+    """Of a run [m/s²]."""
+    return hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
+
+
+def may_touch_by_surfaces(case: "Case") -> bool:
+    """Whether surfaces may touch each other or walls."""
+    return case.grid_or_none is not None and (len(case.wall) > 0 or (has_several_fields(case) and _fields_may(case)))
+
+
+def contacts_of(
+    case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout
+) -> tuple[ContactPairs, SurfacePairs]:
+    """All that touches: velocity fields on the nodes, and surfaces of bodies and walls."""
+    gravity, column = largest_gravity(case), layout.surface_contact
+    touch = built.keys() if has_several_fields(case) else {body.name for wall in case.wall for body in wall.touching(case.body)}
+    surfaces = {} if column is None else _surfaces_of(case, built, touch, column)
+    pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant)
+    planes = symmetry_planes(case.support, case.grid) if touching else []
+    walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
+    surface_pairs = SurfacePairs([*touching, *walls], planes)
+    for body, _ in built.values():
+        if isinstance(body, BoundByContact):
+            body.bound_by_contact(surface_pairs.surfaces)
+    return ContactPairs(pairs, len(case.support), layout.n_loads), surface_pairs
+
+
+def _fields_may(case: "Case") -> bool:
+    """Whether two velocity fields may: both of material points that do not flow, or one of bodies that do not deform, as they
+    are rigid or motions lead them."""
+    led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
+    members = list(models_by_field(case).values())
+    soft = sum(all(model.deforms_in_contact for model in models) for models in members)
+    return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members))
+
+
+def _surfaces_of(case: "Case", built: Built, names: Collection[str], column: int) -> Surfaces:
+    """Make the surfaces of bodies by which others touch them; column: of the work of forces between surfaces."""
+    bodies = [body for body, _ in built.values() if body.name in names]
+    surfaces = {body.name: body.make_contact_surface(column) for body in bodies if isinstance(body, HasContactSurface)}
+    ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.faces]
+    open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
+    for surface in surfaces.values():
+        if surface is not None:
+            surface.end_at(open_faces)
+    return surfaces
+
+
+def _pairs_of(
+    fields: Sequence[VelocityField],
+    built: Built,
+    contacts: Sequence[Contact],
+    surfaces: Surfaces,
+    gravity: float,
+    courant: float,
+) -> tuple[list[ContactPair], list[SurfacePair]]:
+    """Every two velocity fields with the contact of the case; without friction where it names none.
+
+    gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one that
+    serves, and not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
+    """
+    members = {field: [body for body, own in built.values() if own is field] for field in fields}
+    named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
+    pairs, touching = [], []
+    for one, other in combinations(fields, 2):
+        if (other, one) in named:  # so that the first is the first named
+            one, other = other, one
+        contact = named.get((one, other))
+        found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
+        known = [surface for surface in (*found[0], *found[1]) if surface is not None]
+        if (
+            len(known) == len(found[0]) + len(found[1])
+            and all(surface.is_hard or surface.serves_deformed for surface in known)
+            and not all(surface.two_sided for surface in known)
+        ):
+            touching += _surface_pairs(one.grid, found, contact, gravity, courant)
+        else:
+            met = {field: [met for body in bodies if (met := body.contact_body)] for field, bodies in members.items()}
+            pairs.append(_pair((one, other), met, contact))
+    return pairs, touching
+
+
+def _surface_pairs(
+    grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None, gravity: float, courant: float
+) -> list[SurfacePair]:
+    friction, name = 0.0, None
+    if contact is not None:
+        friction, name = coefficient(contact.kind, contact.friction), contact.name
+    dimension = 2 - sum(grid.thin)
+    pairs = []
+    for one, other in product(*found):
+        if one is not None and other is not None:
+            swing = swing_of(grid.lattice.cell, gravity, one.speed() + other.speed())
+            how = friction, dimension, grid.slice_thickness, courant, swing, name, grid.lattice.cell
+            pairs.append(SurfacePair((one, other), *how))
+    return pairs
+
+
+def _pair(
+    fields: tuple[VelocityField, VelocityField],
+    bodies: Mapping[VelocityField, Sequence[ContactBody]],
+    contact: Contact | None,
+) -> ContactPair:
+    sides = bodies[fields[0]], bodies[fields[1]]
+    if contact is None:
+        return ContactPair(fields, sides, Friction(SLIP))
+    kind = STICK if contact.kind == "stick" else SLIP
+    return ContactPair(fields, sides, Friction(kind, contact.friction or 0.0), contact.name)
