@@ -38,7 +38,7 @@ def named_in_its_room(name: str, path: Path) -> set[str]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
             found |= {inner.module or "" for inner in node.body if isinstance(inner, ast.ImportFrom)}
-    return {module for module in found if module.split(".")[1] == name.split(".")[1]}
+    return {module for module in found if module.split(".")[:2] == name.split(".")[:2]}
 
 
 def cycles(graph: dict[str, set[str]]) -> list[list[str]]:
