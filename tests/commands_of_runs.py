@@ -1,5 +1,6 @@
 """What a user does with the run of free flight, in this process or another."""
 
+import json
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -55,3 +56,12 @@ def hold(out: Path, held: Connection) -> None:
     with RunFolder(out).held():
         held.send(True)
         time.sleep(1e6)
+
+
+def results(out) -> dict[str, object]:
+    """Everything that must not depend on how often a run was broken off."""
+    summary = json.loads((out / "summary.json").read_text())
+    for name in ("wall_seconds", "point_steps_per_second"):
+        del summary[name]
+    fields = {path.name: path.read_bytes() for path in (out / "fields").iterdir() if path.suffix == ".vtkhdf"}
+    return {"history": (out / "history.csv").read_bytes(), "summary": summary, "fields": fields}

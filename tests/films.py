@@ -12,7 +12,7 @@ end = {end}
 
 [[body]]
 name = "film"
-kind = "fluid-film"
+kind = "{kind}"
 shape = {{ {shape} }}
 material = {{ kind = "lipid-film", density = 1, viscosity = 1, dilatational_viscosity = 1, stiffness = {stiffness}{bending} }}
 {more}
@@ -22,8 +22,17 @@ history = {every}
 """
 
 
-def case(shape="ellipse = { radius = 1, nodes = 20 }", end=1.0, stiffness=1.0, bending="", more="", loads_of="", every=0.05):
-    text = CASE.format(shape=shape, end=end, stiffness=stiffness, bending=bending, more=more, every=every)
+def case(
+    shape="ellipse = { radius = 1, nodes = 20 }",
+    end=1.0,
+    stiffness=1.0,
+    bending="",
+    more="",
+    loads_of="",
+    every=0.05,
+    kind="fluid-film",
+):
+    text = CASE.format(shape=shape, end=end, stiffness=stiffness, bending=bending, more=more, every=every, kind=kind)
     return loads(text + loads_of, "film.toml")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 PACKAGES = ("pellucid", "numpy", "scipy", "numba", "h5py", "pydantic", "tomlkit", "pint", "typer", "rich", "matplotlib")
-EXTRAS = {"pyvista": "viz", "meshlane": "mesh", "tetgen": "mesh"}
+EXTRAS = {"meshlane": "mesh", "tetgen": "mesh"}
 
 _THREADING = """
 import numba, numpy
@@ -24,13 +24,10 @@ total(numpy.ones(8))
 print(numba.threading_layer(), numba.get_num_threads())
 """
 
-# VTK without EGL or OSMesa ends its whole process when it draws, hence a process of its own
 _DRAWING = """
-import pyvista
-plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
-plotter.add_mesh(pyvista.Sphere())
-plotter.screenshot(None, return_img=True)
-print("VTK", pyvista.vtk_version_info)
+import io
+from pellucid.results.pictures.style import new_figure
+new_figure().savefig(io.BytesIO(), format="png")
 """
 
 Row = tuple[str, str, str]
@@ -94,16 +91,10 @@ def _writable(folder: Path) -> bool:
 
 
 def _drawing() -> Row:
-    if not _version("pyvista"):
-        return "drawing in 3-D", "matplotlib (pyvista is not installed)", "optional: pip install '.[viz]' in the clone"
     status, text = _in_own_process(_DRAWING)
     if status == 0:
-        return "drawing in 3-D", f"pyvista draws off screen, {text}", ""
-    return (
-        "drawing in 3-D",
-        "matplotlib (pyvista cannot draw here)",
-        "install EGL or OSMesa; matplotlib is used until then",
-    )
+        return "drawing in 3-D", "pellucid's own renderer draws into figures of matplotlib, without a screen", ""
+    return "drawing in 3-D", "no figure can be written", f"reinstall matplotlib: {text}"
 
 
 def _memory() -> Row:

@@ -17,7 +17,7 @@ from pellucid.materials.contract import PointMaterial
 from pellucid.materials.decoupled import DecoupledMaterial, decoupled
 from pellucid.materials.elastic import ElasticMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.eos.contract import EquationOfStateModel
+from pellucid.materials.eos.equation import EquationOfStateModel
 from pellucid.materials.hyperelastic import FiniteStrainState, HyperelasticMaterial, finite_strain, hyperelastic
 from pellucid.materials.law import rate_type
 from pellucid.materials.point_state import point_state

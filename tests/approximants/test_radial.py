@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from pellucid.approximants.radial import RADIAL_FUNCTIONS
 from pellucid.approximants.radial.neighbourhoods import along_curve, on_surface
 from pellucid.approximants.radial.polynomials import Monomials
-from pellucid.approximants.radial.stencils import StencilError, functions_at, interpolants, stencil_functions
+from pellucid.approximants.radial.stencils import StencilError, functions_at, interpolants
 from pellucid.geometry.surfaces.icosphere import Icosphere
 
 STENCILS = 30
@@ -38,6 +38,11 @@ def stencils(radial, dimension, spacing=1.0):
     order = np.argsort((nodes**2).sum(axis=2), axis=1)[:, :size]
     places = rng.uniform(-0.7, 0.7, (STENCILS, 5, dimension))
     return spacing * np.take_along_axis(nodes, order[:, :, None], axis=1), spacing * places
+
+
+def stencil_functions(nodes, places, radial, derivatives=2):
+    """The shape functions of stencils with nodes (s, m, d) at places (s, q, d) [m]."""
+    return functions_at(interpolants(nodes, radial), places, derivatives=derivatives)
 
 
 def most(radial):

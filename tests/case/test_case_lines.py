@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pellucid import catalogue
-from pellucid.case.lines import key_lines
+from pellucid.case.toml import key_lines
 
 
 def test_every_form_of_key_has_its_line() -> None:

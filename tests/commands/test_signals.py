@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from free_flight import FakeSimulation, fake_module, free_flight
 from typer.testing import CliRunner
 
 import pellucid
@@ -14,9 +15,6 @@ from pellucid.cli import app
 from pellucid.results.pictures import figures
 from pellucid.results.storage import files, run_folder
 from pellucid.running.launch import resume_case, run_case
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "results"))
-from free_flight import FakeSimulation, fake_module, free_flight
 
 pytestmark = pytest.mark.usefixtures("interruptible")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands_of_runs import results
 from free_flight import free_flight
-from test_runs import results
 from typer.testing import CliRunner
 
 from pellucid.cli import app

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from commands_of_runs import OFTEN, begin_with_a_checkpoint_each_step, go_on
+from commands_of_runs import OFTEN, begin_with_a_checkpoint_each_step, go_on, results
 from free_flight import FakeSimulation, free_flight
 from other_processes import killed_at_last
 
@@ -23,15 +23,6 @@ SUMMARY = {
     "case", "version", "commit", "threads", "points", "steps", "wall_seconds", "point_steps_per_second", "end_time",
     "conservation", "energies", "metrics",
 }  # fmt: skip
-
-
-def results(out) -> dict[str, object]:
-    """Everything that must not depend on how often a run was broken off."""
-    summary = json.loads((out / "summary.json").read_text())
-    for name in ("wall_seconds", "point_steps_per_second"):
-        del summary[name]
-    fields = {path.name: path.read_bytes() for path in (out / "fields").iterdir() if path.suffix == ".vtkhdf"}
-    return {"history": (out / "history.csv").read_bytes(), "summary": summary, "fields": fields}
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,11 @@ from commands_of_runs import (
     go_on,
     go_on_in_part,
     go_on_with_another_limit,
+    results,
     write_plain_report,
 )
 from free_flight import free_flight
 from other_processes import PATIENCE, REFUSED, start_together
-from test_runs import results
 
 from pellucid.errors import UsageError
 from pellucid.results.storage.run import Run

@@ -1,4 +1,4 @@
-"""A circle of film that a load p (n·e) n drives, by the scheme of Benet 2015 and by that of the package.
+"""A circle of film that a load p (n·e) n drives, by the scheme of Benet 2015 (`thesis_film.py`) and by that of the package.
 
 Writes roughness.csv and oscillation.png beside this script, in some seconds.
 """
@@ -7,6 +7,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
+import thesis_film  # noqa: F401  # registers the kind
 
 from pellucid.case import Case, loads
 from pellucid.errors import RunStopped
@@ -23,7 +24,7 @@ end = 8
 
 [[body]]
 name = "film"
-kind = "fluid-film"
+kind = "{kind}"
 shape = { ellipse = { radius = 1, nodes = 41 } }
 material = { kind = "lipid-film", density = 1, viscosity = 1, dilatational_viscosity = 1, stiffness = 100 }
 """
@@ -49,8 +50,8 @@ PAST_ITS_BALANCE = """
 warn = 10
 stop = 10
 """
-THESIS = FILM + 'scheme = "thesis"\naccuracy = 6e-3\n' + LOAD + OUTPUT + PAST_ITS_BALANCE
-OURS = FILM + "drag = { normal = 1, tangential = 1 }\n" + LOAD + TAUT + OUTPUT
+THESIS = FILM.replace("{kind}", "thesis-film") + "accuracy = 6e-3\n" + LOAD + OUTPUT + PAST_ITS_BALANCE
+OURS = FILM.replace("{kind}", "fluid-film") + "drag = { normal = 1, tangential = 1 }\n" + LOAD + TAUT + OUTPUT
 
 
 def followed(case: Case) -> tuple[list[float], list[np.ndarray]]:

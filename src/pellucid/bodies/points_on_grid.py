@@ -25,8 +25,6 @@ from pellucid.grid.points import (
     LOSS,
     LUMPING,
     MOMENTUM_X,
-    NO_AFFINE,
-    NO_STRESS,
     POWER,
     RATE,
     SHIFT,
@@ -50,7 +48,6 @@ from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.reductions import ordered_sum
 from pellucid.state import of_owner, with_owner
 
-NO_ENERGY = np.zeros(0)
 HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
 
@@ -103,8 +100,8 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     def _bind(self) -> None:
         """Take up the arrays, which stay what they are in any order. Points have no stress where elements do."""
         a = self.arrays
-        self.points = PointArrays(a["position"], a["velocity"], a["mass"], a["volume"], a.get("stress", NO_STRESS))
-        self._affine = a.get("affine", NO_AFFINE)
+        self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
+        self._affine = a.get("affine")
 
     def _make_bundles(self) -> None:
         """Make the bundles of points and slabs that kernels take."""
@@ -230,8 +227,9 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             ParticleToGrid(to_rows, self.arrays.get("affine")).scatter_momentum()
             self.velocity_field.add_drag((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
-            self._affine[:, :FIELD_ENERGY] *= kept
-            self._affine[:, FIELD_ENERGY:] *= kept**2
+            if self._affine is not None:
+                self._affine[:, :FIELD_ENERGY] *= kept
+                self._affine[:, FIELD_ENERGY:] *= kept**2
             totals.kinetic, totals.affine = kept**2 * totals.kinetic, kept**2 * totals.affine
             totals.momentum = kept * totals.momentum
         return lost, impulse
@@ -257,7 +255,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         sums = ordered_sum(self.slabs.sums)
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
-        if len(self._affine):
+        if self._affine is not None:
             self.totals.affine = float(sums[AFFINE])
         if self.keeps_heat:
             self.totals.stored += float(sums[GAINED])  # for USF, in which the points were strained before
@@ -290,8 +288,8 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         return won
 
     def kept_energy(self) -> np.ndarray:
-        """The specific energy of its points [J/kg], shape (n,), of a body that keeps heat; of others an empty array."""
-        return NO_ENERGY
+        """The specific energy of its points [J/kg], shape (n,), of a body that keeps heat."""
+        return self.arrays["internal_energy"]
 
     def _collect_momentum_sums(self, sums: np.ndarray) -> None:
         totals = self.totals
@@ -342,7 +340,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         self.renew_totals()
         for array, values in zip(arrays, kept, strict=True):
             array[...] = values  # no strain leaves no viscous stress
-        if self._goes_on and len(self._affine):
+        if self._goes_on and self._affine is not None:
             self.totals.affine = float(np.sum(self.arrays["mass"] * self._affine[:, FIELD_ENERGY]))
             self.totals.kinetic += self.totals.affine
 

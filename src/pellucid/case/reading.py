@@ -10,10 +10,9 @@ from typing import Any
 from pellucid import catalogue
 from pellucid.case.checking import checked, related, setting
 from pellucid.case.explain import problem
-from pellucid.case.lines import key_lines
 from pellucid.case.settings import find, parse_setting
 from pellucid.case.spec import Case
-from pellucid.case.toml import parsed
+from pellucid.case.toml import key_lines, parsed
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path
 from pellucid.system.input_files import file_bytes

@@ -1,8 +1,12 @@
-"""TOML text to tables, within what a case can need: `tomllib` alone ends in errors of Python's own beyond its limits."""
+"""TOML text to tables, within what a case can need, and the line of each key for error messages."""
 
+import re
 import tomllib
+from bisect import bisect_right
 from collections.abc import Iterator
 from typing import Any
+
+from pellucid.findings import Path
 
 DEEPEST = 32
 """Tables and lists within one another."""
@@ -36,3 +40,100 @@ def _is_deeper(data: Any) -> bool:
 def _within(item: Any) -> Iterator[Any]:
     if isinstance(item, (dict, list)):
         yield from item.values() if isinstance(item, dict) else item
+
+
+_BLANK = re.compile(r"(?:\s|#[^\n]*)*")
+_SPACE = re.compile(r"[ \t]*")
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_STRING = re.compile(r'"""(?:\\.|[^\\])*?"""+|\'\'\'.*?\'\'\'+|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
+_SCALAR = re.compile(r"[^,\]}#\n]+")
+
+
+def key_lines(text: str) -> dict[Path, int]:
+    """The line, from 1, of every key, table and list item of a valid TOML text: ("body", 0, "shape") -> 12."""
+    return _Scanner(text).scan()
+
+
+class _Scanner:
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.at = 0
+        self.breaks = [found.start() for found in re.finditer("\n", text)]
+        self.lines: dict[Path, int] = {}
+        self.counts: dict[Path, int] = {}
+
+    def scan(self) -> dict[Path, int]:
+        table: Path = ()
+        while self.skip(_BLANK) < len(self.text):
+            if self.text[self.at] == "[":
+                table = self.header()
+            else:
+                self.pair(table)
+        return self.lines
+
+    def skip(self, pattern: re.Pattern[str]) -> int:
+        found = pattern.match(self.text, self.at)
+        self.at = found.end() if found else self.at
+        return self.at
+
+    def note(self, path: Path, line: int | None = None) -> None:
+        for length in range(1, len(path) + 1):  # a dotted key also opens the tables on its way
+            self.lines.setdefault(path[:length], line or bisect_right(self.breaks, self.at - 1) + 1)
+
+    def header(self) -> Path:
+        line = bisect_right(self.breaks, self.at - 1) + 1
+        is_list = self.text.startswith("[[", self.at)
+        self.at += 2 if is_list else 1
+        path: Path = ()
+        parts = self.key()
+        for number, part in enumerate(parts, 1):
+            path += (part,)
+            if is_list and number == len(parts):
+                self.counts[path] = self.counts.get(path, 0) + 1
+            if path in self.counts:
+                path += (self.counts[path] - 1,)
+        self.at += 2 if is_list else 1
+        self.note(path, line)
+        return path
+
+    def key(self) -> list[str]:
+        parts = []
+        while True:
+            self.skip(_SPACE)
+            found = _STRING.match(self.text, self.at) or _BARE_KEY.match(self.text, self.at)
+            if found is None:
+                raise ValueError(f"no key at offset {self.at}")
+            parts.append(next(iter(tomllib.loads(f"{found.group()} = 0"))))
+            self.at = found.end()
+            self.skip(_SPACE)
+            if not self.text.startswith(".", self.at):
+                return parts
+            self.at += 1
+
+    def pair(self, table: Path) -> None:
+        line = bisect_right(self.breaks, self.at - 1) + 1
+        path = table + tuple(self.key())
+        self.note(path, line)
+        self.at += 1  # the "=" sign
+        self.value(path)
+
+    def value(self, path: Path) -> None:
+        self.skip(_BLANK)
+        self.note(path)
+        first = self.text[self.at]
+        if first in "[{":
+            self.at += 1
+            number = 0
+            while self.text[self.skip(_BLANK)] not in "]}":
+                if first == "[":
+                    self.value((*path, number))
+                    number += 1
+                else:
+                    self.pair(path)
+                if self.text[self.skip(_BLANK)] == ",":
+                    self.at += 1
+            self.at += 1
+        elif self.skip(_STRING) and first in "\"'":
+            return
+        else:
+            self.skip(_SCALAR)

@@ -9,7 +9,7 @@ from pellucid.commands.table import print_table
 from pellucid.errors import UsageError
 
 if TYPE_CHECKING:
-    from pellucid.geometry.checks.mesh_survey import Survey
+    from pellucid.geometry.mesh_survey import Survey
 
 
 def register(app: typer.Typer) -> None:
@@ -32,7 +32,7 @@ def mesh(
     picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw the mesh.")] = None,
 ) -> None:
     """Tell what is in a file of a mesh, and whether a case can use it; mend, write or draw it. Status 2 if it has faults."""
-    from pellucid.geometry.checks.mesh_survey import survey
+    from pellucid.geometry.mesh_survey import survey
     from pellucid.units import UnitError, to_si
 
     if close_holes and not repair:

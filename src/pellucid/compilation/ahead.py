@@ -19,7 +19,7 @@ MOST_MEMORY = 0.05  # of the machine's that the bodies may take once more
 
 @contextmanager
 def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
-    """Gives what lets other processes begin to compile the kernels of a case, where there are cores and memory for them.
+    """Gives a function by which other processes begin to compile the kernels of a case, if cores and memory allow.
 
     They end with the block. Nothing depends on them: kernels that they have put into the cache are found there.
     """

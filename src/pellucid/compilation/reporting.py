@@ -1,4 +1,4 @@
-"""What numba compiles, told as it does: which kernel, the how manieth, of how many."""
+"""What the user is told of compilation: which kernel numba compiles, its number, of how many; and which law it cannot."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 def compilation_told(
     progress: Progress, key: str, at_first: Callable[[], None] = lambda: None
 ) -> Iterator[Callable[[], float]]:
-    """Tell of every kernel that is compiled in the block, and call `at_first` with the first; what is loaded from the cache is
-    none. Gives what says how long the block has compiled and loaded so far [s].
+    """Tell of every kernel that is compiled in the block, not of those that the cache holds; call `at_first` with the first.
+    Gives a function that returns how long the block has compiled and loaded so far [s].
 
     `key` names the kernels that the block needs. How many these are is known from an earlier time, such as that of other
     sources or of another version of numba; a cache that holds some of them makes it fewer.
@@ -77,12 +77,12 @@ def _kept_count(key: str) -> int:
 
 
 def _keep_count(key: str, count: int) -> None:
-    """Silent where the cache cannot be written."""
+    """Keep the number of kernels; a cache that cannot be written keeps none."""
     with suppress(OSError):
         _place(key).parent.mkdir(parents=True, exist_ok=True)
         _place(key).write_text(str(count), encoding="ascii")
 
 
 def _place(key: str) -> Path:
-    """Beside the folders of compiled kernels, which are other ones after each change of the sources."""
+    """The file of a count, beside the folders of compiled kernels: these are others after each change of the sources."""
     return cache_folder().parent / "counts" / key

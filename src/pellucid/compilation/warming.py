@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Warmed(NamedTuple):
-    """What became of a case: how many kernels were compiled, in how long [s], and why not all were."""
+    """A case that was warmed: how many kernels were compiled, in how long [s], and why not all were."""
 
     case: str
     kernels: int

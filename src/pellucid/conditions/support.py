@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
-from pellucid.geometry.rotation import plane_problems
+from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition

@@ -149,3 +149,8 @@ class Left(NamedTuple):
     kinetic: float  # [J]
     stored: float  # internal or strain energy [J]
     half_power: float  # half the power of their internal forces, as in `Totals` [W]
+
+
+def kinetic_energies(mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Of points with masses [kg], shape (n,), and velocities [m/s], shape (n, 3): shape (n,) [J]."""
+    return np.asarray(0.5 * mass * np.einsum("ij,ij->i", velocity, velocity))

@@ -14,9 +14,9 @@ from pydantic import field_validator, model_validator
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.rotation import plane_problems
+from pellucid.geometry.shape import Box, Shape
 from pellucid.geometry.shapes.contract import ActiveAxes
-from pellucid.geometry.shapes.shape import Box, Shape
+from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import Vector, parameter
 from pellucid.units import to_si
 
@@ -126,11 +126,11 @@ class Region(Shape):
         return chosen
 
     def _facing(self, of: Selectable) -> np.ndarray:
-        """Which faces have such a normal, shape (f,)."""
+        """Which faces have the normal that the region names, shape (f,)."""
         return np.asarray(self._cosines(of) >= cos(radians(WITHIN if self.within is None else self.within)) - 1e-12)
 
     def _cosines(self, of: Selectable) -> np.ndarray:
-        """Of the angles between the outward normals of the faces and that direction, shape (f,)."""
+        """Cosines of the angles between the outward normals of the faces and the direction of the region, shape (f,)."""
         areas, direction = vector_areas(of.position, of.faces), np.array(self.normal)
         size = np.linalg.norm(areas, axis=1) * np.linalg.norm(direction)
         return np.asarray(areas @ direction / np.maximum(size, 1e-300))

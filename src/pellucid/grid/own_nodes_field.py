@@ -49,9 +49,9 @@ class OwnNodesField(VelocityField):
     def clear(self) -> None:
         """`scatter` does so."""
 
-    def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
-        """Mass and momentum of the points of n slabs, and forces on them until the end of the step [N], shape (points, 3) or
-        (0, 3), to the nodes of the grid, in place of those of the step before."""
+    def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
+        """Mass and momentum of the points of n slabs, and forces on them until the end of the step [N], shape (points, 3), to
+        the nodes of the grid, in place of those of the step before."""
         self._reached.scatter(n, mapped, force)
 
     def state_arrays(self) -> dict[str, np.ndarray]:

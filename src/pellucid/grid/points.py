@@ -46,8 +46,8 @@ class PointArrays(NamedTuple):
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
     mass: np.ndarray  # (n,) [kg]
-    volume: np.ndarray  # (n,) [m³]
-    stress: np.ndarray  # (n, 6) Cauchy stress xx, yy, zz, yz, xz, xy [Pa]
+    volume: np.ndarray = np.zeros(0)  # (n,) [m³]; no rows of the nodes of elements, where it is these that have it,
+    stress: np.ndarray = np.zeros((0, 6))  # (n, 6) Cauchy stress xx, yy, zz, yz, xz, xy [Pa]; the same
 
 
 class Slabs(NamedTuple):
@@ -118,8 +118,6 @@ PRESSURE, GROWTH, SHIFT = range(3)
 
 FIELD_ENERGY = 9
 """Column of `affine` after those of the velocity field: its kinetic energy of unit mass, where the transfer left it [J/kg]."""
-NO_AFFINE = np.zeros((0, FIELD_ENERGY + 1))
-"""Of bodies that have no such fields."""
 
 
 class MappedPoints(NamedTuple):
@@ -148,9 +146,6 @@ def cell_of(lattice, x, p):
     """The cell in which point p of x [m], shape (points, 3), lies."""
     return cell_at(lattice, (x[p, 0], x[p, 1], x[p, 2]))
 
-
-NO_VOLUME, NO_STRESS = np.zeros(0), np.zeros((0, 6))
-"""Of points that are the nodes of elements: it is the elements that have them."""
 
 # columns of Slabs.sums
 (

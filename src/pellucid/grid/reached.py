@@ -28,7 +28,7 @@ from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.jit.vector import load, row, splat, store
 
 WORD = 8  # flags that are looked at together
-NO_FORCE = np.zeros((0, 3))
+NONE = np.zeros((0, 3))
 
 
 class ConstrainedNodes(NamedTuple):
@@ -134,18 +134,18 @@ class ReachedNodes:
     def _chunks(self) -> int:
         return chunks_of(len(self.node))
 
-    def scatter(self, n: int, mapped: Bundle, force: np.ndarray) -> None:
-        """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3) or (0, 3), in
-        place of those before."""
+    def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
+        """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3), in place of those
+        before."""
         self._clear(self.node)
         self._words.fill(0)
-        _scatter(n, mapped, force, 1.0, self._flags)
+        _scatter(n, mapped, NONE if force is None else force, 1.0, self._flags)
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
         """Momentum alone, in place of that before, after the velocities of the points changed and not their places."""
         self._clear_momentum(self.node)
-        _scatter(n, mapped, NO_FORCE, 0.0, self._flags)
+        _scatter(n, mapped, NONE, 0.0, self._flags)
 
     def advance(self, dt: float) -> None:
         """Velocities after a step dt [s] with internal forces and what constrains nodes; no increments by contact yet."""

@@ -8,14 +8,12 @@ from typing import Annotated
 from pellucid.materials.contract import MATERIALS, PointMaterial
 from pellucid.materials.decoupled_neo_hookean import DecoupledNeoHookeanMaterial
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
-from pellucid.materials.film import FILM_MATERIALS, FilmMaterial
 from pellucid.materials.fluid import FluidMaterial
 from pellucid.materials.fluid_membrane import FluidMembraneMaterial
 from pellucid.materials.holzapfel_gasser_ogden import HolzapfelGasserOgdenMaterial
 from pellucid.materials.kelvin_voigt import KelvinVoigtMaterial
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.materials.linear_membrane import LinearMembraneMaterial
-from pellucid.materials.lipid_film import LipidFilm
 from pellucid.materials.membrane_material import MEMBRANE_MATERIALS, MembraneMaterial
 from pellucid.materials.mooney_rivlin import MooneyRivlinMaterial
 from pellucid.materials.neo_hookean import NeoHookeanMaterial
@@ -42,7 +40,3 @@ AnyElasticMembraneMaterial = Annotated[ElasticMembraneMaterial, OneOf(MEMBRANE_M
 MEMBRANE_MATERIALS.add(LinearMembraneMaterial)
 MEMBRANE_MATERIALS.add(NeoHookeanMembraneMaterial)
 MEMBRANE_MATERIALS.add(FluidMembraneMaterial)
-
-AnyFilmMaterial = Annotated[FilmMaterial, OneOf(FILM_MATERIALS)]
-
-FILM_MATERIALS.add(LipidFilm)

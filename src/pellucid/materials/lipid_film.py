@@ -1,21 +1,37 @@
-"""Lipid films: the pressure is a power of what the density exceeds that of rest."""
+"""Lipid films: fluids in a surface, compressible, viscous, which may resist bending.
+
+The pressure is a power of what the density exceeds that of rest.
+
+Everything is taken in the surface: density [kg/m²], pressure [N/m], viscosity [N s/m].
+"""
 
 from typing import Literal
 
 import numpy as np
 
-from pellucid.materials.film import FilmMaterial
+from pellucid.materials.contract import BodyMaterial
 from pellucid.model import parameter
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-class LipidFilm(FilmMaterial):
+class LipidFilm(BodyMaterial):
     """p = a sgn(ρ - ρ₀) |ρ - ρ₀|^c.   Source: Benet 2015, eq. 3.45, which is for ρ > ρ₀ or odd c alone."""
 
+    density: float = parameter("kg/m^2", "density in the surface at which it has no pressure, ρ₀", gt=0)
+    viscosity: float = parameter("N*s/m", "shear viscosity μ of the surface", gt=0)
+    dilatational_viscosity: float = parameter("N*s/m", "second viscosity λ of the surface", 0.0, ge=0)
+    bending_rigidity: float = parameter("J", "κ_c of the bending energy (κ_c/2)(2H - c₀)² of unit area", 0.0, ge=0)
+    spontaneous_curvature: float = parameter(
+        "1/m", "c₀, the sum of the principal curvatures at rest; positive as of a sphere", 0.0
+    )
     kind: Literal["lipid-film"] = "lipid-film"
     stiffness: float = parameter("", "a, the pressure [N/m] where the density exceeds ρ₀ by 1 kg/m²", gt=0)
     exponent: float = parameter("", "c", 1.0, ge=1, le=9)
+
+    def wave_speeds(self) -> tuple[float, float]:
+        """Its inertia is left out: no wave crosses it."""
+        return 0.0, 0.0
 
     def pressure(self, density: np.ndarray) -> np.ndarray:
         """p [N/m]."""

@@ -31,6 +31,7 @@ from pellucid.materials.membrane import (
 )
 from pellucid.materials.point_state import load
 from pellucid.state import FIELDS
+from pellucid.tensors import ZERO_VECTOR
 from pellucid.users.users_code import failing_as, file_of
 
 if TYPE_CHECKING:
@@ -60,7 +61,6 @@ MEMBRANE: dict[Operation, int] = {
 }
 """What a law of membranes states, and how many numbers each gives."""
 DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register what most laws share"
-NO_RATE = (0.0, 0.0, 0.0)
 
 
 class Call(NamedTuple):
@@ -146,9 +146,9 @@ def calls_of_membrane(material: "ElasticMembraneMaterial", law: Any) -> dict[Ope
     shape = Call(initial_shape, (law,)).result()
     arguments = {
         initial_shape: (law,),
-        stretched: (law, shape, NO_RATE, 0.0),
-        stretched_midway: (law, shape, NO_RATE, 0.0),
-        shape_of: (law, NO_RATE, 1.0, 1.0),
+        stretched: (law, shape, ZERO_VECTOR, 0.0),
+        stretched_midway: (law, shape, ZERO_VECTOR, 0.0),
+        shape_of: (law, ZERO_VECTOR, 1.0, 1.0),
         smoothed: (law, shape, 1.0, 1.0),
         plane_response: (law, shape),
         largest_strain: (law, shape),

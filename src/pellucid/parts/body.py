@@ -8,7 +8,7 @@ from math import fsum
 import numpy as np
 
 from pellucid.contact.contact_body import ContactBody
-from pellucid.energy import Totals
+from pellucid.energy import Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
@@ -188,8 +188,7 @@ class Body(ConstrainedPoints, ABC):
 
     def kinetic_energies(self) -> np.ndarray:
         """Of each point [J], shape (n,)."""
-        velocity = self.arrays["velocity"]
-        return np.asarray(0.5 * self.arrays["mass"] * np.einsum("ij,ij->i", velocity, velocity))
+        return kinetic_energies(self.arrays["mass"], self.arrays["velocity"])
 
     def whereabouts(self, p: int) -> str:
         """Where point p is, for an error."""

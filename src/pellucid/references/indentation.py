@@ -35,14 +35,6 @@ class Layer(NamedTuple):
         return held
 
 
-def hertz(young_modulus: float, poisson_ratio: float, radius: float, depth: float) -> float:
-    """Force [N] on a rigid sphere of a radius [m] that is a depth [m] in a half-space.
-
-    Source: K. L. Johnson, Contact Mechanics, 1985, eq. 4.23.
-    """
-    return 4.0 / 3.0 * young_modulus / (1.0 - poisson_ratio**2) * sqrt(radius * depth**3)
-
-
 def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, float]:
     """Depth [m] and force [N] of a sphere of a radius [m] at a contact radius [m].
 

@@ -56,7 +56,6 @@ class Wave:
     head: float
     tail: float
     density: float
-    is_shock: bool
 
 
 @dataclass(frozen=True)
@@ -157,11 +156,11 @@ def _wave(gas: GasState, pressure: float) -> Wave:
     if ratio > 1.0:
         g = (gamma - 1.0) / (gamma + 1.0)
         speed = gas.velocity - gas.sound_speed * sqrt((gamma + 1.0) / (2.0 * gamma) * (ratio - 1.0) + 1.0)
-        return Wave(speed, speed, gas.density * (ratio + g) / (g * ratio + 1.0), True)
+        return Wave(speed, speed, gas.density * (ratio + g) / (g * ratio + 1.0))
     star_sound = gas.sound_speed * ratio ** ((gamma - 1.0) / (2.0 * gamma))
     star_velocity = gas.velocity - _velocity_change(gas, pressure)[0]
     head, tail = gas.velocity - gas.sound_speed, star_velocity - star_sound
-    return Wave(head, tail, gas.density * ratio ** (1.0 / gamma), False)
+    return Wave(head, tail, gas.density * ratio ** (1.0 / gamma))
 
 
 def _one_side(

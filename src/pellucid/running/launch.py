@@ -142,9 +142,9 @@ def _check_until(until: float | None, case: "Case") -> None:
 def _simulation(
     case: "Case", threads: int | None, progress: Progress, start: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Iterator[tuple[Any, Callable[[], float]]]:
-    """The simulation of a case, of which bodies may go on from an earlier run; what is compiled for it is told.
+    """The simulation of a case, whose bodies may go on from an earlier run; the user is told which kernels are compiled.
 
-    With it comes what says how long that has taken so far [s].
+    Beside the simulation comes a function that gives the seconds of compilation so far.
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
@@ -159,7 +159,7 @@ def _simulation(
 
 
 def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
-    """Which file a run misses whose case cannot be read, and what to do."""
+    """Which file is missing to a run whose case cannot be read, and what to do."""
     stored = folder.read_stored()
     found = checkpoint.read_latest(folder.checkpoint, lambda text: None)
     homes = found[1]["recorder"].get("kinds", {}) if found else {}
@@ -226,7 +226,7 @@ def _finish(
 
 
 def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> None:
-    """Draw what there is of a run that stopped itself. Never hides the error behind one of its own."""
+    """Draw the results of a run that stopped itself. An error in drawing never hides the error of the run."""
     from pellucid.results.report.report import draw_report
 
     try:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def file_bytes(path: Path | str) -> bytes:
-    """What is in a file. Raises OSError, also for what is none, such as a pipe, which may never end, or for no path at all."""
+    """The bytes of a file. Raises OSError, also for an empty path or no regular file, such as a pipe, which may never end."""
     try:
         mode = Path(path).stat().st_mode
     except ValueError as error:  # a null character within it

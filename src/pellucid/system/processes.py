@@ -63,7 +63,7 @@ class Helper:
 
 
 def serve(connection: Connection) -> None:
-    """What a helper does: it answers jobs until the other end is gone."""
+    """Answer jobs, as a helper does, until the other end of the connection is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     received: SimpleQueue[bytes] = SimpleQueue()
 
@@ -88,7 +88,7 @@ def serve(connection: Connection) -> None:
 
 @contextmanager
 def helped(helpers: Sequence[Helper]) -> Iterator[None]:
-    """End helpers with the block."""
+    """Helpers that end with the block."""
     try:
         yield
     finally:
@@ -97,7 +97,7 @@ def helped(helpers: Sequence[Helper]) -> Iterator[None]:
 
 
 def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Callable[[int], None]) -> list[Any]:
-    """The answers to jobs, of which helpers and this process take the next one whenever they are free.
+    """The answers to jobs; helpers and this process each take the next job whenever they are free.
 
     `count` is told how many are done. What a helper fails at is done here, and fails here or not.
     """

@@ -24,7 +24,7 @@ class WrongArray(ValueError):
 
 @contextmanager
 def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterator[None]:
-    """Raise what `make` makes of the description of an exception that users' code raises in the block, which calls a function.
+    """Turn an exception of users' code in the block, which calls a function, into the one that `make` makes of its words.
 
     Errors of pellucid itself pass as they are.
     """

@@ -6,7 +6,7 @@ from small_cases import box, case, simulation
 
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
-from pellucid.geometry.shapes.shape import Box, Cylinder, Inside, Pipe, Shape, Shell, Sphere
+from pellucid.geometry.shape import Box, Cylinder, Inside, Pipe, Shape, Shell, Sphere
 from pellucid.grid.model import GridCase
 
 SHAPES = {

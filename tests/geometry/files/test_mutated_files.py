@@ -9,8 +9,8 @@ import pytest
 from vtp_files import vtp
 
 from pellucid.findings import Refusal
-from pellucid.geometry.checks.mesh_survey import survey
 from pellucid.geometry.files.writing import write_surface
+from pellucid.geometry.mesh_survey import survey
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.surfaces.surface import CylinderSurface
 

@@ -1,19 +1,16 @@
 """Pictures of runs that stopped themselves."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from free_flight import FakeSimulation, fake_module, free_flight
 
 from pellucid.errors import RunStopped
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.stopped import where_it_stopped
 from pellucid.results.storage.run import Run
 from pellucid.running.launch import run_case
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from free_flight import FakeSimulation, fake_module, free_flight
 
 
 @pytest.fixture

@@ -151,11 +151,3 @@ def _combined(found: Interpolants, which: np.ndarray | slice, radial: np.ndarray
     rows, p = radial.reshape(shape[0], -1, shape[-1]), polynomial.reshape(shape[0], -1, polynomial.shape[-1])
     w = np.concatenate([rows, p], axis=2) @ found.coefficients[which] @ found.inverse[which]
     return (p @ found.fit[which] + w @ found.across[which]).reshape(shape)
-
-
-def stencil_functions(nodes: np.ndarray, places: np.ndarray, radial: RadialModel, derivatives: int = 2) -> Functions:
-    """The shape functions of stencils with nodes (s, m, d) at places (s, q, d) [m]; d is 1 or 2.
-
-    derivatives: 1 leaves out the second ones. Raises StencilError for a stencil that has no interpolant.
-    """
-    return functions_at(interpolants(nodes, radial), places, derivatives=derivatives)

@@ -17,12 +17,12 @@ import numpy as np
 from pellucid.bodies.fluid_film.conditions.nodal_frames import Frames, Led
 from pellucid.bodies.fluid_film.conditions.unbalanced_loads import why_unbalanced
 from pellucid.bodies.fluid_film.forms.film_forces import FilmForces
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics, Forms, dissipation, turning
 from pellucid.bodies.fluid_film.solvers.contract import Border, FilmSolver, IncompatibleLoad, Solution, System
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.energy import GRAVITY
-from pellucid.materials.film import FilmMaterial
+from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.surface_load import ActingTraction
 
 ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are iterative; the first estimate's counts once less
@@ -87,7 +87,7 @@ class FilmBalance(FilmForces):
     def __init__(
         self,
         geometry: FilmGeometry,
-        material: FilmMaterial,
+        material: LipidFilm,
         physics: FilmPhysics,
         initial_density: float,
         solver: FilmSolver,

@@ -1,21 +1,19 @@
 """Fluid films: bodies with their own nodes whose velocities follow from a balance of forces without inertia (Benet 2015)."""
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
 from pellucid.bodies.fluid_film.conditions.held_nodes import HeldNodes
-from pellucid.bodies.fluid_film.conditions.volume_constraints import Goals
-from pellucid.bodies.fluid_film.forms.film_forces import BuildableFilm, in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.forms.film_forces import in_space
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
-from pellucid.bodies.fluid_film.own_steps import FilmSteps
 from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.energy import DAMPING, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, VISCOUS, StepWork, Totals, no_work
-from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.errors import RunStopped
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.parts.capabilities import (
     Membrane,
@@ -31,15 +29,8 @@ from pellucid.parts.families import NodalBody
 from pellucid.parts.placement import Placement
 from pellucid.parts.surface_load import ActingTraction, Traction
 
-
-class FilmCase(BuildableFilm, Protocol):
-    """A film that moves by itself."""
-
-    @property
-    def is_around(self) -> bool: ...
-    def solver(self, geometry: FilmGeometry, x: np.ndarray) -> FilmSolver: ...
-    def goals(self, o: Operators) -> Goals: ...
-    def steps(self, balance: FilmBalance, goals: Goals, arrays: dict[str, np.ndarray]) -> FilmSteps: ...
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
 
 
 class FluidFilm(
@@ -52,7 +43,7 @@ class FluidFilm(
 
     energy_kind = "strain"
 
-    def __init__(self, case: FilmCase, placement: Placement) -> None:
+    def __init__(self, case: "FluidFilmCase", placement: Placement) -> None:
         self.name = case.name
         self.geometry, x = case.geometry()
         solver = case.solver(self.geometry, x)
@@ -114,9 +105,6 @@ class FluidFilm(
     def complete(self) -> None:
         """Nothing is held twice."""
         self._held.check(self.name)
-        if not self._steps.holds_nodes and self._held.holds_any():
-            text = "this scheme cannot hold or lead nodes, and a support or motion does"
-            raise CaseError(Problem(text, f"body.{self.name}.scheme", remedy="leave it out, or the support or motion"))
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act over this step."""

@@ -1,70 +1,28 @@
 """What does not go together in a film, by itself or in a velocity field that it shares with other bodies."""
 
-from collections.abc import Iterator, Sequence
-from typing import Protocol
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.conditions.volume_constraints import VolumeCase, reduced_to_volume
-from pellucid.bodies.fluid_film.drag import DragCase
-from pellucid.bodies.initial.contract import InitialField
+from pellucid.bodies.fluid_film.conditions.volume_constraints import reduced_to_volume
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.meshes.coincident import coincident
-from pellucid.geometry.surfaces.film_shapes import FilmShape
-from pellucid.materials.film import FilmMaterial
-from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
+
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
 
 THINNEST = 0.05  # of the density of rest
 
 
-class CheckedFilm(Protocol):
-    """A film, as its model describes it."""
-
-    @property
-    def kind(self) -> str: ...
-    @property
-    def material(self) -> FilmMaterial: ...
-    @property
-    def initial_density(self) -> float: ...
-    @property
-    def velocity(self) -> Vector: ...
-    @property
-    def initial(self) -> Sequence[InitialField]: ...
-    @property
-    def interpolation(self) -> str | None: ...
-    @property
-    def drag(self) -> DragCase: ...
-    @property
-    def shape(self) -> FilmShape: ...
-    @property
-    def volume(self) -> VolumeCase | None: ...
-    @property
-    def area(self) -> str: ...
-    @property
-    def nodes(self) -> str: ...
-    @property
-    def scheme(self) -> str: ...
-    @property
-    def time_weight(self) -> float: ...
-    @property
-    def has_drag(self) -> bool: ...
-    @property
-    def is_around(self) -> bool: ...
-    def positions(self) -> np.ndarray: ...
-    def sides(self) -> np.ndarray: ...
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]: ...
-
-
-def own_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
-    """Findings of a film by itself: its volume, its scheme, its shape and how its nodes span it."""
+def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
+    """Findings of a film by itself: its volume, its shape and how its nodes span it."""
     if film.volume is not None:
         yield from film.volume.problems((*path, "volume"), film.shape.span == "plane", film.area == "kept")
-    if film.scheme == "thesis" and (lacks := _beyond_the_thesis(film)):
-        yield Finding((*path, "scheme"), f"the scheme of the thesis has no {lacks}", 'leave that out, or use "implicit"')
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
     if film.initial_density < THINNEST * rest:
         text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of that of rest, {rest:g} kg/m^2: no film is so thin"
@@ -78,21 +36,7 @@ def own_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
         yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
 
 
-def _beyond_the_thesis(film: CheckedFilm) -> str:
-    """What of a film the scheme of the thesis does not have, or nothing."""
-    beyond = {
-        "surfaces: it is for closed curves in the plane": film.shape.span != "plane",
-        "drag": film.has_drag,
-        "bending": film.material.bending_rigidity > 0.0,
-        "given volume or area": film.volume is not None or film.area == "kept",
-        'nodes that go with the material: they move along the normal (nodes = "even" stands for that)': film.nodes
-        == "material",
-        "time_weight": film.time_weight != 0.5,
-    }
-    return next((what for what, is_there in beyond.items() if is_there), "")
-
-
-def _thickness_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     """A reduced volume at which the sides of a film would be closer than its nodes are apart."""
     if film.volume is None or film.volume.reduced is None:
         return
@@ -116,7 +60,7 @@ def _thickness_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
     yield Finding((*path, "volume", "reduced"), text, remedy)
 
 
-def _place_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
+def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     """Findings of where its nodes are: surfaces that are open or faulty, nodes at one place, or too few for its volume."""
     surface = film.shape.surface
     if surface is not None:
@@ -137,7 +81,7 @@ def _place_problems(film: CheckedFilm, path: Path) -> Iterator[Finding]:
     yield from _thickness_problems(film, path[:-1])
 
 
-def problems_alone(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
+def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that has its velocity field to itself, or no grid."""
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
         text = "is for films that share their velocity field: the velocity of others follows from their loads"
@@ -151,7 +95,7 @@ def problems_alone(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Find
         yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")
 
 
-def problems_in_fluid(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[Finding]:
+def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that shares its velocity field with other bodies."""
     grid, shape = parts.grid, (*path, "shape")
     if grid is None:
@@ -171,7 +115,6 @@ def problems_in_fluid(film: CheckedFilm, path: Path, parts: Parts) -> Iterator[F
         ("volume", film.volume is not None, "the fluid inside holds the volume"),
         ("area", film.area == "kept", "a `stiffness` of the material holds the area"),
         ("drag", film.has_drag, "the fluid about it is there itself"),
-        ("scheme", film.scheme == "thesis", "the nodes of the grid move it"),
     ):
         if given:
             text = f"is for films that share their velocity field with no other body; with others {why}"

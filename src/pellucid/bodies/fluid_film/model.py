@@ -20,7 +20,7 @@ from pellucid.geometry.algorithms.spatial_order import spatial_order
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces.film_shapes import FilmShape
 from pellucid.grid.model import GridCase
-from pellucid.materials import AnyFilmMaterial
+from pellucid.materials.lipid_film import LipidFilm
 from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
@@ -30,11 +30,11 @@ from pellucid.state import Field
 
 if TYPE_CHECKING:
     from pellucid.bodies.fluid_film.balance import FilmBalance
-    from pellucid.bodies.fluid_film.forms.operators import Operators
     from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
-    from pellucid.bodies.fluid_film.own_steps import FilmSteps
+    from pellucid.bodies.fluid_film.own_steps import OwnSteps
     from pellucid.bodies.fluid_film.solvers.contract import FilmSolver
     from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
+    from pellucid.bodies.fluid_film.surfaces.operators import Operators
     from pellucid.parts.body import Body
     from pellucid.parts.placement import Placement
 
@@ -60,7 +60,7 @@ class FluidFilmCase(BodyModel):
 
     kind: Literal["fluid-film"] = "fluid-film"
     shape: FilmShape = parameter("", "where the film is at the start")
-    material: AnyFilmMaterial = parameter("", "what the film is made of")
+    material: LipidFilm = parameter("", "what the film is made of")
     density: float | None = parameter("kg/m^2", "density in the surface at the start; without it that of rest", None, gt=0)
     drag: DragCase = parameter("", "drag of the fluid about it", DragCase(normal=0.0, tangential=0.0))
     velocity: Vector = parameter("m/s", "initial velocity, where it shares its velocity field with others", (0.0, 0.0, 0.0))
@@ -77,11 +77,8 @@ class FluidFilmCase(BodyModel):
     nodes: Literal["even", "material"] = parameter(
         "", "whether nodes are kept at equal distances, and the film flows through between them, or go with the film", "even"
     )
-    scheme: Literal["implicit", "thesis"] = parameter(
-        "",
-        "how it steps: as the film is at the middle of a step, with what is stiff taken ahead; or for the record as Benet 2015 "
-        "does, with frozen geometry and nodes that move along the normal, for a curve without drag, which fails in translation",
-        "implicit",
+    scheme: Literal["implicit"] = parameter(
+        "", "how it steps: as the film is at the middle of a step, with what is stiff taken ahead", "implicit"
     )
     accuracy: float = parameter(
         "", "error of a step of its own that is allowed, of the least distance of nodes", 1e-3, gt=0, le=0.1
@@ -136,14 +133,10 @@ class FluidFilmCase(BodyModel):
 
         return CurveSolver(geometry.nodes, geometry.held)
 
-    def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "FilmSteps":
+    def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "OwnSteps":
         """What moves it; arrays: its state."""
         from pellucid.bodies.fluid_film.own_steps import OwnSteps
-        from pellucid.bodies.fluid_film.surfaces.curve import Curve
-        from pellucid.bodies.fluid_film.thesis_steps import ThesisSteps
 
-        if self.scheme == "thesis" and isinstance(balance.geometry, Curve):
-            return ThesisSteps(balance, balance.geometry, self.accuracy, arrays)
         return OwnSteps(balance, goals, self, arrays)
 
     @property

@@ -3,8 +3,8 @@
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms.film_forces import FilmForces, in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.forms.virtual_power import bending_energies
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 
 FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "curvature", "distance")
 

@@ -7,12 +7,12 @@ so the cells bound the step, not the elements.
 """
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.fluid_film.forms.film_forces import BuildableFilm, FilmForces, in_space
+from pellucid.bodies.fluid_film.forms.film_forces import FilmForces, in_space
 from pellucid.bodies.fluid_film.forms.virtual_power import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
 from pellucid.bodies.fluid_film.wave_speeds import Signals
@@ -30,15 +30,10 @@ from pellucid.parts.step_limit import StepLimit
 from pellucid.parts.surface_load import Traction
 from pellucid.state import of_owner
 
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
+
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
-
-
-class FilmInFluid(BuildableFilm, Protocol):
-    """A film that shares a velocity field."""
-
-    @property
-    def nodes(self) -> str: ...
-    def initial_velocity(self, position: np.ndarray) -> np.ndarray: ...
 
 
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
@@ -53,7 +48,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
 
     def __init__(
         self,
-        case: FilmInFluid,
+        case: "FluidFilmCase",
         grid_case: GridCase,
         velocity_field: VelocityField,
         velocity_transfer: VelocityTransfer,

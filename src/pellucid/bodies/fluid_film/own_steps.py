@@ -5,7 +5,7 @@ They are as long as what changes between the two estimates of the velocity of a 
 
 from collections.abc import Callable
 from math import ceil, inf
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,44 +13,17 @@ from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone, U
 from pellucid.bodies.fluid_film.checks import THINNEST
 from pellucid.bodies.fluid_film.conditions.volume_constraints import Goals
 from pellucid.bodies.fluid_film.forms.film_forces import in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.system.linear_algebra import on_one_thread
+
+if TYPE_CHECKING:
+    from pellucid.bodies.fluid_film.model import FluidFilmCase
 
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
 GENTLER = "let loads rise and volumes change more slowly (`rise`, `volume.over`), or use more nodes where it is thin or sharp"
 STILL = 1e-14  # of its largest coordinate: what moves less in a step is at rest, and its work is rounding
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
-
-
-class Stepping(Protocol):
-    """How a film takes its steps, as its model describes it."""
-
-    @property
-    def nodes(self) -> str: ...
-    @property
-    def accuracy(self) -> float: ...
-    @property
-    def time_weight(self) -> float: ...
-
-
-class FilmSteps(Protocol):
-    """Moves a film, in steps of its own."""
-
-    holds_nodes: bool
-    """Whether nodes can be held or led."""
-    fault: str | None
-    """Why it cannot go on, where it cannot."""
-
-    def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """Move it over a step dt of the clock that begins `elapsed` after the start [s]; the operators where it is then.
-
-        count: is told each own step and its length [s].
-        """
-
-    def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
-        """Velocities of the nodes [m/s], shape (n, d), as a step of the clock begins; zero where there is no balance, which the
-        step will tell."""
 
 
 def is_still(done: StepDone, span: float) -> bool:
@@ -64,14 +37,16 @@ class OwnSteps:
     `unspread` is what nodes have gone with the film since they were spread last [m].
     """
 
-    holds_nodes = True
-
-    def __init__(self, balance: FilmBalance, goals: Goals, how: Stepping, arrays: dict[str, np.ndarray]) -> None:
+    def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
         self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
         self.fault: str | None = None
+        """Why it cannot go on, where it cannot."""
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """See `FilmSteps`."""
+        """Move it over a step dt of the clock that begins `elapsed` after the start [s]; the operators where it is then.
+
+        count: is told each own step and its length [s].
+        """
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         o = geometry.operators(arrays["x"])
@@ -102,7 +77,8 @@ class OwnSteps:
         return o
 
     def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
-        """See `FilmSteps`: those of the first step of its own."""
+        """Velocities of the nodes [m/s], shape (n, d), as a step of the clock begins: those of the first step of its own; zero
+        where there is no balance, which the step will tell."""
         x, span = self._arrays["x"], FIRST_SHARE * dt
         volume, area = self._goals.at(elapsed + span)
         with on_one_thread():

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics
-from pellucid.materials.film import FilmMaterial
+from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cells, tightest, waves_in_cells
 
 
@@ -15,7 +15,7 @@ class Signals:
     density: at its nodes or elements [kg/m²].
     """
 
-    def __init__(self, physics: FilmPhysics, material: FilmMaterial, density: np.ndarray) -> None:
+    def __init__(self, physics: FilmPhysics, material: LipidFilm, density: np.ndarray) -> None:
         tension, least = -material.pressure(density), float(density.min())
         self.wave = sqrt(float(np.max((density * material.pressure_slope(density) + np.maximum(tension, 0.0)) / density)))
         self.spread = (2.0 * physics.viscosity + physics.dilatational_viscosity) / least
@@ -26,7 +26,7 @@ class Signals:
         return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
 
     def limit(self, cell: float, speed: float) -> StepLimit:
-        """How they bound the step in cells [m], in a film that moves at a speed [m/s]."""
+        """The bound of the step in cells [m] by these waves, in a film that moves at a speed [m/s]."""
         waves, spread = waves_in_cells(cell, self.wave, cause="membrane"), spread_in_cells(cell, self.spread)
         tight = tightest([waves, spread, bending_in_cells(cell, self.bending)])
         return tight._replace(step=1.0 / (1.0 / tight.step + speed / cell))

@@ -187,10 +187,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Where its material does and the grid strains it."""
         return self.material.keeps_heat and self._strains
 
-    def kept_energy(self) -> np.ndarray:
-        """The specific energy of its points where it keeps heat."""
-        return self.arrays["internal_energy"] if self.keeps_heat else super().kept_energy()
-
     def return_heat(self, share: float) -> None:
         """Give up this share of the heat that it kept in this step."""
         self.arrays["internal_energy"] -= share * np.maximum(self._heat, 0.0)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from pellucid.energy import Left
+from pellucid.energy import Left, kinetic_energies
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FIELD_ENERGY
 
@@ -42,7 +42,7 @@ def taken_along(
     """
     mass, velocity = arrays["mass"][which], arrays["velocity"][which]
     affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0
-    kinetic = float(np.sum(0.5 * mass * np.einsum("pi,pi->p", velocity, velocity))) + affine
+    kinetic = float(np.sum(kinetic_energies(mass, velocity))) + affine
     momentum = np.sum(mass[:, None] * velocity, axis=0)
     left = Left(len(mass), float(np.sum(mass)), momentum, kinetic, float(np.sum(stored[which])), half_power)
     return left, affine

@@ -16,7 +16,7 @@ from pellucid.bodies.material_points.checks import (
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, place_problems
 from pellucid.findings import Finding, Path, Reason
-from pellucid.geometry.rotation import plane_problems
+from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import parameter
 from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pellucid.bodies.material_points.cutting import shares_of_cells
-from pellucid.geometry.shapes.shape import Box, Geometry
+from pellucid.geometry.shape import Box, Geometry
 from pellucid.grid.model import GridCase
 
 

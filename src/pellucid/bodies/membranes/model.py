@@ -1,4 +1,4 @@
-"""What the kinds of membranes share as the user describes them."""
+"""The keys that all kinds of membranes share, as the user describes them."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar
@@ -12,7 +12,7 @@ from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.inside import Inside
+from pellucid.geometry.surfaces.inside import Inside
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
@@ -46,7 +46,7 @@ class MembraneCase(DampedModel):
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     def occupied(self) -> Geometry:
-        """What it encloses."""
+        """The region that the membrane encloses."""
         return Inside(surface=self.surface)
 
     def selectable(self) -> Selectable:
@@ -73,7 +73,7 @@ class MembraneCase(DampedModel):
         return wave_in_shape(law, shape, density), plane_diffusivity(law, shape, density)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Initial fields that it cannot have."""
+        """Findings of initial fields that a membrane cannot have."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         material = self.material

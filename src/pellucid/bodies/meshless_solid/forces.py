@@ -47,38 +47,50 @@ def find_stresses(points: Any, first: int, n: int, solid: Any, dt: float, keep: 
 
 
 @kernel(inner=True)
+def gradient_at(s, i):
+    """The deformation gradient of point i of a batch."""
+    return (
+        s[i],
+        s[COLUMN + i],
+        s[2 * COLUMN + i],
+        s[3 * COLUMN + i],
+        s[4 * COLUMN + i],
+        s[5 * COLUMN + i],
+        s[6 * COLUMN + i],
+        s[7 * COLUMN + i],
+        s[8 * COLUMN + i],
+    )
+
+
+@kernel(inner=True)
+def keep_stress(s, i, law, averaged, F, J, stored, P):
+    """Put energy stored in unit volume and P of point i into a batch, times its weight, and its volume ratio; where that is
+    averaged, with the volumetric part of the law taken of the mean."""
+    w, extra = s[WEIGHT * COLUMN + i], 0.0
+    if averaged:
+        stored -= volumetric_energy(law, J)
+        extra = s[NODAL * COLUMN + i] - w * volumetric_stress(law, J)
+    C = cofactor(F)
+    s[STRESS * COLUMN + i] = w * P[0] + extra * C[0]
+    s[(STRESS + 1) * COLUMN + i] = w * P[1] + extra * C[1]
+    s[(STRESS + 2) * COLUMN + i] = w * P[2] + extra * C[2]
+    s[(STRESS + 3) * COLUMN + i] = w * P[3] + extra * C[3]
+    s[(STRESS + 4) * COLUMN + i] = w * P[4] + extra * C[4]
+    s[(STRESS + 5) * COLUMN + i] = w * P[5] + extra * C[5]
+    s[(STRESS + 6) * COLUMN + i] = w * P[6] + extra * C[6]
+    s[(STRESS + 7) * COLUMN + i] = w * P[7] + extra * C[7]
+    s[(STRESS + 8) * COLUMN + i] = w * P[8] + extra * C[8]
+    s[STORED * COLUMN + i] = w * stored
+    s[RATIO * COLUMN + i] = J
+
+
+@kernel(inner=True)
 def _elastic_stresses(law, averaged, s):
     """Replace what a batch of points has in columns of s: stored energy and P, times the weights, and the volume ratio."""
     for i in range(COLUMN):  # columns a constant apart, and no other array: the compiler takes several points at a time
-        F = (
-            s[i],
-            s[COLUMN + i],
-            s[2 * COLUMN + i],
-            s[3 * COLUMN + i],
-            s[4 * COLUMN + i],
-            s[5 * COLUMN + i],
-            s[6 * COLUMN + i],
-            s[7 * COLUMN + i],
-            s[8 * COLUMN + i],
-        )
-        w, J = s[WEIGHT * COLUMN + i], determinant(F)
+        F = gradient_at(s, i)
         stored, P = energy_and_stress(law, F)
-        extra = 0.0
-        if averaged:
-            stored -= volumetric_energy(law, J)
-            extra = s[NODAL * COLUMN + i] - w * volumetric_stress(law, J)
-        C = cofactor(F)
-        s[STRESS * COLUMN + i] = w * P[0] + extra * C[0]
-        s[(STRESS + 1) * COLUMN + i] = w * P[1] + extra * C[1]
-        s[(STRESS + 2) * COLUMN + i] = w * P[2] + extra * C[2]
-        s[(STRESS + 3) * COLUMN + i] = w * P[3] + extra * C[3]
-        s[(STRESS + 4) * COLUMN + i] = w * P[4] + extra * C[4]
-        s[(STRESS + 5) * COLUMN + i] = w * P[5] + extra * C[5]
-        s[(STRESS + 6) * COLUMN + i] = w * P[6] + extra * C[6]
-        s[(STRESS + 7) * COLUMN + i] = w * P[7] + extra * C[7]
-        s[(STRESS + 8) * COLUMN + i] = w * P[8] + extra * C[8]
-        s[STORED * COLUMN + i] = w * stored
-        s[RATIO * COLUMN + i] = J
+        keep_stress(s, i, law, averaged, F, determinant(F), stored, P)
 
 
 @point_function(find_stresses, Elastic)

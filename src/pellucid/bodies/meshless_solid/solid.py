@@ -12,7 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit.vector import LANES
+from pellucid.parts.body import in_metres
 
 PACKS = 512  # of a block
 BATCH = 8  # packs whose stresses are found side by side
@@ -72,3 +74,19 @@ def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
     """Of the points of each cell, shape (n_cells, points, 3, 3)."""
     points = solid.deformation.reshape(-1, 9, LANES).swapaxes(1, 2)
     return points.reshape(-1, 3, 3)[: n_cells * solid.n_points].reshape(n_cells, solid.n_points, 3, 3)
+
+
+def inversion(mesh: SimplexMesh, solid: Solid) -> tuple[str, int] | None:
+    """Where, with the volume ratio there, and a node of it, if that of a point or the mean about a node is not positive."""
+    if not solid.sums[:, LEAST_J].min() > 0.0:
+        ratios = np.linalg.det(deformation_gradients(solid, len(mesh.cells)))
+        cell = int(np.argmin(ratios)) // solid.n_points
+        corners = mesh.cells[cell]
+        named, place = ", ".join(map(str, sorted(corners.tolist()))), in_metres(mesh.nodes[corners].mean(axis=0))
+        words = f"between nodes {named}, where {place} was at rest: the volume ratio of a point is {ratios.min():.3g}"
+        return words, int(corners[0])
+    if len(solid.block_volume) and not solid.node_sums[:, LEAST_J].min() > 0.0:
+        node = int(np.argmin(solid.volume_ratio))
+        place, ratio = in_metres(mesh.nodes[node]), solid.volume_ratio[node]
+        return f"about node {node}, where {place} was at rest: the mean volume ratio about it is {ratio:.3g}", node
+    return None

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.meshless_solid.forces import find_stresses
+from pellucid.bodies.meshless_solid.forces import find_stresses, gradient_at, keep_stress
 from pellucid.bodies.meshless_solid.nodal_fields import AtPoints
-from pellucid.bodies.meshless_solid.solid import COLUMN, LOST, NODAL, PACKS, RATIO, STORED, STRESS, WEIGHT, Solid
+from pellucid.bodies.meshless_solid.solid import COLUMN, LOST, PACKS, WEIGHT, Solid
 from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, PowerIteration, converge
 from pellucid.jit import kernel, point_function
@@ -26,8 +26,6 @@ from pellucid.materials.law import (
     signal_speed,
     stored_energy,
     update,
-    volumetric_energy,
-    volumetric_stress,
 )
 from pellucid.materials.point_state import PointState, in_arrays, initial_arrays, load, store
 from pellucid.tensors import cofactor, determinant, multiply, piola_transform
@@ -74,17 +72,7 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
     lost = 0.0
     for i in range(n * LANES):
         p = LANES * first + i
-        F = (
-            s[i],
-            s[COLUMN + i],
-            s[2 * COLUMN + i],
-            s[3 * COLUMN + i],
-            s[4 * COLUMN + i],
-            s[5 * COLUMN + i],
-            s[6 * COLUMN + i],
-            s[7 * COLUMN + i],
-            s[8 * COLUMN + i],
-        )
+        F = gradient_at(s, i)
         w, J = s[WEIGHT * COLUMN + i], determinant(F)
         density, state = points.density / J, load(points.states, p)
         if dt > 0.0:
@@ -94,17 +82,9 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
                 for k in range(9):  # not as the law rounds it
                     points.states.deformation_gradient[p, k] = F[k]
                 state = load(points.states, p)
-        P, extra = piola_transform(state.stress, F), 0.0
         stored = points.density * stored_energy(points.law, state, density)
         lost += w * points.density * dissipated_energy(points.law, state, density)
-        if averaged:
-            stored -= volumetric_energy(solid.law, J)
-            extra = s[NODAL * COLUMN + i] - w * volumetric_stress(solid.law, J)
-        C = cofactor(F)
-        for k in range(9):
-            s[(STRESS + k) * COLUMN + i] = w * P[k] + extra * C[k]
-        s[STORED * COLUMN + i] = w * stored
-        s[RATIO * COLUMN + i] = J
+        keep_stress(s, i, solid.law, averaged, F, J, stored, piola_transform(state.stress, F))
     return lost
 
 

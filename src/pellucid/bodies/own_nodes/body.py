@@ -15,7 +15,6 @@ from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.own_nodes_field import OwnNodesField
-from pellucid.grid.points import NO_VOLUME
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import (
     NodalSupport,
@@ -60,7 +59,7 @@ class ExplicitNodes(
         velocity: np.ndarray,
         mass: np.ndarray,
         placement: Placement,
-        volume: np.ndarray = NO_VOLUME,
+        volume: np.ndarray | None = None,
     ) -> None:
         """position, velocity: shape (n, 3) [m], [m/s], kept as they are; mass and, but for membranes, volume: shape (n,)."""
         n, grid_case = len(mass), placement.grid_case

@@ -10,13 +10,10 @@ from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.passes.moving import Stay, move_points, moving
 from pellucid.grid.points import (
-    NO_STRESS,
-    NO_VOLUME,
     ByIndex,
     MappedPoints,
     PointArrays,
 )
-from pellucid.grid.reached import NO_FORCE
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
@@ -37,10 +34,12 @@ class GridCoupling:
         position: np.ndarray,
         velocity: np.ndarray,
         mass: np.ndarray,
-        volume: np.ndarray = NO_VOLUME,
+        volume: np.ndarray | None = None,
     ) -> None:
         self.velocity_field, self.functions = velocity_field, functions
-        self._points = PointArrays(position, velocity, mass, volume, NO_STRESS)
+        self._points = PointArrays(position, velocity, mass)
+        if volume is not None:
+            self._points = self._points._replace(volume=volume)
         self._order = np.arange(len(mass))
         self._scratch: dict[int, np.ndarray] = {}
         self._within = Bundle(allocate(SubcellMotion, velocity_field.grid.n_nodes))
@@ -65,7 +64,7 @@ class GridCoupling:
 
     def scatter(self, force: np.ndarray | None = None) -> None:
         """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
-        self.velocity_field.scatter(self.n_slabs, self.mapped, NO_FORCE if force is None else force)
+        self.velocity_field.scatter(self.n_slabs, self.mapped, force)
 
     def scatter_momentum(self) -> None:
         """Momentum alone, after the nodes' velocities changed."""

@@ -1,4 +1,4 @@
-"""A rigid body: points with the rigid motion of their momentum and angular momentum, but for what motions prescribe of it."""
+"""A rigid body: its points move with their momentum and angular momentum, except where motions prescribe the motion."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -81,7 +81,7 @@ class RigidBody:
         self._pushed.append((place.copy(), force))
 
     def state(self) -> RigidState:
-        """Where it is and how it turns, and what forces do to it."""
+        """Place, orientation and velocities of the body, and its response to forces."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         centre = centre_of(m, x)
         rates = rates_of(m, x - centre, self.body.arrays["velocity"], self._turns)
@@ -104,7 +104,7 @@ class RigidBody:
         return rates_of(m[:, None], x - centre_of(m[:, None], x), v, self._turns)
 
     def hold_nodes(self, dt: float) -> None:
-        """Let the nodes that it reaches move as it does over this step dt [s]."""
+        """Give the nodes that the body reaches its rigid velocity over this step dt [s]."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         self._dt, self._centre = dt, centre_of(m, x)
         self._arm = x - self._centre
@@ -126,7 +126,7 @@ class RigidBody:
         return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 
     def prescribe_velocities(self) -> None:
-        """The rigid velocity field V + ω × (x - c) of the points' momentum, but for what is prescribed of it; walls stop what
+        """Give the points the rigid velocities V + ω × (x - c) of their momentum, or prescribed ones; walls stop points that
         the nodes beside them let pass."""
         points, r, led = self.body.arrays, self._arm, self.leads.led
         m, v = points["mass"][:, None], points["velocity"]
@@ -180,7 +180,7 @@ class RigidBody:
         return omega
 
     def work(self) -> StepWork:
-        """The kinetic energy of the part of the velocities that is not rigid is lost; what supports give it."""
+        """Work of the step: the kinetic energy lost with velocities that are not rigid, and what supports give the body."""
         done = self._layout.no_work()
         done.works[:] = self._push_works  # the field counted them as one of impacts
         done.works[IMPACT] += self._loss
@@ -191,7 +191,7 @@ class RigidBody:
         return self._with_motions(done) if self.leads.led.any() else done
 
     def _with_motions(self, done: StepWork) -> StepWork:
-        """With what the motions gave: of their impulse the field counted that on the nodes as one from elsewhere."""
+        """The work with that of the motions; the velocity field has counted their impulse on the nodes as external."""
         on_nodes = np.where(self.leads.led, self.nodes.led_impulse * self._motions.sizes, 0.0)
         done.impulse[:] -= on_nodes[:3]
         given = on_nodes + self._led
@@ -202,23 +202,23 @@ class RigidBody:
 
 
 class RigidBodies(ActiveCondition):
-    """All rigid bodies of a case. What acts on the nodes has done so before they do, but for contact."""
+    """All rigid bodies of a case. They act on the nodes after all other conditions, and before contact."""
 
     def __init__(self, bodies: Sequence[RigidBody], n_columns: int) -> None:
         self._bodies, self._columns = bodies, n_columns
 
     def begin(self, time: float, dt: float) -> None:
-        """What leads each over the step."""
+        """Set the prescribed motion of each body over the step."""
         for body in self._bodies:
             body.leads.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Let the nodes about each move as it does."""
+        """Give the nodes about each body its rigid velocity."""
         for body in self._bodies:
             body.hold_nodes(dt)
         for body in self._bodies:
             body.nodes.await_contact()
 
     def work(self) -> StepWork:
-        """Of all."""
+        """The work of all rigid bodies together."""
         return total_work([body.work() for body in self._bodies], self._columns)

@@ -7,7 +7,7 @@ import numpy as np
 
 
 def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Of masses, shape (n, 1) [kg], at places [m]."""
+    """The centre of masses, shape (n, 1) [kg], at places [m]."""
     return np.asarray(np.sum(mass * position, axis=0) / np.sum(mass))
 
 
@@ -74,7 +74,7 @@ class RigidState(NamedTuple):
     """What angular impulses change of its angular velocity [1/(kg m²)], (3, 3): the same."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Velocities at places [m] by its rotation alone [m/s], shape (m, 3) each."""
+        """Velocities [m/s] that the rotation of the body alone gives places [m], shape (m, 3) each."""
         return np.cross(self.spin, place - self.centre)
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
@@ -92,7 +92,8 @@ class Push(NamedTuple):
     heat: int = 0  # of a damper: column of what it takes
 
     def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
-        """Add its work over a step dt [s] on a body with a velocity and an angular velocity, shape (6,), to a row; the work."""
+        """Add the work of force and torque over a step dt [s], on a body with a velocity and an angular velocity, shape (6,),
+        to a row of works; returns the work."""
         work = dt * float(self.strength @ rates)
         if self.carried is None:
             works[self.column] += work

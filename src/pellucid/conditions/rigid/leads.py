@@ -35,14 +35,14 @@ class Leads:
         """Velocities over the step [m/s, rad/s], and displacements and angles at its end [m, rad]; zero where it is free."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Mean velocities over a step from `time` [s], which end at what is prescribed; none where time stands still."""
+        """Set the mean velocities over a step from `time` [s], which end at the prescribed displacements; zero where dt = 0."""
         for number, function in self._functions.items():
             reached = function(time + dt)
             self.reached[number] = reached
             self.rates[number] = (reached - function(time)) / dt if dt > 0.0 else 0.0
 
     def shares(self, impulse: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """What each motion gives of an impulse and angular impulse, shape (6,) [N s, N m s]: by name, shape (3,) each."""
+        """The share of each motion in an impulse and angular impulse, shape (6,) [N s, N m s]: by name, shape (3,) each."""
         given = np.where(self._owners, impulse, 0.0)
         along = dict(zip(self._names, given[:, :3], strict=True))
         return along, dict(zip(self._names, given[:, 3:], strict=True))

@@ -22,12 +22,12 @@ class Rigid(Condition):
     springs: tuple[RigidSpring, ...] = parameter("", "on what it swings", ())
 
     def channels(self) -> Sequence[Channel]:
-        """What points lose that take the velocity of the rigid body at once."""
+        """The energy that points lose as they take the velocity of the rigid body."""
         return (IMPACT_HEAT,)
 
     @classmethod
     def activate(cls, conditions: Sequence["Rigid"], assembly: "Assembly") -> Sequence[ActiveCondition]:
-        """One for all."""
+        """One active condition for all rigid bodies of the case."""
         from pellucid.conditions.rigid.body import RigidBodies, RigidBody
 
         bodies = [RigidBody(assembly.bodies[rigid.body], assembly, rigid.motions, rigid.springs) for rigid in conditions]

@@ -63,7 +63,8 @@ class Wall(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A motion that walls let pass, and what they gave for it: to its numbers, shape (6,), and each along its axis [N s]."""
+    """A motion that walls allow, and the impulses by which they enforce it: on its numbers, shape (6,), and of each wall along
+    its axis [N s]."""
 
     motion: np.ndarray
     given: np.ndarray
@@ -78,7 +79,7 @@ class RigidWalls:
         self._rows, self._limits, self._of_row = np.zeros((0, 6)), np.zeros(0), list[Wall]()
 
     def find(self, position: np.ndarray, width: np.ndarray, motions: np.ndarray, dt: float) -> None:
-        """Find what walls ask of the motion over a step dt [s] of points at these places, each so wide [m]."""
+        """Find which limits walls set to the motion over a step dt [s] of points at these places, each so wide [m]."""
         rows, limits, self._of_row = [np.zeros((0, 6))], [np.zeros(0)], []
         cell = self._actions.field.grid.lattice.cell
         for wall in self._walls():
@@ -90,7 +91,7 @@ class RigidWalls:
         self._rows, self._limits = np.concatenate(rows), np.concatenate(limits)
 
     def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> "Kept":
-        """The motion nearest to this one that takes no point through a wall, but where what is prescribed of it does.
+        """The motion nearest to this one that takes no point through a wall, unless its prescribed part does.
 
         roots: of the inertia by which it is nearest, see `RigidMotions`. Least distance programming by non-negative least
         squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23), with a row more as long as one is not kept.

@@ -70,23 +70,23 @@ class RigidNodes:
         return self._motion
 
     def await_contact(self) -> None:
-        """All other impulses were given: what comes now is that of contact."""
+        """Remember the velocities before contact: all other impulses have been given."""
         self._velocity, self._increment = self._nodes.velocity[self._at], self._nodes.velocity_increment[self._at]
 
     def respond(self) -> None:
-        """Let the nodes have the velocities with which the body responds to what contact gave it so far."""
+        """Give the nodes the rigid velocity that follows from the contact impulses so far."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
     def finish(self) -> None:
-        """Contact is resolved: make these velocities those of the nodes, with their impulses."""
+        """End contact: these velocities become those of the nodes, with the impulses that they take."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity
         self._give(self._response(velocity))
 
     def count(self, done: StepWork) -> None:
-        """Add what walls and clamps gave the nodes to the work and impulses of the step: the field counted their impulse as one
-        from elsewhere."""
+        """Add the impulses of walls and clamps on the nodes to the work and impulses of the step; the velocity field has
+        counted them as external."""
         for row, axis, impulse in self._reactions:
             done.reactions[row, axis] += impulse
             done.impulse[axis] -= impulse
@@ -131,11 +131,11 @@ class RigidNodes:
         return np.asarray(impulse)
 
     def _pushed(self) -> np.ndarray:
-        """Velocities with what contact gave the nodes so far, as if each could take it alone."""
+        """Velocities of the nodes with the contact impulses so far, as if each node moved alone."""
         return self._velocity + self._nodes.velocity_increment[self._at] - self._increment
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:
-        """Impulses on nodes with these velocities, beside those given before contact."""
+        """The impulses by which nodes with these velocities become rigid, beside those given before contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 
     def _give(self, impulse: np.ndarray) -> None:

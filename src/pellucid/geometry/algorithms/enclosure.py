@@ -98,7 +98,7 @@ def _spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of the pairs of a ray and a triangle those that meet: the ray, and x where."""
+    """Those pairs of a ray and a triangle that meet: the ray, and the x of the meeting."""
     p = rays[ray]
     sides = np.stack([_side(triangle[:, i], triangle[:, (i + 1) % 3], vertices, p) for i in range(3)])
     hit = np.all(sides > 0.0, axis=0) | np.all(sides < 0.0, axis=0)

@@ -25,7 +25,7 @@ class Ellipsoid(NamedTuple):
 
 
 def of_curve(places: np.ndarray) -> Ellipsoid:
-    """Of a polygon with corners [m], shape (n, 2), in their order."""
+    """The ellipse of a polygon with corners [m], shape (n, 2), in their order."""
     x, y = (places - places.mean(axis=0)).T
     following = np.roll(np.stack([x, y]), -1, axis=1)
     corners = np.stack([np.stack([x, y]), following, np.zeros((2, len(x)))])  # of triangles with the mean place
@@ -33,7 +33,7 @@ def of_curve(places: np.ndarray) -> Ellipsoid:
 
 
 def of_surface(vertices: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """Of a closed triangulation with vertices [m], shape (n, 3)."""
+    """The ellipsoid of a closed triangulation with vertices [m], shape (n, 3)."""
     corners = (vertices - vertices.mean(axis=0))[triangles]
     volumes = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     return _of_simplices(np.concatenate([corners, np.zeros((len(corners), 1, 3))], axis=1), volumes)

@@ -31,14 +31,14 @@ def rates_of_surface(mesh: Mesh) -> np.ndarray:
 
 
 def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """Of quadrilaterals and triangles, by their own frequencies."""
+    """The slowest quadrilaterals and triangles, by their own frequencies."""
     rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 
 
 def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
-    """Of tetrahedra with linear functions, by the bound on the frequencies of its nodes a, Σ_e V |∇N_a| Σ_b |∇N_b| / V_a."""
+    """Tetrahedra with linear functions, by the bound on the frequencies of the nodes a, Σ_e V |∇N_a| Σ_b |∇N_b| / V_a."""
     corners, volumes, n = mesh.nodes[mesh.cells], np.abs(mesh.volumes), len(mesh.nodes)
     slopes = np.empty((len(corners), 4))  # |∇N_a|, the area of the face across over three volumes
     for a in range(4):
@@ -71,7 +71,7 @@ def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | Non
 
 
 def step_warning(name: str, found: Slowest, centres: np.ndarray) -> str:
-    """What to tell of body `name`; centres: of all its elements [m], shape (m, 3)."""
+    """The warning about body `name`; centres: of all its elements [m], shape (m, 3)."""
     first = int(found.elements[0])
     place = ", ".join(f"{value:.4g}" for value in centres[first])
     count = len(found.elements)

@@ -92,7 +92,7 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
 
 
 def apart(mesh: SimplexMesh) -> str | None:
-    """What to tell of a mesh of several pieces that share no node, and so pass no force on to each other; None of one piece."""
+    """A warning of a mesh of several pieces, which share no node and so pass no force on to each other; None of one piece."""
     corners = mesh.cells
     label = pieces(np.concatenate([corners[:, [0, k]] for k in range(1, corners.shape[1])]), len(mesh.nodes))
     sizes = -np.sort(-np.unique(label[corners[:, 0]], return_counts=True)[1])

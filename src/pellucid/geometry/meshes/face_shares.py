@@ -1,4 +1,4 @@
-"""How what acts on faces goes to nodes."""
+"""How forces on faces are shared among nodes."""
 
 from typing import NamedTuple
 
@@ -14,11 +14,11 @@ class FaceShares(NamedTuple):
 
     @classmethod
     def linear(cls, faces: np.ndarray) -> "FaceShares":
-        """Those of linear functions of the corners of triangles, shape (f, 3)."""
+        """The shares of linear functions of the corners of triangles, shape (f, 3)."""
         n = 3 * len(faces)
         return cls(np.repeat(np.arange(len(faces)), 3), faces.ravel(), np.full(n, 1.0 / 3.0))
 
     def at_nodes(self, on_faces: np.ndarray, n: int) -> np.ndarray:
-        """What n nodes have of vectors on the faces, shape (f, 3): shape (n, 3), added up in the order of the faces."""
+        """Sums at n nodes, shape (n, 3), of shares in vectors on the faces, shape (f, 3), in the order of the faces."""
         parts = self.share[:, None] * on_faces[self.face]
         return np.stack([np.bincount(self.node, parts[:, axis], n) for axis in range(3)], axis=1)

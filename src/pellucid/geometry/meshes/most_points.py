@@ -1,6 +1,12 @@
 """The largest mesh that is made."""
 
+from abc import abstractmethod
+from typing import Self
+
+from pydantic import model_validator
+
 from pellucid.findings import Refusal
+from pellucid.model import Model
 
 MOST_POINTS = 2_000_000
 """Vertices or nodes: surfaces are made in about 3 s then, solids of twelve tetrahedra a cube with about 1 GB."""
@@ -11,3 +17,16 @@ def refuse_too_many(points: float) -> None:
     if not points <= MOST_POINTS:
         text = f"a mesh of about {points:.3g} points, and one has at most {MOST_POINTS:.3g}"
         raise Refusal(text, "make it coarser")
+
+
+class Countable(Model):
+    """A surface or a mesh of a case, whose number of points is known, and limited, before any are made."""
+
+    @model_validator(mode="after")
+    def _can_be_held(self) -> Self:
+        refuse_too_many(self.expected_points())
+        return self
+
+    @abstractmethod
+    def expected_points(self) -> float:
+        """About how many vertices or nodes it has, found without making them."""

@@ -18,7 +18,7 @@ class Rings(NamedTuple):
 
     @property
     def neighbours(self) -> np.ndarray:
-        """Of each node in their turn, shape (n, v); the last one repeated."""
+        """The neighbours of each node in their turn, shape (n, v); the last one is repeated."""
         return self.ring[self.out]
 
     @property
@@ -27,13 +27,13 @@ class Rings(NamedTuple):
         return self.triangles.ravel()
 
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Half-edges, one to an edge, and those that lead back."""
+        """One half-edge of each edge, and the other half-edge of each, which leads back."""
         one = np.flatnonzero(np.arange(len(self.twin)) < self.twin)
         return one, self.twin[one]
 
 
 def rings(triangles: np.ndarray, n: int) -> Rings:
-    """Of n nodes. Raises ValueError where the triangles do not close, or meet at a node in more than one fan."""
+    """The rings of n nodes. Raises ValueError where the triangles do not close, or meet at a node in more than one fan."""
     edge = directed_edges(triangles).reshape(3, -1, 2).swapaxes(0, 1).reshape(-1, 2)
     code, back = edge[:, 0] * n + edge[:, 1], edge[:, 1] * n + edge[:, 0]
     order = np.argsort(code, kind="stable")

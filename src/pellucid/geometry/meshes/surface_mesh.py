@@ -1,15 +1,13 @@
 """Quadrilaterals and triangles that share vertices: what surfaces are made of."""
 
 from abc import abstractmethod
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.geometry.meshes.cells import cut_in_two
-from pellucid.geometry.meshes.most_points import refuse_too_many
+from pellucid.geometry.meshes.most_points import Countable
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.model import Model
 
 NO_QUADS = np.zeros((0, 4), np.int64)
 NO_TRIANGLES = np.zeros((0, 3), np.int64)
@@ -38,17 +36,8 @@ class Mesh(NamedTuple):
         return Mesh(self.vertices, self.quads[:, [0, 3, 2, 1]], self.triangles[:, ::-1].copy())
 
 
-class Meshed(Model):
+class Meshed(Countable):
     """A surface of a case. Beside its mesh it says whether it encloses a volume: `closed`."""
-
-    @model_validator(mode="after")
-    def _can_be_held(self) -> Self:
-        refuse_too_many(self.expected_points())
-        return self
-
-    @abstractmethod
-    def expected_points(self) -> float:
-        """About how many vertices it has, found without making them."""
 
     @abstractmethod
     def mesh(self) -> Mesh:

@@ -26,7 +26,7 @@ def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pieces(links: np.ndarray, n: int) -> np.ndarray:
-    """For each of n vertices the smallest one that links, shape (m, 2), lead to from it, shape (n,)."""
+    """For each of n vertices the smallest vertex that is linked to it, shape (n,), by links, shape (m, 2), over any number."""
     from scipy.sparse import coo_array, csgraph  # heavy: only where a mesh is worked on
 
     graph = coo_array((np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(n, n))

@@ -1,4 +1,4 @@
-"""What two sheets enclose that are joined at their edges: a bag that lies flat, or nearly."""
+"""The inside of two sheets that are joined at their edges: a bag that lies flat, or nearly."""
 
 from typing import Annotated, Literal
 

@@ -14,7 +14,7 @@ AtLeastThree = Annotated[int, Field(ge=3)]
 
 
 class Hollow(Geometry):
-    """What lies between an inner and an outer radius."""
+    """The region between an inner and an outer radius."""
 
     centre_: Vector = parameter("m", "centre; of a pipe the middle of its axis", alias="centre")
     outer_radius: float = parameter("m", "outer radius", gt=0)
@@ -42,11 +42,11 @@ class Shell(Hollow):
     """A hollow ball; a ring where one axis is thin, two segments where two are."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the outer ball."""
+        """The bounds of the outer ball."""
         return self.centre() - self.outer_radius, self.centre() + self.outer_radius
 
     def reach(self, direction: np.ndarray) -> float:
-        """That of the outer ball."""
+        """The reach of the outer ball."""
         return Sphere(centre_=self.centre_, radius=self.outer_radius).reach(direction)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
@@ -54,7 +54,7 @@ class Shell(Hollow):
         return self._in_the_wall((points - self.centre())[:, np.array(active)])
 
     def measure(self, active: ActiveAxes) -> float:
-        """Outer ball without the inner one."""
+        """The measure of the outer ball without that of the inner one."""
         n = sum(active)
         unit = (0.0, 2.0, np.pi, 4.0 / 3.0 * np.pi)[n]
         return float(unit * (self.outer_radius**n - self.inner_radius**n))
@@ -70,13 +70,13 @@ class Pipe(Hollow):
     )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the full cylinder."""
+        """The bounds of the full cylinder."""
         half = np.full(3, self.outer_radius)
         half[AXES.index(self.axis)] = 0.5 * self.height
         return self.centre() - half, self.centre() + half
 
     def reach(self, direction: np.ndarray) -> float:
-        """That of the full cylinder."""
+        """The reach of the full cylinder."""
         full = Cylinder(centre_=self.centre_, radius=self.outer_radius, axis=self.axis, height=self.height)
         return full.reach(direction)
 

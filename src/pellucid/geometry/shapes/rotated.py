@@ -1,9 +1,9 @@
-"""A shape that is turned."""
+"""A shape that is turned about axes."""
 
 import numpy as np
 
-from pellucid.geometry.rotation import Rotations, Turn, turn_about
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.rotation import Rotations, Turn, turn_about
 from pellucid.model import parameter
 
 
@@ -15,11 +15,11 @@ class Rotated(Geometry):
 
     @property
     def turn(self) -> Turn:
-        """From where the shape would be to where it is."""
+        """The rotation from where the shape would be to where it is."""
         return turn_about(self.rotate, self.shape.centre())
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """From how far the shape reaches along directions that are turned back."""
+        """A box about the turned shape, from how far the shape reaches along directions that are turned back."""
         turn = self.turn
         start = turn.after - turn.matrix @ turn.before
         lower, upper = [-self.shape.reach(-row) for row in turn.matrix], [self.shape.reach(row) for row in turn.matrix]
@@ -30,7 +30,7 @@ class Rotated(Geometry):
         return self.shape.contains(self.turn.back(points), active)
 
     def measure(self, active: ActiveAxes) -> float:
-        """That of the shape."""
+        """The same as of the shape before it was turned."""
         return self.shape.measure(active)
 
     def centre(self) -> np.ndarray:
@@ -42,10 +42,10 @@ class Rotated(Geometry):
         return self.shape.in_own_frame(self.turn.back(points))
 
     def n_own_points(self) -> int | None:
-        """That of the shape."""
+        """The same as of the shape before it was turned."""
         return self.shape.n_own_points()
 
     def own_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the shape, turned."""
+        """The points of the shape, turned, and their volumes."""
         points, volumes = self.shape.own_points()
         return self.turn.forth(points), volumes

@@ -3,28 +3,15 @@
 import warnings
 from abc import abstractmethod
 from functools import lru_cache
-from typing import Self
-
-from pydantic import model_validator
 
 from pellucid.geometry.checks.solid_checks import apart
-from pellucid.geometry.meshes.mesh_files import FileState, states_of_files
-from pellucid.geometry.meshes.most_points import refuse_too_many
+from pellucid.geometry.files.mesh_files import FileState, states_of_files
+from pellucid.geometry.meshes.most_points import Countable
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.model import Model
 
 
-class Tetrahedral(Model):
+class Tetrahedral(Countable):
     """A mesh of tetrahedra of a case."""
-
-    @model_validator(mode="after")
-    def _can_be_held(self) -> Self:
-        refuse_too_many(self.expected_points())
-        return self
-
-    @abstractmethod
-    def expected_points(self) -> float:
-        """About how many nodes it has, found without making them."""
 
     @abstractmethod
     def make(self) -> SimplexMesh:
@@ -41,8 +28,8 @@ class Tetrahedral(Model):
         return ""
 
     def mesh(self) -> SimplexMesh:
-        """Its nodes and tetrahedra, made once while the files that it names do not change; whoever asks shares them, so
-        nobody writes to them. Warns of pieces that do not hold together."""
+        """The nodes and tetrahedra, made once while the files that the case names do not change. All callers share the arrays,
+        so none may write to them. Warns of pieces that do not hold together."""
         return _made(self, states_of_files(self))
 
 

@@ -10,9 +10,9 @@ from pellucid.findings import Refusal
 from pellucid.geometry.checks.solid_repair import repaired, upright
 from pellucid.geometry.files.contents import Contents
 from pellucid.geometry.files.first_order import first_order, tetrahedra, with_points
+from pellucid.geometry.files.mesh_files import MeshFile
 from pellucid.geometry.files.read import SOLIDS, read_file
 from pellucid.geometry.meshes.coincident import same_place
-from pellucid.geometry.meshes.mesh_files import MeshFile
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.model import InputFile, parameter
@@ -37,7 +37,7 @@ class SolidFile(MeshFile, Tetrahedral):
         return self.path
 
     def expected_points(self) -> float:
-        """None: what a file holds is known when it has been read."""
+        """No nodes are expected: the number is known when the file has been read."""
         return 0.0
 
     def make(self) -> SimplexMesh:

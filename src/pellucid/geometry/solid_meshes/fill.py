@@ -7,10 +7,10 @@ from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.shapes.inside import Inside, closed_triangles
-from pellucid.geometry.shapes.shape import Shape
+from pellucid.geometry.shape import Shape
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.solid_meshes.stuffing import stuffed
+from pellucid.geometry.surfaces.inside import Inside, closed_triangles
 from pellucid.model import parameter
 
 SPACE = (True, True, True)

@@ -16,8 +16,8 @@ from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.shapes.inside import closed_triangles
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
+from pellucid.geometry.surfaces.inside import closed_triangles
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import parameter
 
@@ -73,7 +73,7 @@ class InsideMesh(Tetrahedral):
 
 
 def _off(mesh: SimplexMesh, surface: Triangulation, slack: float | None) -> Refusal | None:
-    """Why the mesh has another volume than the surface encloses, None where it has the same but for a share `slack`.
+    """By how much the volume of the mesh differs from the volume inside the surface, in words; None below a share `slack`.
 
     Without one, the mesh may end as far from the surface as flat parts are uneven when a file rounds their corners to six
     digits: TetGen takes triangles that meet at more than 179.9 degrees for one flat part, and does not keep the edges within

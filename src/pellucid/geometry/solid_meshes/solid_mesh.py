@@ -11,8 +11,8 @@ from pellucid.geometry.checks.solid_checks import Fault, solid_faults
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.solid_meshes.box import BoxMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.solid_meshes.cylinder import CylinderMesh

@@ -39,7 +39,7 @@ class CylinderSurface(Meshed):
         return 6.0 * self.rings * (self.along + self.rings)
 
     def mesh(self) -> Mesh:
-        """The mantle in lines along the axis, then what the lid at the start adds, then that at the end."""
+        """Points of the mantle in lines along the axis, then those of the lid at the start, then of the lid at the end."""
         axis = np.array(self.end) - np.array(self.start)
         side, up = two_across(axis)
         plane, lid = rings_of_a_disc(self.rings)

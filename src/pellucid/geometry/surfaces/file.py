@@ -11,8 +11,8 @@ from pellucid.geometry.checks.surface_holes import MOST_EDGES
 from pellucid.geometry.checks.surface_repair import repaired
 from pellucid.geometry.files.contents import Block, flat_blocks
 from pellucid.geometry.files.first_order import first_order
+from pellucid.geometry.files.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.files.read import SURFACES, read_file
-from pellucid.geometry.meshes.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
 from pellucid.model import InputFile, parameter
 
@@ -36,7 +36,7 @@ class SurfaceFile(MeshFile, Meshed):
         return self
 
     def expected_points(self) -> float:
-        """None: what a file holds is known when it has been read."""
+        """No points are expected: the number is known when the file has been read."""
         return 0.0
 
     def mesh(self) -> Mesh:

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import Triangulation
-from pellucid.geometry.rotation import Rotations, rotate_parameter, turn_about
+from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.surfaces.box import BoxSurface
 from pellucid.geometry.surfaces.cushion import CushionSurface
 from pellucid.geometry.surfaces.cylinder import CylinderSurface
@@ -59,7 +59,7 @@ class Surface(Choice):
     rotate: Rotations = rotate_parameter("the surface")
 
     def mesh(self, elements: Elements = "quads") -> Mesh:
-        """Its elements; the arrays are the caller's own. Where triangles alone are wanted, quadrilaterals are cut in two."""
+        """The elements, in arrays of the caller's own; where triangles alone are wanted, quadrilaterals are cut in two."""
         chosen = self.chosen()
         # a file may change, and keeps what it read
         mesh = chosen.mesh() if isinstance(chosen, SurfaceFile) else Mesh(*(array.copy() for array in _made(chosen)))
@@ -80,6 +80,6 @@ class Surface(Choice):
 
 @lru_cache(maxsize=8)
 def _made(surface: Any) -> Mesh:
-    """Made once: reading a case asks for it several times."""
+    """The mesh of a surface, made once: reading a case asks for it several times."""
     mesh: Mesh = surface.mesh()
     return mesh

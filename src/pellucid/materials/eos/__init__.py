@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pellucid.materials.eos.contract import EquationOfStateModel
+from pellucid.materials.eos.equation import EquationOfStateModel
 from pellucid.materials.eos.ideal_gas import IdealGasCase
 from pellucid.materials.eos.mie_gruneisen import MieGruneisenCase
 from pellucid.materials.eos.stiffened_gas import StiffenedGasCase

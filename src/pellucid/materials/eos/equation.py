@@ -1,8 +1,11 @@
-"""The functions of an equation of state at a point. All of ours are linear in the specific energy: P = A(ρ) + B(ρ) e."""
+"""Equations of state: their functions at a point, all linear in the energy, P = A(ρ) + B(ρ) e, and the base of their models."""
 
+from abc import abstractmethod
 from typing import Any
 
 from pellucid.jit import generic
+from pellucid.materials.law import Law
+from pellucid.model import Model
 
 
 @generic
@@ -18,3 +21,13 @@ def lowest_pressure(eos: Any) -> float:
 @generic
 def sound_speed(eos: Any, density: float, energy: float) -> float:
     """Adiabatic sound speed [m/s]."""
+
+
+class EquationOfStateModel(Model):
+    """An equation of state: the user's parameters, and its law. A new one is a subclass with a `kind` of its own."""
+
+    kind: str
+
+    @abstractmethod
+    def law(self, density: float, pressure: float) -> Law:
+        """The law as kernels take it, of a fluid with this density [kg/m³] and pressure [Pa] at the start."""

@@ -7,8 +7,7 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.eos.contract import EquationOfStateModel
-from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import EquationOfStateModel, lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
 
 

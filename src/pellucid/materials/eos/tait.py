@@ -5,8 +5,7 @@ from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
 from pellucid.jit.elementary import power
-from pellucid.materials.eos.contract import EquationOfStateModel
-from pellucid.materials.eos.equation import lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import EquationOfStateModel, lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
 
 

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.checks.mesh_survey import surface_qualities
 from pellucid.geometry.checks.quality import tetrahedron_qualities
 from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.mesh_survey import surface_qualities
 from pellucid.geometry.meshes.cells import cut_in_two, outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import Mesh as SurfaceMesh

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 
 def foretold(simulation: Any, until: float | None, progress: Progress) -> Progress:
-    """Say it of a run that begins or goes on; the progress with which it does, which tells later what is not known yet."""
+    """Tell the user what a run will take as the run begins or goes on; returns the progress for the run, which tells later what
+    is not known yet."""
     from pellucid.running.forecast.on_the_way import ToldOnTheWay
     from pellucid.running.forecast.steps import of_simulation
     from pellucid.running.forecast.words import WIDE, lines, pace_of
@@ -26,7 +27,7 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
 
 @contextmanager
 def pace_learned(simulation: Any, recorder: "Recorder") -> Iterator[None]:
-    """Remember how long the steps of the block took, however it ends."""
+    """Remember how long the steps of the block took, however the block ends."""
     from numba import config
 
     from pellucid.running.forecast.pace import Paces

@@ -10,7 +10,7 @@ RUNNING = "running"
 
 
 class ToldOnTheWay:
-    """A progress that tells it, and hands all else on."""
+    """A progress that tells how long the run takes once its pace is known, and hands all else on to another progress."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress, self._pace = progress, Pace()
@@ -27,7 +27,7 @@ class ToldOnTheWay:
         self._progress.compiling(kernel, number, expected)
 
     def compiled(self) -> None:
-        """The phase goes on: the pace begins anew."""
+        """The phase goes on: the pace is measured anew."""
         self._pace.leave_out(monotonic() - self._since)
         self._progress.compiled()
 
@@ -43,15 +43,15 @@ class ToldOnTheWay:
             self._progress.note(f"time: about {left} more, at the pace of the first {step} steps")
 
     def count(self, done: int) -> None:
-        """So many parts are done."""
+        """So many parts of the phase are done."""
         self._progress.count(done)
 
     def message(self, text: str) -> None:
-        """Something that the user should know in any case."""
+        """A message that the user should see in any case."""
         self._progress.message(text)
 
     def note(self, text: str) -> None:
-        """Something that whoever gave the command should know."""
+        """A message that the user should see who gave the command."""
         self._progress.note(text)
 
     def stop(self) -> None:

@@ -61,7 +61,7 @@ class Paces:
             part.replace(file)
 
     def seconds_of_a_step(self, case: "Case") -> Pace | None:
-        """How long a step of a case takes; None where no run like it tells.
+        """How long a step of a case takes; None where no run like it was done here.
 
         Of a case that is larger, or smaller, than all that ran, it may go with the size, as in large cases, or not, as in small
         ones.
@@ -87,7 +87,7 @@ class Paces:
 
     @staticmethod
     def _read(file: Path) -> list[Sample]:
-        """What a file remembers; nothing of one that is not there or is damaged."""
+        """The samples in a file; none where the file is missing or damaged."""
         with suppress(OSError, ValueError, TypeError):
             found = [Sample(float(size), float(seconds)) for size, seconds in json.loads(file.read_text(encoding="utf-8"))]
             if all(sample.size > 0.0 and sample.seconds > 0.0 for sample in found):

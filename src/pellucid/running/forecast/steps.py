@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Foretold(NamedTuple):
-    """The steps ahead, if they stay as they are now."""
+    """The steps ahead, if their length stays what it is now."""
 
     step: float
     """[s]; not a number where nobody knows."""
@@ -99,7 +99,7 @@ def _has_own_steps(case: "Case") -> bool:
 
 
 def _limits(case: "Case") -> Limits:
-    """At the start."""
+    """The limits of the step at the start of a case."""
     parts = parts_of(case)
     cell = case.grid.cell if case.grid_or_none is not None else None
     driven = {body.name for body in case.body if is_driven(body.name, parts)}
@@ -125,7 +125,7 @@ def _pull(case: "Case") -> float:
 
 
 def _top_speed(motion: Motion) -> float:
-    """[m/s]"""
+    """The largest speed of a motion [m/s]."""
     signals = (getattr(motion.displacement, axis) for axis in ("x", "y", "z"))
     return sqrt(sum(signal.top_speed() ** 2 for signal in signals if signal is not None))
 

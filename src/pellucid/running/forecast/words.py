@@ -17,12 +17,13 @@ WIDE = 2.0
 
 
 def foretell_case(case: "Case") -> list[str]:
-    """What bounds the step and how many that makes; how long they take here. Raises CaseError as the set-up of the case."""
+    """What bounds the step of a case, how many steps that makes, and how long these take here. Raises CaseError as the set-up
+    of the case does."""
     return lines(case, of_case(case), pace_of(case))
 
 
 def pace_of(case: "Case") -> Pace | None:
-    """The time of a step on this machine, if runs tell it; without a folder for what they leave, none does."""
+    """The time of a step on this machine, if earlier runs tell it; None where no folder holds what they took."""
     with suppress(UsageError):
         return Paces().seconds_of_a_step(case)
     return None

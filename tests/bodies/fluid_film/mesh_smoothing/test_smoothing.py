@@ -3,8 +3,9 @@ import pytest
 from film_surfaces import BOTH, loop, scattered, sphere
 
 from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
-from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import check_quality, qualities, rigid_part
+from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import check_quality, rigid_part
 from pellucid.errors import RunStopped
+from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.rings import rings
 
 
@@ -30,7 +31,7 @@ def test_a_shear_of_eight_leaves_the_nodes_where_they_are(kind, refinements, spr
         v = surface.through(swirl(places + 0.5 * dt * swirl(places)))
         x, mass = surface.redistributed(x + dt * v, mass, dt * v)
     places = surface.places(x)
-    assert qualities(surface.rings.triangles, places).min() > 0.9
+    assert triangle_qualities(places, surface.rings.triangles).min() > 0.9
     assert mass.sum() == pytest.approx(total, rel=1e-13)
     assert np.abs(mass / cell_areas(surface, x) - 1.0).max() < spread
     assert np.abs(places - start).max() < 0.1  # of the swirl, whose nodes would have gone round
@@ -71,7 +72,7 @@ def test_a_density_goes_with_the_film_and_makes_no_new_extremes():
 def test_scattered_nodes_are_spread():
     triangles, places = scattered(200, 5)
     surface, x = loop((triangles, places))
-    before, after = (qualities(triangles, surface.places(nodes)) for nodes in (x, surface.smoothed(x, 20)))
+    before, after = (triangle_qualities(surface.places(nodes), triangles) for nodes in (x, surface.smoothed(x, 20)))
     assert np.sort(after)[10] > 2.0 * np.sort(before)[10]
 
 

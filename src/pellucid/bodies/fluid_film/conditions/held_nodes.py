@@ -35,10 +35,6 @@ class HeldNodes:
                 remedy = "let its `part` and the `where` of the support not overlap"
                 raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
 
-    def holds_any(self) -> bool:
-        """Whether there is such a node."""
-        return bool((self.numbers > 0).any()) or any(self._constrained(support).any() for support in self.supports)
-
     def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
         """Which components supports prescribe, and their values [m/s], shape (n, d)."""
         known, velocity = np.zeros((self._n, len(self._axes)), bool), np.zeros((self._n, len(self._axes)))

@@ -1,4 +1,4 @@
-"""What is told of loads that nothing balances, on a film without drag."""
+"""The message about loads that nothing balances, on a film without drag."""
 
 from collections.abc import Mapping, Sequence
 

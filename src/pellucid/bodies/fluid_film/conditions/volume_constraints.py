@@ -1,4 +1,4 @@
-"""The volume and the area that a film is to keep or to reach."""
+"""Constraints of volume and area: what a film is to keep or to reach."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class VolumeCase(Model):
     )
 
     def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
-        """More than a sphere, or in the plane a circle, holds; changes without a time or at an area that is free."""
+        """Findings: a volume above that of a sphere or circle, a change without a time, or at an area that is free."""
         if self.reduced is None:
             if self.over is not None:
                 yield Finding((*path, "over"), "is for a volume that changes", "give `reduced` too, or leave this out")
@@ -47,7 +47,7 @@ class VolumeCase(Model):
 
 
 class Goals(NamedTuple):
-    """What volume [m³] and area [m²] go to; None where they are free."""
+    """The volume [m³] and area [m²] that are prescribed; None where they are free."""
 
     start: float
     volume: float | None

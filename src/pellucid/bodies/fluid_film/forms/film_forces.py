@@ -1,36 +1,21 @@
 """The forces of a film on its nodes: by its density, its bending, its viscosity, and what acts on its surface."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, NodalSums, SharedRows
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.forms.virtual_power import FilmPhysics, Forms, Tension, bending_energies, forms
 from pellucid.bodies.fluid_film.surfaces.contract import FilmGeometry
-from pellucid.materials.film import FilmMaterial
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
+from pellucid.materials.lipid_film import LipidFilm
 from pellucid.parts.surface_load import SurfacePoints, Traction
-
-
-class BuildableFilm(Protocol):
-    """What every film is built from, as its model describes it."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def material(self) -> FilmMaterial: ...
-    @property
-    def initial_density(self) -> float: ...
-    def physics(self) -> FilmPhysics: ...
-    def geometry(self) -> tuple[FilmGeometry, np.ndarray]: ...
-    def numbers(self) -> np.ndarray: ...
 
 
 class FilmForces:
     """A film of a material that its nodes span, with masses of its parts."""
 
-    def __init__(self, geometry: FilmGeometry, material: FilmMaterial, physics: FilmPhysics, initial_density: float) -> None:
+    def __init__(self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float) -> None:
         self.initial_density = initial_density
         self.geometry, self.material, self.physics = geometry, material, physics
         self._sums = NodalSums(geometry.nodes, *geometry.held.shape)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows, rows
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 
 
 class Drag(NamedTuple):

@@ -1,10 +1,10 @@
-"""How the nodes of a surface move along it so that they stay evenly spread, and what guards their triangles."""
-
-from math import sqrt
+"""Mesh smoothing: nodes of a surface move along it so that they stay evenly spread; triangles that are too flat end a run."""
 
 import numpy as np
 
 from pellucid.errors import RunStopped
+from pellucid.geometry.checks.quality import triangle_qualities
+from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.rings import Rings
 from pellucid.geometry.meshes.triangulation import vertex_normals
 
@@ -14,17 +14,9 @@ WORST = 0.1  # quality of a triangle with which functions can still be trusted; 
 WELL_SPREAD = 0.7  # quality of the worst triangle with which nodes can stay for a while where moving them would add energy
 
 
-def qualities(triangles: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Of triangles, shape (e,): 4 √3 times the area over the sum of the squares of the sides; 1 where it is equilateral."""
-    corner = places[triangles]
-    sides = np.roll(corner, -1, axis=1) - corner
-    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return np.asarray(4.0 * sqrt(3.0) * area / np.einsum("eki,eki->e", sides, sides))
-
-
 def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
     """Raise RunStopped where a triangle is too flat, or turned against those about it."""
-    quality = qualities(triangles, places)
+    quality = triangle_qualities(places, triangles)
     corner = places[triangles]
     along = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     turned = np.einsum("ei,ei->e", along, vertex_normals(places, triangles)[triangles].sum(axis=1)) <= 0.0
@@ -45,8 +37,7 @@ def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """
     triangles, n = mesh.triangles, len(places)
     corner = places[triangles]
-    vector_area = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    area = np.linalg.norm(vector_area, axis=1)
+    area = np.linalg.norm(vector_areas(places, triangles), axis=1)
     weight = np.bincount(triangles.ravel(), np.repeat(area, 3), n)
     middles = np.repeat(area[:, None] * corner.mean(axis=1), 3, axis=0)
     centroid = np.stack([np.bincount(triangles.ravel(), middles[:, i], n) for i in range(3)], axis=1) / weight[:, None]

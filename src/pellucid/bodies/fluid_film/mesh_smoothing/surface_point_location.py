@@ -1,4 +1,4 @@
-"""From places on a surface of triangles to others at a distance along it."""
+"""Point location on a surface of triangles: the places at given distances along it from other places."""
 
 from collections.abc import Callable
 

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.geometry.meshes.cells import Cells
 
 
@@ -17,7 +17,7 @@ class Shares(NamedTuple):
 
 
 class Redistributed(NamedTuple):
-    """Nodes moved along the film, and what its parts have then."""
+    """Nodes moved along the film, and the masses of its parts then."""
 
     x: np.ndarray  # (n, d) [m]
     mass: np.ndarray  # (parts,) [kg]
@@ -35,7 +35,7 @@ class FilmGeometry(Protocol):
     shares: Shares
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Rows for nodes at x [m], shape (n, d)."""
+        """Rows of the operators for nodes at x [m], shape (n, d)."""
 
     def places(self, x: np.ndarray) -> np.ndarray:
         """Values on the film at its nodes, shape (n, k), of a field with these values x of the nodes, shape (n, k)."""
@@ -60,7 +60,7 @@ class FilmGeometry(Protocol):
         """Whether nodes at x [m], shape (n, d), may stay there for now where spreading them would add energy."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What its functions depend on beside the nodes, for checkpoints."""
+        """The arrays that the functions depend on beside the nodes, for checkpoints."""
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
+        """Go on from the arrays of a checkpoint."""

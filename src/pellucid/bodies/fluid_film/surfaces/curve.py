@@ -14,8 +14,8 @@ from pellucid.approximants.radial.blending import Simplices, blended
 from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.neighbourhoods import Stencils
 from pellucid.approximants.radial.stencils import interpolants
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.geometry.meshes.cells import Cells
 
 GAUSS = 3  # points of a segment: hoop strain with one or two has modes without energy, which the number of nodes would show in
@@ -116,16 +116,16 @@ class Curve:
         return nearest
 
     def cells(self) -> Cells:
-        """Its segments."""
+        """The segments of the curve."""
         first = np.arange(len(self.nodes))
         return Cells(lines=np.stack([first, (first + 1) % self.n], axis=1))
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """None: its functions are the same for all places of the nodes."""
+        """No arrays: the functions are the same for all places of the nodes."""
         return {}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """It keeps nothing."""
+        """Nothing: a curve keeps no arrays."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Nodes at equal distances along the curve, if they are not; the mass of each segment is that which lay there.
@@ -155,7 +155,7 @@ class Curve:
         return False
 
     def _about(self, x: np.ndarray) -> np.ndarray:
-        """Of the nodes of each segment, shape (e, m, 2), and the mirror images."""
+        """Places of the nodes of each segment, shape (e, m, 2), mirror images included."""
         return np.asarray(x[self.nodes] * self.sign)
 
     def _samples_of(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -53,18 +53,18 @@ class LoopSurface(TriangleSurface):
         return result
 
     def renew(self, x: np.ndarray) -> None:
-        """Its functions depend on the triangles alone."""
+        """Nothing: the functions depend on the triangles alone."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """None."""
+        """No arrays."""
         return {}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """It keeps nothing."""
+        """Nothing: the surface keeps no arrays."""
 
 
 def limit_matrix(mesh: Rings) -> csr_array:
-    """What takes control points to their places on the surface, shape (n, n)."""
+    """The matrix that takes control points to their places on the surface, shape (n, n)."""
     n = len(mesh.valence)
     share = np.array([patch.limit_share(int(valence)) if valence else 0.0 for valence in range(mesh.valence.max() + 1)])
     turn = np.arange(mesh.ring.shape[1])

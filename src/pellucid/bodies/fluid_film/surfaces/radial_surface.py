@@ -37,11 +37,11 @@ class RadialSurface(TriangleSurface):
         self._fit(np.array(x, dtype=float))
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """The values of the nodes."""
+        """The values at the nodes themselves: the surface runs through them."""
         return np.array(x)
 
     def through(self, places: np.ndarray) -> np.ndarray:
-        """The places."""
+        """The places themselves."""
         return np.array(places)
 
     def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -60,11 +60,11 @@ class RadialSurface(TriangleSurface):
             self._fit(x.copy())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Where the nodes stood when the functions were made."""
+        """The places of the nodes for which the functions were made."""
         return {"reference": self._reference}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Make the functions for nodes there."""
+        """Make the functions for the nodes at the places of a checkpoint."""
         if not np.array_equal(arrays["reference"], self._reference):
             self._fit(np.array(arrays["reference"]))
 
@@ -92,7 +92,7 @@ class RadialSurface(TriangleSurface):
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
     def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
-        """In triangles (k,) at shares (q, 3) or (k, q, 3) of their corners."""
+        """The blended functions in triangles (k,) at shares (q, 3) or (k, q, 3) of their corners."""
         part = self._simplices._replace(corners=self._simplices.corners[triangle])
         return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
@@ -30,7 +30,7 @@ class SurfaceTables(NamedTuple):
 
 
 class Filled(NamedTuple):
-    """What the kernel fills, as in `Operators`."""
+    """The arrays of `Operators` that the kernel fills."""
 
     area: np.ndarray
     position: np.ndarray
@@ -108,7 +108,7 @@ def _fill(chunks, x, nodes, tables, filled):
 
 
 def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
-    """Rows for nodes at x [m], shape (n, 3), with the nodes of each triangle, shape (e, m)."""
+    """Operators for nodes at x [m], shape (n, 3), with the nodes of each triangle, shape (e, m)."""
     e, m = nodes.shape
     q = len(tables.weight)
     filled = Filled(

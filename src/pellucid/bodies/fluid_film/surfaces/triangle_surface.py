@@ -1,4 +1,4 @@
-"""What closed surfaces of triangles in space share, whatever interpolates them."""
+"""The base of closed surfaces of triangles in space, whatever functions interpolate them."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.fluid_film.forms.operators import Operators
 from pellucid.bodies.fluid_film.mesh_smoothing.cell_fluxes import CellFluxes
-from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import WELL_SPREAD, check_quality, qualities, way_along
+from pellucid.bodies.fluid_film.mesh_smoothing.smoothing import WELL_SPREAD, check_quality, way_along
 from pellucid.bodies.fluid_film.mesh_smoothing.surface_point_location import places_along
 from pellucid.bodies.fluid_film.surfaces.contract import Redistributed, Shares
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables, surface_areas, surface_operators
 from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
+from pellucid.geometry.checks.quality import triangle_qualities
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.rings import rings
 from pellucid.geometry.meshes.triangulation import vertex_normals
@@ -58,7 +59,7 @@ class TriangleSurface(ABC):
         """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Rows for nodes at x [m], shape (n, 3)."""
+        """Rows of the operators for nodes at x [m], shape (n, 3)."""
         return surface_operators(x, self.nodes, self.tables)
 
     def normals(self, x: np.ndarray) -> np.ndarray:
@@ -84,7 +85,7 @@ class TriangleSurface(ABC):
 
     def can_wait(self, x: np.ndarray) -> bool:
         """See `pellucid.bodies.fluid_film.surfaces.contract`."""
-        return bool(qualities(self.rings.triangles, self.places(x)).min() >= WELL_SPREAD)
+        return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
         """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""
@@ -100,11 +101,11 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What its functions depend on beside the nodes, for checkpoints."""
+        """The arrays that the functions depend on beside the nodes, for checkpoints."""
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
+        """Go on from the arrays of a checkpoint."""
 
     def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
         return places_along(self.rings, places, way, lambda triangle, share: self.at(x, triangle, share))

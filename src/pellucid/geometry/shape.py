@@ -3,13 +3,13 @@
 from typing import ClassVar
 
 from pellucid.geometry.choice import Choice
-from pellucid.geometry.rotation import Rotations, rotate_parameter
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.cushion import Cushion
 from pellucid.geometry.shapes.hollow import Pipe, Shell
-from pellucid.geometry.shapes.inside import Inside
 from pellucid.geometry.shapes.rotated import Rotated
+from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter
 from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
+from pellucid.geometry.surfaces.inside import Inside
 
 __all__ = ["Box", "Cushion", "Cylinder", "Geometry", "Inside", "Pipe", "Rotated", "Shape", "Shell", "Sphere"]
 

@@ -100,7 +100,7 @@ def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
 
 
 def _guess(largest: float) -> str:
-    """What unit numbers of such an extent mostly have, for people who know what the thing is."""
+    """The unit that a mesh of such an extent mostly has, for people who know what the mesh shows."""
     if largest < METRES:
         return f"the file does not say; a size below {METRES:g} mostly is in metres, as it is taken here"
     unit, other = ("mm", "um") if largest < MILLIMETRES else ("um", "mm")

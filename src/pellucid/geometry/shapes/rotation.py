@@ -34,7 +34,7 @@ class Rotation(Model):
         return self
 
     def matrix(self) -> np.ndarray:
-        """Of the rotation, shape (3, 3), by Rodrigues' formula; exact for quarter turns about x, y and z."""
+        """The matrix of the rotation, shape (3, 3), by Rodrigues' formula; exact for quarter turns about x, y and z."""
         turns, rest = divmod(self.angle, 90.0)
         c, s = QUARTERS[int(turns) % 4] if rest == 0.0 else (cos(radians(self.angle)), sin(radians(self.angle)))
         x, y, z = u = np.array(self.axis) / np.linalg.norm(self.axis)
@@ -63,7 +63,7 @@ class Turn(NamedTuple):
 
 
 def _product(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Each vector multiplied by a matrix; summed here, as libraries may sum otherwise on other numbers of threads."""
+    """Each vector multiplied by a matrix; summed here, as libraries may sum in another order on another number of threads."""
     x, y, z = (vectors[:, axis, None] * matrix[:, axis] for axis in range(3))
     return np.asarray(x + y + z)
 
@@ -74,7 +74,7 @@ def as_list(rotate: Rotations) -> tuple[Rotation, ...]:
 
 
 def turn_about(rotate: Rotations, centre: np.ndarray) -> Turn:
-    """The rotations of what has its centre [m], shape (3,), there."""
+    """The rotations of a shape whose centre [m], shape (3,), is given."""
     matrix, after = np.eye(3), centre
     for rotation in as_list(rotate):
         fixed = after if rotation.centre is None else np.array(rotation.centre)

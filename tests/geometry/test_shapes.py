@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pellucid.geometry.shapes.shape import Box, Cushion, Cylinder, Inside, Pipe, Shape, Shell, Sphere
+from pellucid.geometry.shape import Box, Cushion, Cylinder, Inside, Pipe, Shape, Shell, Sphere
 
 SHAPES = {
     "box": Box(lower=(-0.2, 0.1, -0.5), upper=(0.6, 0.4, 0.7)),

@@ -1,5 +1,8 @@
 """The scheme of Benet 2015, chapters 4 to 6, for closed curves in the plane: kept for the record, as it fails in translation.
 
+An extension of pellucid: a case that names this file knows the kind `thesis-film`, a fluid film that moves by it; `accuracy` is
+then the normal motion of a step, of the least distance of nodes.
+
 Tangential and normal velocities are interpolated apart, and the balances along the curve and across it, ∂σ/∂s + b_t = 0 and
 b_n = κ σ, hold in windows about the nodes with cubic splines as weights (eqs. 6.7, 6.34-6.38). The geometry is frozen within a
 step, but for the pressure that the density of its end gives (eq. 6.13). Both balances constrain one rate of strain,
@@ -9,17 +12,24 @@ the centre of mass and what of the rest is normal (eqs. 6.58-6.61); by what is t
 with the density upstream.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import ceil
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.fluid_film.balance import Driving, FilmBalance, StepDone
+from pellucid.bodies.fluid_film.body import FluidFilm
 from pellucid.bodies.fluid_film.forms.film_forces import in_space
-from pellucid.bodies.fluid_film.forms.operators import Operators
+from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.bodies.fluid_film.own_steps import FIRST_SHARE, is_still, too_thin
 from pellucid.bodies.fluid_film.surfaces.curve import Curve, segment_functions
+from pellucid.bodies.fluid_film.surfaces.operators import Operators
+from pellucid.errors import CaseError, Problem
+from pellucid.extend import register
+from pellucid.findings import Finding, Path
+from pellucid.parts.body import Body, Placement
+from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
 
 GAUSS = 4  # points of a segment, as in figure 6.4
@@ -43,8 +53,6 @@ class ThesisSteps:
     accuracy: normal motion of a step, of the distance of nodes.
     """
 
-    holds_nodes = False
-
     def __init__(self, balance: FilmBalance, curve: Curve, accuracy: float, arrays: dict[str, np.ndarray]) -> None:
         self._balance, self._curve, self._accuracy, self._arrays = balance, curve, accuracy, arrays
         point, weight = np.polynomial.legendre.leggauss(GAUSS)
@@ -55,7 +63,7 @@ class ThesisSteps:
         self.fault: str | None = None
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """See `FilmSteps`."""
+        """See `pellucid.bodies.fluid_film.own_steps.OwnSteps`."""
         arrays, left = self._arrays, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         while left > 0.0 and self.fault is None:
@@ -79,7 +87,7 @@ class ThesisSteps:
         return self._curve.operators(arrays["x"])
 
     def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
-        """See `FilmSteps`."""
+        """See `pellucid.bodies.fluid_film.own_steps.OwnSteps`."""
         span = FIRST_SHARE * dt
         done = self._motion(span, driving._replace(after=0.0))[0]
         return np.zeros_like(done.velocity) if is_still(done, span) else done.velocity
@@ -157,6 +165,50 @@ class ThesisSteps:
         for column, force in driving.forces:
             loads.append((column, np.einsum("qm,emi->eqi", self._value, (force / of_nodes[:, None])[nodes])))
         return loads
+
+
+class ThesisFilm(FluidFilm):
+    """A film that cannot hold or lead nodes."""
+
+    def complete(self) -> None:
+        """Raises CaseError where something does."""
+        super().complete()
+        if self._held.prescribed()[0].any() or (self._held.numbers > 0).any():
+            text = "this scheme cannot hold or lead nodes, and a support or motion does"
+            raise CaseError(
+                Problem(text, f"body.{self.name}.kind", remedy='use "fluid-film", or leave out the support or motion')
+            )
+
+
+@register
+class ThesisFilmCase(FluidFilmCase):
+    """A film that moves by this scheme."""
+
+    kind: Literal["thesis-film"] = "thesis-film"  # type: ignore[assignment]
+
+    def steps(self, balance: FilmBalance, goals: object, arrays: dict[str, np.ndarray]) -> ThesisSteps:  # type: ignore[override]
+        """What moves it; arrays: its state."""
+        return ThesisSteps(balance, balance.geometry, self.accuracy, arrays)
+
+    def build(self, placement: Placement) -> Body:
+        """The body."""
+        return ThesisFilm(self, placement)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """What the thesis does not have."""
+        yield from super().problems(path, parts)
+        beyond = {
+            "surfaces: it is for closed curves in the plane": self.shape.span != "plane",
+            "drag": self.has_drag,
+            "bending": self.material.bending_rigidity > 0.0,
+            "given volume or area": self.volume is not None or self.area == "kept",
+            'nodes that go with the material: they move along the normal (nodes = "even" stands for that)': self.nodes
+            == "material",
+            "time_weight": self.time_weight != 0.5,
+        }
+        if lacks := next((what for what, is_there in beyond.items() if is_there), None):
+            text = f"the scheme of the thesis has no {lacks}"
+            yield Finding((*path, "kind"), text, 'leave that out, or use "fluid-film"')
 
 
 def _spline(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pellucid.geometry.checks.mesh_survey import survey
 from pellucid.geometry.files.writing import write_solid, write_surface
+from pellucid.geometry.mesh_survey import survey
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.surfaces.surface import BoxSurface, Icosphere
 

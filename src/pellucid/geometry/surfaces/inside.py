@@ -19,16 +19,16 @@ class Inside(Geometry):
     )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the surface."""
+        """The bounds of the surface."""
         vertices = self.surface.triangulate().vertices
         return vertices.min(axis=0), vertices.max(axis=0)
 
     def reach(self, direction: np.ndarray) -> float:
-        """That of the vertices."""
+        """The reach of the vertices of the surface."""
         return float((self.surface.triangulate().vertices @ direction).max())
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Which points a ray along x leaves the region from, having crossed the surface an odd number of times."""
+        """Points inside: a ray along x from such a point crosses the surface an odd number of times."""
         lower, upper = self.bounds()
         found = np.all((points >= lower) & (points <= upper), axis=1)
         found[found] = inside(points[found], *self.surface.triangulate())

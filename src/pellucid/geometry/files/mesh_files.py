@@ -1,4 +1,4 @@
-"""Files of meshes that models name: what both kinds of them say, and how they are known again while they do not change."""
+"""Files of meshes in a case: what models of surfaces and of solids say of them, and the state by which a file is known."""
 
 from pathlib import Path
 from typing import Self
@@ -32,7 +32,7 @@ class MeshFile(Model):
         return self
 
     def placed(self, points: np.ndarray) -> np.ndarray:
-        """Points of the file in metres, shape (n, 3), moved by `offset`. Raises ValueError for what is no unit of length."""
+        """Points of the file in metres, shape (n, 3), moved by `offset`. Raises ValueError where `unit` is no length."""
         if self.unit is None:
             return points * self.scale + np.array(self.offset)
         from pellucid.units import to_si
