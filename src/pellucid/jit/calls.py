@@ -1,8 +1,8 @@
 """Calls of kernels from Python.
 
 At each call numba finds the compiled types of the arguments. That takes it four microseconds for a bundle, as long as a small
-kernel runs, and twenty for a named tuple of a few arrays. Where Python itself sees that a kernel was called with arguments of
-these types before, it calls the compiled code at once. Of arrays and numbers alone numba finds the types sooner.
+kernel runs, and beside one twenty for a named tuple of a few arrays. Where Python itself sees that a kernel was called with arguments of
+these types before, it calls the compiled code at once. Without bundles numba finds the types sooner.
 """
 
 from typing import Any
@@ -24,7 +24,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         kinds = tuple(map(_kind, arguments))
         entry = self.entries.get(kinds)
         if entry is None:
-            if not any(isinstance(argument, (Bundle, tuple)) for argument in arguments):
+            if Bundle not in map(type, arguments):
                 self.__class__ = CPUDispatcher
                 return self(*arguments)
             result = super().__call__(*arguments)
