@@ -1,8 +1,8 @@
 """Calls of kernels from Python.
 
 At each call numba finds the compiled types of the arguments. That takes it four microseconds for a bundle, as long as a small
-kernel runs, and beside one twenty for a named tuple of a few arrays. Where Python itself sees that a kernel was called with arguments of
-these types before, it calls the compiled code at once. Without bundles numba finds the types sooner.
+kernel runs, and beside one twenty for a named tuple of a few arrays. Where Python itself sees that a kernel was called with
+arguments of these types before, it calls the compiled code at once. Without bundles numba finds the types sooner.
 """
 
 from typing import Any
