@@ -10,17 +10,18 @@ from pellucid.grid.passes.gifts import (
     Both,
     BySlope,
     ByValue,
-    GivingPoints,
+    by_slope,
+    by_value,
     given,
+    giving,
     row_of_node,
     rows_at_nodes,
     rows_of_line,
     scatter,
 )
-from pellucid.grid.passes.points_pass import arrays_in, example_of
+from pellucid.grid.passes.points_pass import arrays_in
 from pellucid.grid.points import PRESSURE, FullCells, MappedPoints, cell_of
 from pellucid.jit import point_function
-from pellucid.jit.bundle import Bundle
 from pellucid.jit.point_rows import symmetric_at_point, tensor_at_point, vector_at_point
 from pellucid.jit.products import moved
 from pellucid.jit.vector import row
@@ -120,14 +121,14 @@ def inertia_of(mapped: MappedPoints, counted: float, affine: np.ndarray | None =
     """Momentum of points, and their masses as often as `counted`; affine: their fields, shape (points, 10)."""
     read = InertiaRead(mapped.points.velocity, mapped.points.mass, () if affine is None else affine)
     rule = Inertia(counted) if affine is None else AffineInertia(counted)
-    return ByValue(rule, read, example_of(read), mapped.nodes.inertia)
+    return by_value(rule, read, mapped.nodes.inertia)
 
 
 def internal_force_of(mapped: MappedPoints, cells: FullCells | None = None) -> BySlope:
     """Internal forces of points; cells: those whose pressure acts as a whole."""
     read = InternalForceRead(mapped.points.volume, mapped.points.stress, () if cells is None else mapped.points.position)
     rule = InternalForce() if cells is None else InternalForceInCells(cells.found)
-    return BySlope(rule, read, example_of(read), mapped.nodes.forces)
+    return by_slope(rule, read, mapped.nodes.forces)
 
 
 class ParticleToGrid:
@@ -135,8 +136,8 @@ class ParticleToGrid:
 
     def __init__(self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | None = None) -> None:
         self._n_slabs = len(mapped.slabs.layers)
-        self._both = Bundle(GivingPoints(mapped, Both(inertia_of(mapped, 1.0, affine), internal_force_of(mapped, cells))))
-        self._momentum = Bundle(GivingPoints(mapped, inertia_of(mapped, 0.0, affine)))
+        self._both = giving(mapped, Both(inertia_of(mapped, 1.0, affine), internal_force_of(mapped, cells)))
+        self._momentum = giving(mapped, inertia_of(mapped, 0.0, affine))
 
     def scatter(self, inertia: bool, force: bool) -> None:
         """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""

@@ -16,6 +16,7 @@ from pellucid.grid.passes.blocks import about_point, expect, fetch, find_functio
 from pellucid.grid.points import MappedPoints, place_of
 from pellucid.grid.stencil import node_at, node_behind
 from pellucid.jit import default_function, generic, kernel, point_function, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import joint_by_colour
@@ -65,6 +66,29 @@ class GivingPoints(NamedTuple):
 
     mapped: MappedPoints
     gives: Any
+
+
+def example_of(arrays: Any) -> Any:
+    """The kind of value that arrays hold of a point: numbers, and tuples of these."""
+    if isinstance(arrays, tuple):
+        parts = [example_of(array) for array in arrays]
+        return type(arrays)(*parts) if hasattr(arrays, "_fields") else tuple(parts)
+    return (0.0,) * arrays.shape[1] if arrays.ndim == 2 else 0.0
+
+
+def by_value(give: Any, read: Any, into: np.ndarray) -> ByValue:
+    """A gift of what points have in the arrays `read`, a NamedTuple, to rows of nodes, shape (4 nodes,)."""
+    return ByValue(give, read, example_of(read), into)
+
+
+def by_slope(give: Any, read: Any, into: np.ndarray) -> BySlope:
+    """The same by slopes."""
+    return BySlope(give, read, example_of(read), into)
+
+
+def giving(mapped: MappedPoints, gives: Any) -> Bundle:
+    """The points of a body with a gift, or `Both`."""
+    return Bundle(GivingPoints(mapped, gives))
 
 
 @generic

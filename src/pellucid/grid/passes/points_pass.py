@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.passes.gifts import Nothing
+from pellucid.grid.passes.gifts import Nothing, example_of
 from pellucid.grid.points import MappedPoints
 from pellucid.jit import default_function, generic
 from pellucid.jit.bundle import Bundle
@@ -136,14 +136,6 @@ def moved_by(points: Bundle) -> list[np.ndarray]:
 def arrays_in(values: Any) -> list[np.ndarray]:
     """The arrays of points within what a pass reads or keeps."""
     return [array for part in values for array in arrays_in(part)] if isinstance(values, tuple) else [values]
-
-
-def example_of(arrays: Any) -> Any:
-    """The kind of value that arrays hold of a point: numbers, and tuples of these."""
-    if isinstance(arrays, tuple):
-        parts = [example_of(array) for array in arrays]
-        return type(arrays)(*parts) if hasattr(arrays, "_fields") else tuple(parts)
-    return (0.0,) * arrays.shape[1] if arrays.ndim == 2 else 0.0
 
 
 class NotToCells(NamedTuple):

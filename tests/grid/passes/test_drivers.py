@@ -1,0 +1,45 @@
+"""Who knows how loops over points run: the drivers, and a short list of kernels that do not fit one loop."""
+
+import re
+from pathlib import Path
+
+import pellucid
+
+PACKAGE = Path(pellucid.__file__).parent
+DRIVERS = "jit/", "grid/passes/"
+ON_BLOCKS = {
+    "bodies/membrane_elements/forces.py",  # elements in columns, in place of points
+    "bodies/membrane_elements/quadrilateral.py",
+    "bodies/membrane_elements/strain.py",
+    "bodies/membrane_points/blocks.py",  # five stages, and loops over the triangles about a point
+    "bodies/membrane_points/kernels.py",
+    "conditions/driven_points.py",  # the unit of work is a run with one motion
+    "contact/extents.py",  # numbered nodes
+    "contact/shared.py",
+}
+BY_COLOUR = {
+    "bodies/membrane_points/pressure.py",
+    "conditions/driven_points.py",
+    "conditions/open_walls.py",
+    "contact/extents.py",
+    "contact/faces.py",
+    "contact/normals.py",
+    "contact/subcell_damping.py",
+    "grid/full_cells.py",
+    "grid/reached.py",
+    "grid/transfer.py",
+    "grid/vectors.py",
+}
+
+
+def files_with(pattern):
+    found = {str(path.relative_to(PACKAGE)) for path in PACKAGE.rglob("*.py") if re.search(pattern, path.read_text("utf-8"))}
+    return {name for name in found if not name.startswith(DRIVERS)}
+
+
+def test_columns_of_blocks_are_the_drivers_affair():
+    assert files_with(r"pellucid\.jit\.(columns|rows)\b|passes\.blocks\b") == ON_BLOCKS
+
+
+def test_loops_by_colour_are_few():
+    assert files_with(r"\b(joint|parallel)_by_colour\b") == BY_COLOUR

@@ -1,0 +1,145 @@
+"""The loop over points: what it reads, gathers, keeps and sums, what it does where points have faults, and ways around it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from small_cases import box, place, simulation
+
+from pellucid.grid.passes.each_point import each_point
+from pellucid.grid.passes.moving import Stay, displacement, move_points, moving
+from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
+from pellucid.grid.points import INVERTED, LOST, NOT_FINITE, OK, RATE, STORED, VECTORS, ByIndex
+from pellucid.grid.stencil import gather
+from pellucid.jit import point_function
+from pellucid.tensors import ZERO_VECTOR
+
+COUNTS = 3, 2, 4
+
+
+class Read(NamedTuple):
+    position: Any
+    mass: Any
+    fault: Any
+
+
+class Kept(NamedTuple):
+    position: Any
+    volume: Any
+
+
+class Drift(NamedTuple):
+    """Points move with the nodes; volumes become dt; masses are summed, x the maximum."""
+
+    none: int = 0
+
+
+@point_function(gathered, Drift)
+def _velocity(task, about, lattice, nodes, p, known):
+    return gather(about, lattice, nodes.velocity)
+
+
+@point_function(at_point, Drift)
+def _drift(task, lattice, dt, p, known, g):
+    x, y, z = p.position
+    return Found(Kept((x + dt * g[0], y + dt * g[1], z + dt * g[2]), dt), (p.mass,), x, p.fault)
+
+
+class Push(NamedTuple):
+    """Points move along x by as much as each is told."""
+
+    by: np.ndarray
+
+
+@point_function(displacement, Push)
+def _push(rule, mapped, p, dt):
+    return rule.by[p], 0.0, 0.0
+
+
+@pytest.fixture
+def drifting():
+    """A body at random places with a uniform nodal velocity along x of 1 m/s, and the pass with faults to be set."""
+    sim = simulation(box((0, 0, 0), COUNTS), counts=COUNTS)
+    body, random = sim.bodies[0], np.random.default_rng(5)
+    place(body, random.uniform(0.1, 0.9, (body.n_points, 3)) * COUNTS)
+    body.arrays["mass"][:] = random.uniform(0.5, 2.0, body.n_points)
+    sim.grid.nodes.velocity[:] = (1.0, 0.0, 0.0)
+    faults = np.zeros(body.n_points)
+    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, moves=True)
+    points = body.points
+    read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
+    return body, faults, pass_points(Drift(), declared, body.mapped.content, read, kept)
+
+
+def test_points_move_and_are_summed(drifting):
+    body, _, task = drifting
+    before, slabs = body.arrays["position"].copy(), body.slabs
+    each_point(body.n_slabs, task, 0.01)
+    # three roundings of places of some cells
+    assert body.arrays["position"] == pytest.approx(before + np.array([0.01, 0.0, 0.0]), abs=4e-15)
+    assert np.all(body.arrays["volume"] == 0.01)
+    assert slabs.sums[:, STORED].sum() == pytest.approx(body.arrays["mass"].sum(), rel=1e-14)
+    assert slabs.sums[:, RATE].max() == before[:, 0].max()
+    assert not slabs.fault.any()
+    assert not slabs.left_slab.any()
+    assert 0 < slabs.sums[:, VECTORS].sum() <= body.n_points
+
+
+@pytest.mark.parametrize("others", [{}, {1: LOST}])
+def test_what_would_turn_over_keeps_what_it_had(drifting, others):
+    """And comes before points that left the grid, which others may have let go."""
+    body, faults, task = drifting
+    before = {name: body.arrays[name].copy() for name in ("position", "volume")}
+    faults[7] = INVERTED
+    for point in others:
+        body.arrays["position"][point, 0] = before["position"][point, 0] = COUNTS[0] - 0.001
+    each_point(body.n_slabs, task, 0.01)
+    for name, array in before.items():
+        assert np.all(body.arrays[name][7] == array[7])
+        assert np.all(np.delete(body.arrays[name] != array, 7, axis=0).reshape(body.n_points - 1, -1)[:, 0])
+    found = body.slabs.fault[body.slabs.fault[:, 0] != OK]
+    assert (INVERTED, 7) in [tuple(row) for row in found]
+
+
+@pytest.mark.parametrize(("step", "fault"), [(5.0, LOST), (np.inf, NOT_FINITE), (np.nan, NOT_FINITE)])
+def test_places_that_are_none_are_faults(drifting, step, fault):
+    body, _, task = drifting
+    each_point(body.n_slabs, task, step)
+    codes = body.slabs.fault[np.diff(body.slabs.first) > 0, 0]
+    assert np.all(codes == fault)
+    if fault == LOST:
+        assert body.slabs.of_lost[:, STORED].sum() == pytest.approx(body.arrays["mass"].sum(), rel=1e-14)
+
+
+def test_the_order_of_an_index_is_as_good(drifting):
+    """Points that are stored in the order of their mesh get the same, each in its own place."""
+    body, faults, task = drifting
+    order = np.random.default_rng(1).permutation(body.n_points)
+    stored = {name: np.empty_like(array) for name, array in body.arrays.items()}
+    for name, array in body.arrays.items():
+        stored[name][order] = array
+    points = body.points._replace(**{name: stored[name] for name in body.points._fields})
+    mapped = body.mapped.content._replace(points=points, index=ByIndex(order))
+    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, moves=True)
+    read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
+    each_point(body.n_slabs, task, 0.01)
+    sums = body.slabs.sums.copy()
+    each_point(body.n_slabs, pass_points(Drift(), declared, mapped, read, kept), 0.01)
+    assert np.array_equal(body.slabs.sums, sums)
+    assert np.array_equal(stored["position"][order], body.arrays["position"])
+
+
+def test_rules_move_points_one_by_one(drifting):
+    """What was found before stays: a fault of the step, and that points left their slabs."""
+    body, _, _ = drifting
+    by, before = np.zeros(body.n_points), body.arrays["position"].copy()
+    by[3] = 9.0
+    push = moving(body.mapped.content, Push(by))
+    move_points(body.n_slabs, push, 1.0)
+    assert body.arrays["position"][3, 0] == before[3, 0] + 9.0
+    assert np.all(np.delete(body.arrays["position"] == before, 3, axis=0))
+    slab = np.searchsorted(body.slabs.first, 3, side="right") - 1
+    assert tuple(body.slabs.fault[slab]) == (LOST, 3)
+    body.slabs.fault[slab] = INVERTED, 0
+    move_points(body.n_slabs, moving(body.mapped.content, Stay()), 1.0)
+    assert tuple(body.slabs.fault[slab]) == (INVERTED, 0)
