@@ -49,7 +49,7 @@ def _kind(value: Any) -> Any:
         return value.type_name
     if kind is np.ndarray:
         return value.dtype, value.ndim, value.flags.num
-    if isinstance(value, tuple):
-        members = tuple(map(_kind, value))
-        return None if None in members else (kind, members)
-    return kind if kind in PLAIN else None
+    if kind in PLAIN:
+        return kind
+    members = tuple(map(_kind, value)) if isinstance(value, tuple) else (None,)
+    return None if None in members else (kind, members)
