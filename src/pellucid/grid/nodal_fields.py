@@ -61,8 +61,9 @@ class NodalField(NamedTuple):
         if self.in_rows:
             return aligned_rows(n).reshape(-1)
         shape = (*([several] if self.several else []), n, *([self.components] if self.components > 1 else []))
+        start = self.start
         # what is zero takes no memory of the machine before it is used
-        return np.zeros(shape, self.dtype) if self.start == 0 else np.broadcast_to(self.start, shape).astype(self.dtype)
+        return np.zeros(shape, self.dtype) if start == 0 else np.full(shape, start, self.dtype)
 
 
 def rows(combine: Combine, cleared: Cleared, unit: str, meaning: str) -> NodalField:
@@ -96,12 +97,14 @@ def declared(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField | View]:
     return {name: one for name, one in found.items() if isinstance(one, NodalField | View)}
 
 
-def fields_of(kind: type[tuple[Any, ...]]) -> dict[str, NodalField]:
+@cache
+def fields_of(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField]:
     """The fields of a set, by name."""
     return {name: one for name, one in declared(kind).items() if isinstance(one, NodalField)}
 
 
-def views_of(kind: type[tuple[Any, ...]]) -> dict[str, View]:
+@cache
+def views_of(kind: type[tuple[Any, ...]]) -> Mapping[str, View]:
     """The views of a set, by name."""
     return {name: one for name, one in declared(kind).items() if isinstance(one, View)}
 

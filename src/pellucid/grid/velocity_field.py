@@ -161,7 +161,8 @@ class VelocityField:
         """Before contact gives its second increments in a step: those of the step before, and the impulses that prescribed
         motions have taken by now, are gone."""
         self.external.impulse.fill(0.0)
-        self._own = with_memory(self._own, self.grid.n_nodes, "second_increment")
+        if not len(self.second_increment):
+            self._own = with_memory(self._own, self.grid.n_nodes, "second_increment")
         for node in self._second_nodes:
             self.second_increment[node] = 0.0
         self._second_nodes = []
