@@ -1,6 +1,6 @@
 """Driven points: material points with prescribed velocity and position, and how they constrain the nodes.
 
-The kernels take a body as in `pellucid.grid.transfer`, the bundle of a `DrivenPoints`, and that of
+The kernels take a body as the bundle of its `MappedPoints`, the bundle of a `DrivenPoints`, and that of
 the `DrivenNodes` of `pellucid.grid.actions`.
 """
 

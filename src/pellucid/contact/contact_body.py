@@ -42,7 +42,7 @@ class ContactBody(Protocol):
 
     @property
     def mapped(self) -> Bundle:
-        """Its points as the kernels of `pellucid.grid.transfer` take them."""
+        """Its points as the kernels over points take them."""
 
     @property
     def n_slabs(self) -> int:

@@ -29,7 +29,7 @@ class FaceAreas(NamedTuple):
 class Faces(NamedTuple):
     """Points on a surface."""
 
-    mapped: Bundle  # as the kernels of `pellucid.grid.transfer` take them
+    mapped: Bundle  # as the kernels over points take them
     n_slabs: int  # number of slabs into which they are divided
     areas: FaceAreas
 

@@ -239,7 +239,7 @@ class ExplicitNodes(
 
     @property
     def mapped(self) -> Bundle:
-        """The nodes as the kernels of `pellucid.grid.transfer` take them."""
+        """The nodes as the kernels over points take them."""
         return self._coupled().mapped
 
     @property
