@@ -69,13 +69,13 @@ def _gather(points, start, n, found, first_node, c):
 
 @pointwise
 def _find(points, dt, n, c):
-    """What the pass finds at each point, into the columns after what was gathered."""
+    """What the pass finds at each point, in place of what was looked up and gathered: fewer columns stay nearer."""
     like, known_like, gathered_like = points.like, points.known_like, points.gathered_like
     GATHERED = size(like) + size(known_like)
     for q in range(n):
         p, known = take(like, c, q), take(known_like, c, q + size(like) * WIDTH)
         g = take(gathered_like, c, q + GATHERED * WIDTH)
-        put(c, q + (GATHERED + size(gathered_like)) * WIDTH, at_point(points.task, points.mapped.lattice, dt, p, known, g))
+        put(c, q + size(like) * WIDTH, at_point(points.task, points.mapped.lattice, dt, p, known, g))
 
 
 @pointwise
@@ -122,10 +122,10 @@ def _slab(s, points, dt, gives):
         return
     like, kept_like = points.like, points.found_like.kept
     columns, bounds = size(points.found_like.sums), bounds_of(slabs, s)
-    KEPT = size(like) + size(points.known_like) + size(points.gathered_like)
+    KEPT, GATHERED = size(like), size(points.known_like) + size(points.gathered_like)
     SUMS = KEPT + size(kept_like)
     LARGEST = SUMS + columns
-    FAULT, BEYOND, COLUMNS = LARGEST + 1, LARGEST + 2, LARGEST + 3
+    FAULT, BEYOND, COLUMNS = LARGEST + 1, LARGEST + 2, max(LARGEST + 3, KEPT + GATHERED)
     # sums of the pass; the largest; faults; points beyond their slab; sums of the points that left the grid
     c, sums, of_lost = numbers(WIDTH * COLUMNS), zeros((columns + 3) * LANES), zeros(columns)
     found, first_node, weights = numbers(WIDTH * size(functions_like(functions))), indices(BLOCK), numbers(WIDTH * WEIGHTS)
@@ -137,6 +137,7 @@ def _slab(s, points, dt, gives):
         if size(points.known_like) > 0:
             _look_up(points, n, found, first_node, c)
         vectors += _gather(points, start, n, found, first_node, c)
+        add_to_cells(points.to_cells, points, n, c)
         _find(points, dt, n, c)
         if points.moves:
             _check_places(lattice, bounds, n, c, KEPT * WIDTH, FAULT * WIDTH)
@@ -156,7 +157,6 @@ def _slab(s, points, dt, gives):
                     first_fault = fault
                     at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
                 c[uintp(q + FAULT * WIDTH)] = 0.0 if fault == INVERTED else 1.0
-        add_to_cells(points.to_cells, points, n, c)
         keep_where(FAULT, sound, index, kept_like, points.kept, start, n, c, KEPT * WIDTH)
         give(points.gives, mapped, start, n, found, first_node, weights, gives)
     slabs.sums[s, VECTORS] = vectors
