@@ -14,7 +14,6 @@ from pellucid.conditions.support import Face
 from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
@@ -83,6 +82,8 @@ def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple
     faces: each with the speeds of pressure and shear waves [m/s]. Only the functions of a face's own nodes do not vanish on
     it, so that a node of mass m = ρ A ∫N loses ρ c A v, that is m v c/∫N, with the integral of N across the face.
     """
+    from pellucid.grid.momentum import ExternalAction  # numba is heavy
+
     rates = fields_of(ExternalAction)["absorption"].allocate(grid.n_nodes)
     index, position = grid.where()
     lattice = grid.lattice
