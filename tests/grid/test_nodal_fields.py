@@ -56,7 +56,7 @@ def test_memory_is_as_declared_and_nothing_is_given_yet():
     assert bytes_of(Nodes) == sum({id(array.base): array.nbytes for array in allocate(Nodes, 1)[:6]}.values()) + 1 + 3 * 2
 
 
-def test_views_show_their_part_of_a_field_wherever_its_memory_is():
+def test_views_show_their_part_of_a_field_of_any_memory():
     nodes = allocate(Nodes, 4)
     nodes.inertia[:] = np.arange(16)
     assert np.array_equal(nodes.mass, [3, 7, 11, 15])
@@ -112,7 +112,7 @@ def test_listed_nodes_alone_are_cleared(listed):
     assert np.array_equal(nodes.inertia.reshape(-1, 4), expected, equal_nan=True)
 
 
-def test_momentum_is_cleared_without_mass_before_it_is_mapped_again():
+def test_momentum_is_cleared_without_mass_for_the_next_mapping():
     nodes = filled(np.random.default_rng(3))
     forces, mass = nodes.forces.copy(), nodes.mass.copy()
     Clearing(REMAP, nodes)()

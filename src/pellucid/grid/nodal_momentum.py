@@ -15,8 +15,6 @@ from pellucid.grid.supports import Supports
 from pellucid.jit.bundle import Bundle
 from pellucid.reductions import ordered_sum
 
-NO_SEPARATE_FORCES = np.zeros(0)
-
 
 class NodalMomentum:
     """Advances the momentum of the nodes of one velocity field.
@@ -33,7 +31,7 @@ class NodalMomentum:
         small_mass: float,
         flip: float,
         external: ExternalAction,
-        separate_forces: np.ndarray = NO_SEPARATE_FORCES,
+        separate_forces: np.ndarray | None = None,
     ) -> None:
         self.small_mass = small_mass
         self.flip = flip
@@ -49,7 +47,8 @@ class NodalMomentum:
         load = fields_of(AdvancedNodes)["load"].allocate(external.loads.shape[1] if len(external.loads) else 0)
         self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
         self._gravity = self._full_gravity.copy()
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, separate_forces, self._sums))
+        separate = np.zeros(0) if separate_forces is None else separate_forces
+        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, separate, self._sums))
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act."""

@@ -22,7 +22,7 @@ def advance(chunks, field, dt, small, flip, counted, node, awaiting):
     """The momentum equation of all nodes; where `counted`, their works too, while the nodes are at hand."""
     if len(field.separate_forces) > 0:
         parallel_for(add_separate_forces_chunk, chunks, field)
-    if len(field.load) > 0:  # apart: loops over the channels within the momentum equation would slow down all nodes
+    if len(field.load) > 0:  # by themselves: loops over the channels within the momentum equation would slow down all nodes
         parallel_for(sum_loads_chunk, chunks, field)
     parallel_for(_advance_chunk, chunks, field, dt, small, flip, counted, node, awaiting)
 
