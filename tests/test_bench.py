@@ -22,6 +22,7 @@ from pellucid.bench.problem import MATERIALS, bench_case, case_of
 from pellucid.errors import UsageError
 
 SOME_VARIANTS = [{"body": "ideal-gas", "functions": "trilinear", "transfer": "apic"}, {"body": "membrane-elements"}]
+SOME_PASSES = [{"body": "ideal-gas"}, {"body": "membrane-points"}]
 PEER_SCRIPTS = Path(__file__).parents[1] / "benchmarks" / "peers"
 
 
@@ -42,6 +43,7 @@ def result() -> dict[str, Any]:
     """A benchmark of a thousand points, with two of the variants, which compile kernels of their own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(whole, "VARIANTS", SOME_VARIANTS)
+        patch.setattr(whole, "PASSES", SOME_PASSES)
         patch.setattr(whole, "THREADS_POINTS", (1000,))
         return bench(points=[1000], steps=2, threads=1)
 
@@ -85,6 +87,17 @@ def test_other_functions_transfers_and_membranes_are_measured(result: dict[str, 
     found = [(row["body"], row["functions"], row["transfer"]) for row in result["variants"]]
     assert found == [("ideal-gas", "trilinear", "apic"), ("membrane-elements", "trilinear", "flip")]
     assert all(row["points"] == pytest.approx(1000, rel=0.05) for row in result["variants"])
+
+
+def test_passes_are_measured_alone(result: dict[str, Any]) -> None:
+    names = [set(row["passes"]) for row in result["passes"]]
+    common = {"particle to grid", "velocities", "velocities and momentum"}
+    assert names == [{*common, "straining"}, {*common, "gradients"}]
+    for row in result["passes"]:
+        for one in row["passes"].values():
+            assert one["bytes_per_second"] * one["seconds_per_point"] == pytest.approx(one["bytes_per_point"])
+    # read: place, velocity, mass, volume, stress and energy; kept: place, volume, stress and energy
+    assert result["passes"][0]["passes"]["straining"]["bytes_per_point"] == 8 * (3 + 3 + 1 + 1 + 7 + 3 + 1 + 7)
 
 
 def test_the_gas_is_measured_with_numbers_of_threads(result: dict[str, Any]) -> None:
@@ -183,6 +196,7 @@ def test_missing_peer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
             "machine": MACHINE,
             "bodies": [],
             "variants": [],
+            "passes": [],
             "threads": [],
             "contact": CONTACT,
             "solid": SOLID,

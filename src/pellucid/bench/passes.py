@@ -14,7 +14,7 @@ from pellucid.simulation.simulation import Simulation
 
 WARM_UP_STEPS = 3
 ROUNDS = 7
-SECONDS = 0.1  # of a round, about
+SECONDS = 0.05  # of a round, about
 
 
 def passes(body: str, points: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip") -> dict[str, Any]:
