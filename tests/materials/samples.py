@@ -39,6 +39,7 @@ SOLIDS = {
     kind: model(**(SOFT if issubclass(model, HyperelasticMaterial) else ALUMINIUM))
     for kind, model in materials.MATERIALS.entries.items()
     if issubclass(model, ElasticMaterial)
+    and not {name for name, field in model.model_fields.items() if field.is_required()} - SOFT.keys()
 }
 BULK = {"density": 1100.0, "bulk_modulus": 6e4}
 # those with parameters of their own, of about the same stiffness

@@ -26,16 +26,16 @@ def passes(body: str, points: int, threads: int | None, functions: str = "trilin
     if not isinstance(subject, PointsOnGrid):
         raise TypeError(f"{body} is no body of points on the grid")
     n = subject.n_points
-    found = {name: _measured(alone.run, alone.moved, n) for name, alone in subject.passes().items()}
+    found = {name: _measured(alone.run, alone.traffic, n) for name, alone in subject.passes().items()}
     what = {"body": body, "functions": functions, "transfer": transfer}
     return {**what, "points": n, "threads": threads, "passes": found}
 
 
-def _measured(run: Callable[[], None], moved: list[np.ndarray], points: int) -> dict[str, float]:
+def _measured(run: Callable[[], None], traffic: list[np.ndarray], points: int) -> dict[str, float]:
     run()
     times = int(np.clip(SECONDS / max(_seconds(run, 1), 1e-9), 1, 1000))
     seconds = min(_seconds(run, times) for _ in range(ROUNDS)) / points
-    size = sum(array.nbytes for array in moved) / points
+    size = sum(array.nbytes for array in traffic) / points
     return {"seconds_per_point": seconds, "bytes_per_point": size, "bytes_per_second": size / seconds}
 
 

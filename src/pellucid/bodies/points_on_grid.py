@@ -12,9 +12,10 @@ from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
 from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import ParticleToGrid
-from pellucid.grid.passes.each_point import each_point_by_colour
+from pellucid.grid.passes.each_point import each_point
+from pellucid.grid.passes.gifts import FIRST
 from pellucid.grid.passes.moving import move_points, moving
-from pellucid.grid.passes.points_pass import PassAlone, moved_by
+from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import (
     AFFINE,
     FIELD_ENERGY,
@@ -38,7 +39,7 @@ from pellucid.grid.points import (
 )
 from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
-from pellucid.grid.velocities import KeptHeat, taking_velocities
+from pellucid.grid.velocities import HeatArrays, taking_velocities
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -126,7 +127,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     def _velocity_pass(self) -> Bundle:
         """The pass that gives the points their velocities: whether it keeps heat may change while conditions are made known."""
         if self.keeps_heat not in self._velocity_passes:
-            heat = KeptHeat(self.kept_energy(), self._heat) if self.keeps_heat else None
+            heat = HeatArrays(self.kept_energy(), self._heat) if self.keeps_heat else None
             where = self.transfer, self.mapped.content, self.arrays.get("affine"), heat, self._cells
             self._velocity_passes[self.keeps_heat] = taking_velocities(*where)
         return self._velocity_passes[self.keeps_heat]
@@ -204,15 +205,15 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     def passes(self) -> dict[str, PassAlone]:
         """For measurements: each pass of a step by name, to be done without a step in time."""
         velocities, given = self._velocity_pass(), self._to_grid
-        moved = moved_by(velocities)
+        traffic = traffic_of(velocities)
 
-        def take(gives: int) -> Callable[[], None]:
-            return lambda: each_point_by_colour(self.n_slabs, velocities, 0.0, gives)
+        def take(which: int) -> Callable[[], None]:
+            return lambda: each_point(velocities, 0.0, which)
 
         return {
             "particle to grid": PassAlone(lambda: given.scatter(inertia=True, force=True), given.read()),
-            "velocities": PassAlone(take(0), moved),
-            "velocities and momentum": PassAlone(take(1), moved),
+            "velocities": PassAlone(take(0), traffic),
+            "velocities and momentum": PassAlone(take(FIRST), traffic),
         }
 
     # the stages of a step
@@ -244,7 +245,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
         """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
-        each_point_by_colour(self.n_slabs, self._velocity_pass(), dt, int(remap and self.constraint is None))
+        each_point(self._velocity_pass(), dt, FIRST if remap and self.constraint is None else 0)
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
@@ -299,7 +300,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     def update_positions(self, dt: float) -> None:
         """New positions alone. Where a constraint does not let the grid strain the points, it gives them all of these."""
         if self.constraint is None or self.constraint.strains:
-            move_points(self.n_slabs, self._by_nodes, dt)
+            move_points(self._by_nodes, dt)
         self.prescribe_positions()
         if self.contact_surface is not None:
             self.contact_surface.follow(dt)

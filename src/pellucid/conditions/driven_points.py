@@ -72,13 +72,9 @@ def _take_share(shares, number):
 class Constrain(NamedTuple):
     """A run gives its nodes mass and prescribed momentum."""
 
-    none: int = 0
-
 
 class Prescribe(NamedTuple):
     """A run takes its prescribed velocity; work and impulses that this takes."""
-
-    none: int = 0
 
 
 class Run(NamedTuple):
@@ -172,14 +168,14 @@ def _slab(s, mapped, drive, nodes, task):
 @kernel()
 def constrain_nodes(n, mapped, drive, nodes):
     """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    parallel_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Constrain(0))
+    parallel_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Constrain())
 
 
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
     """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included, are added
     to `taken`."""
-    joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe(0))
+    joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe())
 
 
 @point_function(displacement, DrivenPoints)

@@ -106,8 +106,8 @@ class PrescribedPoints(ActiveCondition):
 
     def prescribe_positions(self) -> None:
         """Prescribed positions."""
-        if self._points is not None:
-            move_points_jointly(self._points.n_slabs, self._leading, 0.0)
+        if self._leading is not None:
+            move_points_jointly(self._leading, 0.0)
 
     def work(self) -> StepWork:
         """Work and impulses of the motions; a body with its own nodes counts its own."""

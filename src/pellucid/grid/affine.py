@@ -59,7 +59,7 @@ def affine_functions_like(transfer: VelocityTransfer, functions: GridFunctions) 
 
 
 @point_function(renewed, Apic)
-def _renew(transfer, about, lattice, nodes, p, known, new, mean, change, lumping):
+def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumping):
     wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
     # linear functions spread by nothing at a node: their affine field is a gradient, which light nodes must not spoil
     velocity = nodes.strain_velocity if max(len(wx), len(wy), len(wz)) == 2 else nodes.velocity

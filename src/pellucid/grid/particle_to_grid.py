@@ -21,22 +21,22 @@ from pellucid.grid.passes.gifts import (
 )
 from pellucid.grid.passes.points_pass import arrays_in
 from pellucid.grid.points import PRESSURE, FullCells, MappedPoints, cell_of
-from pellucid.jit import point_function
+from pellucid.jit import point_function, pointwise
 from pellucid.jit.point_rows import symmetric_at_point, tensor_at_point, vector_at_point
 from pellucid.jit.products import moved
 from pellucid.jit.vector import row
 
 
 class Inertia(NamedTuple):
-    """Momentum m v [kg m/s], and mass [kg] `counted` times, 0 or 1."""
+    """Momentum m v [kg m/s], and mass [kg] if `with_mass` is 1 and not 0."""
 
-    counted: float
+    with_mass: float
 
 
 class AffineInertia(NamedTuple):
     """The same of points with affine velocity fields: m (v + C r) at the distance r."""
 
-    counted: float
+    with_mass: float
 
 
 class InertiaRead(NamedTuple):
@@ -49,8 +49,6 @@ class InertiaRead(NamedTuple):
 
 class InternalForce(NamedTuple):
     """-V σ ∇N [N]."""
-
-    none: int = 0
 
 
 class InternalForceInCells(NamedTuple):
@@ -68,59 +66,62 @@ class InternalForceRead(NamedTuple):
 
 
 @point_function(given, Inertia)
-def _inertia(give, lattice, points, p):
-    return points.mass[p] * (vector_at_point(points.velocity, p) + row(0.0, 0.0, 0.0, give.counted))
+def _inertia(rule, lattice, points, p):
+    return points.mass[p] * (vector_at_point(points.velocity, p) + row(0.0, 0.0, 0.0, rule.with_mass))
 
 
 @point_function(given, AffineInertia)
-def _affine_inertia(give, lattice, points, p):
+def _affine_inertia(rule, lattice, points, p):
     m, (x, y, z) = points.mass[p], tensor_at_point(points.affine, p)
     of_momentum = row(m, m, m, 0.0)
-    at_place = m * (vector_at_point(points.velocity, p) + row(0.0, 0.0, 0.0, give.counted))
+    at_place = m * (vector_at_point(points.velocity, p) + row(0.0, 0.0, 0.0, rule.with_mass))
     return at_place, of_momentum * x, of_momentum * y, of_momentum * z
 
 
 @point_function(rows_at_nodes, AffineInertia)
-def _by_distance(give, rows, about, cell):
+def _by_distance(rule, rows, about, cell):
     x, y, z = cell * rows[1], cell * rows[2], cell * rows[3]
     first = rows[0] + about.offset[0] * x + about.offset[1] * y + about.offset[2] * z
     return moved(moved(moved((first,), about.wz, z), about.wy, y), about.wx, x)
 
 
 @point_function(rows_of_line, AffineInertia)
-def _affine_line(give, rows, w, dx, dy):
+def _affine_line(rule, rows, w, dx, dy):
     return w * (rows[0] + dx * rows[1] + dy * rows[2]), w * rows[3]
 
 
 @point_function(row_of_node, AffineInertia)
-def _affine_node(give, line, dz):
+def _affine_node(rule, line, dz):
     return line[0] + dz * line[1]
 
 
+@pointwise
+def _times_volume(V, x, y, z):
+    """Columns of a stress times -V."""
+    taken = row(-V, -V, -V, 0.0)
+    return taken * x, taken * y, taken * z
+
+
 @point_function(given, InternalForce)
-def _internal_force(give, lattice, points, p):
-    xx, yy, zz = symmetric_at_point(points.stress, p)
-    V = -points.volume[p]
-    taken = row(V, V, V, 0.0)
-    return taken * xx, taken * yy, taken * zz
+def _internal_force(rule, lattice, points, p):
+    x, y, z = symmetric_at_point(points.stress, p)
+    return _times_volume(points.volume[p], x, y, z)
 
 
 @point_function(given, InternalForceInCells)
-def _internal_force_in_cells(give, lattice, points, p):
-    xx, yy, zz = symmetric_at_point(points.stress, p)
-    pressure = give.found[cell_of(lattice, points.position, p), PRESSURE]
-    xx += row(pressure, 0.0, 0.0, 0.0)
-    yy += row(0.0, pressure, 0.0, 0.0)
-    zz += row(0.0, 0.0, pressure, 0.0)
-    V = -points.volume[p]
-    taken = row(V, V, V, 0.0)
-    return taken * xx, taken * yy, taken * zz
+def _internal_force_in_cells(rule, lattice, points, p):
+    x, y, z = symmetric_at_point(points.stress, p)
+    pressure = rule.found[cell_of(lattice, points.position, p), PRESSURE]
+    x += row(pressure, 0.0, 0.0, 0.0)
+    y += row(0.0, pressure, 0.0, 0.0)
+    z += row(0.0, 0.0, pressure, 0.0)
+    return _times_volume(points.volume[p], x, y, z)
 
 
-def inertia_of(mapped: MappedPoints, counted: float, affine: np.ndarray | None = None) -> ByValue:
-    """Momentum of points, and their masses as often as `counted`; affine: their fields, shape (points, 10)."""
+def inertia_of(mapped: MappedPoints, with_mass: float, affine: np.ndarray | None = None) -> ByValue:
+    """Momentum of points, with their masses or not, 1 or 0; affine: their fields, shape (points, 10)."""
     read = InertiaRead(mapped.points.velocity, mapped.points.mass, () if affine is None else affine)
-    rule = Inertia(counted) if affine is None else AffineInertia(counted)
+    rule = Inertia(with_mass) if affine is None else AffineInertia(with_mass)
     return by_value(rule, read, mapped.nodes.inertia)
 
 
@@ -135,13 +136,12 @@ class ParticleToGrid:
     """What the points of a body give to the nodes of its velocity field."""
 
     def __init__(self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | None = None) -> None:
-        self._n_slabs = len(mapped.slabs.layers)
         self._both = giving(mapped, Both(inertia_of(mapped, 1.0, affine), internal_force_of(mapped, cells)))
         self._momentum = giving(mapped, inertia_of(mapped, 0.0, affine))
 
     def scatter(self, inertia: bool, force: bool) -> None:
         """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""
-        scatter(self._n_slabs, self._both, FIRST * inertia + SECOND * force)
+        scatter(self._both, FIRST * inertia + SECOND * force)
 
     def read(self) -> list[np.ndarray]:
         """The arrays of points that both gifts read."""
@@ -149,4 +149,4 @@ class ParticleToGrid:
 
     def scatter_momentum(self) -> None:
         """Momentum alone, after the velocities of the points were changed (MUSL)."""
-        scatter(self._n_slabs, self._momentum, FIRST)
+        scatter(self._momentum)

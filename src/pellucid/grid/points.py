@@ -100,8 +100,6 @@ def _by_index(index, q):
 class NoCells(NamedTuple):
     """No pressure of cells acts as a whole."""
 
-    none: int = 0
-
 
 class FullCells(NamedTuple):
     """What `pellucid.grid.full_cells` knows of n cells, numbered as their first nodes are stored."""

@@ -52,11 +52,11 @@ class Kept(NamedTuple):
 
 
 class Strain(NamedTuple):
-    """New volumes and stresses, and where `moving` is 1 and not 0 new places."""
+    """New volumes and stresses, and new places if points move."""
 
     law: Any
     cells: Any  # `NoCells` or `FullCells`
-    moving: float
+    moving: float  # 1 if they move, else 0
 
 
 @generic
@@ -137,7 +137,7 @@ def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | Non
         looks_up=() if cells is None else 0.0,
         sums=(STORED, DISSIPATED, POWER, HEATING),
         largest=RATE,
-        moves=True,
+        places=True,
     )
     read = Read(points.position, points.velocity, points.mass, points.volume, state)
     kept = Kept(points.position, points.volume, state)

@@ -30,12 +30,12 @@ def renewed(
     p: Any,
     known: Any,
     new: Any,
-    mean: Any,
+    mapped: Any,
     change: Any,
     lumping: Any,
 ) -> Any:
     """Of a point with the velocity `new` after the step, its affine field of APIC with its energy, else (), and the heat of the
-    transfer of unit mass [J/kg]. known: its functions for that field; mean, change: the nodes' velocity and increment there."""
+    transfer of unit mass [J/kg]. known: its functions for that field; mapped, change: velocity and increment of the nodes."""
 
 
 @generic
@@ -44,7 +44,7 @@ def kept_heat(transfer: Any, heat: float) -> float:
 
 
 @point_function(renewed, Flip)
-def _flip(transfer, about, lattice, nodes, p, known, new, mean, change, lumping):
+def _flip(transfer, about, lattice, nodes, p, known, new, mapped, change, lumping):
     return (), lumping
 
 
@@ -60,17 +60,17 @@ def _all(transfer, heat):
 
 
 @point_function(renewed, Blend)
-def _blend(transfer, about, lattice, nodes, p, known, new, mean, change, lumping):
-    return (), lumping + _filtered(transfer, about, lattice, nodes, p.velocity, mean, change)
+def _blend(transfer, about, lattice, nodes, p, known, new, mapped, change, lumping):
+    return (), lumping + _filtered(transfer, about, lattice, nodes, p.velocity, mapped, change)
 
 
 @pointwise
-def _filtered(transfer, about, lattice, nodes, v, new, change):
+def _filtered(transfer, about, lattice, nodes, v, mapped, change):
     """With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less than
     u. The sum of the last over all points is that of the m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), v_I° before the step."""
     share = 1.0 - transfer.flip
-    dx, dy, dz = v[0] + change[0] - new[0], v[1] + change[1] - new[1], v[2] + change[2] - new[2]
-    old = (new[0] - change[0], new[1] - change[1], new[2] - change[2])
+    dx, dy, dz = v[0] + change[0] - mapped[0], v[1] + change[1] - mapped[1], v[2] + change[2] - mapped[2]
+    old = (mapped[0] - change[0], mapped[1] - change[1], mapped[2] - change[2])
     velocity, increment = nodes.velocity, nodes.velocity_increment
     wx, wy, wz = about.wx, about.wy, about.wz
     filtered = nothing(v[0])
@@ -80,6 +80,6 @@ def _filtered(transfer, about, lattice, nodes, v, new, change):
                 I = node_at(about, lattice, a, b, c)
                 apart = nothing(v[0])
                 for d in range(3):
-                    apart += (velocity[I, d] - new[d]) * (velocity[I, d] - increment[I, d] - old[d])
+                    apart += (velocity[I, d] - mapped[d]) * (velocity[I, d] - increment[I, d] - old[d])
                 filtered += wx[a] * wy[b] * wz[c] * apart
     return share * (filtered + (1.0 - 0.5 * share) * (dx * dx + dy * dy + dz * dz))

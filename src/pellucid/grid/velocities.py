@@ -33,7 +33,7 @@ from pellucid.jit import generic, point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.tensors import IDENTITY, ZERO_VECTOR, stress_power
 
-MOVED = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS
+MOTION_SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS
 
 
 class Read(NamedTuple):
@@ -62,6 +62,16 @@ class Kept(NamedTuple):
     worked: Any  # internal energy and heat of the transfer [J/kg], or ()
 
 
+class Gathered(NamedTuple):
+    """What it gathers."""
+
+    velocity: Any  # of the point after the step [m/s]
+    lumping: Any  # heat of lumping, of unit mass [J/kg]
+    heat: Any  # that of the whole transfer [J/kg]
+    affine: Any
+    gradient: Any  # of the mean velocity [1/s], or ()
+
+
 class TakeVelocity(NamedTuple):
     """New velocities, affine fields, and energies where points keep heat."""
 
@@ -72,19 +82,13 @@ class TakeVelocity(NamedTuple):
 class NoWork(NamedTuple):
     """Points keep no heat."""
 
-    none: int = 0
-
 
 class Work(NamedTuple):
     """The work of the stress and the heat of the transfer go to the internal energy."""
 
-    none: int = 0
-
 
 class Rates(NamedTuple):
     """Points keep no heat, but their cells count the rates at which their volumes grow."""
-
-    none: int = 0
 
 
 @generic
@@ -144,20 +148,20 @@ def _look_up(task, lattice, functions, about, p):
 @point_function(gathered, TakeVelocity)
 def _gather(task, about, lattice, nodes, p, known):
     v, by = p.velocity, task.transfer
-    change, mean = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
+    change, mapped = gather(about, lattice, nodes.velocity_increment), gather(about, lattice, nodes.velocity)
     lumping = lumping_heat(gather_scalar(about, lattice, nodes.increment_energy), change)
     new = (
-        new_velocity(by, v[0], mean[0], change[0]),
-        new_velocity(by, v[1], mean[1], change[1]),
-        new_velocity(by, v[2], mean[2], change[2]),
+        new_velocity(by, v[0], mapped[0], change[0]),
+        new_velocity(by, v[1], mapped[1], change[1]),
+        new_velocity(by, v[2], mapped[2], change[2]),
     )
-    affine, heat = renewed(by, about, lattice, nodes, p, known, new, mean, change, lumping)
-    return new, lumping, heat, affine, mean_gradient(task.work, about, lattice, nodes)
+    affine, heat = renewed(by, about, lattice, nodes, p, known, new, mapped, change, lumping)
+    return Gathered(new, lumping, heat, affine, mean_gradient(task.work, about, lattice, nodes))
 
 
 @point_function(at_point, TakeVelocity)
 def _take(task, lattice, dt, p, known, g):
-    (x, y, z), lumping, heat, affine, L = g
+    (x, y, z), lumping, heat, affine, L = g  # as `Gathered` has them
     m, vv = p.mass, x * x + y * y + z * z
     worked, gained = work_at_point(task.work, task.transfer, dt, p, L, heat)
     moved = 0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * heat
@@ -166,11 +170,11 @@ def _take(task, lattice, dt, p, known, g):
 
 @point_function(in_cell, TakeVelocity)
 def _rate_of_volume(task, p, g):
-    L = g[4]
+    L = g.gradient
     return volume_of(task.work, p) * (L[0] + L[4] + L[8])
 
 
-class KeptHeat(NamedTuple):
+class HeatArrays(NamedTuple):
     """Where a body keeps heat."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
@@ -181,32 +185,33 @@ def taking_velocities(
     transfer: VelocityTransfer,
     mapped: MappedPoints,
     affine: np.ndarray | None = None,
-    kept_heat: KeptHeat | None = None,
+    heat: HeatArrays | None = None,
     cells: FullCells | None = None,
 ) -> Bundle:
-    """The pass for the points of a body; while it gives, their momentum goes back to the nodes.
+    """The pass for the points of a body; its gift is their momentum, for the nodes' second velocities (MUSL).
 
-    affine: fields of APIC, shape (points, 10). kept_heat: to the energy dt V σ:∇v̄ is added, with volume, stress and functions
-    of the forces on the nodes and the mean velocity v̄ along which these did their work over the step dt, and the heat of the
-    transfer where it is a loss; of APIC always, since it swings with the way of the points. cells: which count rates of volume.
-    Fills LUMPING and LOSS of the sums with what the transfer loses of kinetic energy, and those of momentum; GAINED and KEPT
-    with what was added to energies, and the heat in it [J]; AFFINE with the kinetic energy of affine fields [J]. The heat of
-    APIC has also what the way of the points since the last step did.
+    affine: fields of APIC, shape (points, 10). heat: where points keep heat; their energies take up dt V σ:∇v̄, with volume,
+    stress and functions of the forces on the nodes and v̄ the mean velocity of the nodes over the step, along which these did
+    their work, and the heat of the transfer where that is a loss; of APIC always, since it swings with the way of the points.
+    cells: full ones, which count the rates of volume.
+
+    Sums: those of momentum; LUMPING and LOSS, what the transfer loses of kinetic energy; GAINED and KEPT, what was added to
+    energies and the heat in it; AFFINE, the kinetic energy of affine fields [J].
     """
     points = mapped.points
     work: Any = NoWork()
     worked: Any = ()
     kept_work: Any = ()
-    if kept_heat is not None:
-        work, worked, kept_work = Work(), Worked(points.volume, points.stress, kept_heat.energy), kept_heat
+    if heat is not None:
+        work, worked, kept_work = Work(), Worked(points.volume, points.stress, heat.energy), heat
     elif cells is not None:
         work, worked = Rates(), points.volume
     fields: Any = () if affine is None else affine
     gradient = () if isinstance(work, NoWork) else IDENTITY
     declared = Declaration(
-        gathers=(ZERO_VECTOR, 0.0, 0.0, () if affine is None else (IDENTITY, 0.0), gradient),
+        gathers=Gathered(ZERO_VECTOR, 0.0, 0.0, () if affine is None else (IDENTITY, 0.0), gradient),
         looks_up=affine_functions_like(transfer, mapped.functions),
-        sums=(*MOVED, *(() if kept_heat is None else (GAINED, KEPT)), *(() if affine is None else (AFFINE,))),
+        sums=(*MOTION_SUMS, *(() if heat is None else (GAINED, KEPT)), *(() if affine is None else (AFFINE,))),
     )
     read = Read(points.position, points.velocity, points.mass, fields, worked)
     kept = Kept(points.velocity, fields, kept_work)

@@ -69,19 +69,29 @@ def _size(typing: Any, like: Any) -> Any:
     return types.intp(like), lambda context, builder, signature, values: ir.IntType(64)(size)
 
 
+def _emit_put(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+    """The last three of the arguments: array, place, values."""
+    (array_kind, _, values_kind), (array, at, found) = signature.args[-3:], given[-3:]
+    data = context.make_array(array_kind)(context, builder, array).data
+    for column, (kind, value) in enumerate(flat(builder, values_kind, found)):
+        place = _column(builder, data, at, column)
+        if kind is VECTOR:
+            builder.store(value, vector_at(builder, place), align=8)
+        else:
+            builder.store(context.cast(builder, value, kind, types.float64), place)
+    return context.get_dummy_value()
+
+
 @intrinsic
 def _put(typing: Any, array: Any, at: Any, values: Any) -> Any:
-    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, given[0]).data
-        for column, (kind, value) in enumerate(flat(builder, signature.args[2], given[2])):
-            place = _column(builder, data, given[1], column)
-            if kind is VECTOR:
-                builder.store(value, vector_at(builder, place), align=8)
-            else:
-                builder.store(context.cast(builder, value, kind, types.float64), place)
-        return context.get_dummy_value()
+    return types.none(array, types.intp, values), _emit_put
 
-    return types.none(array, types.intp, values), emit
+
+@intrinsic
+def _put_like(typing: Any, like: Any, array: Any, at: Any, values: Any) -> Any:
+    if leaves(values) != leaves(like):
+        raise TypeError(f"{leaves(values)} numbers where {leaves(like)} were declared")
+    return types.none(like, array, types.intp, values), _emit_put
 
 
 def _taking(kind: Any, lanes: bool) -> Any:
@@ -135,6 +145,12 @@ def rebuilt(like: Any, values: Iterator[Any]) -> Any:
     return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
 
 
+def _plain_put_like(like: Any, array: np.ndarray, at: int, values: Any) -> None:
+    if _plain_size(values) != _plain_size(like):
+        raise TypeError(f"{_plain_size(values)} numbers where {_plain_size(like)} were declared")
+    _plain_put(array, at, values)
+
+
 def _plain_take(like: Any, array: np.ndarray, at: int) -> Any:
     return rebuilt(like, (float(array[at + column * WIDTH]) for column in range(_plain_size(like))))
 
@@ -144,8 +160,9 @@ def _plain_take_lanes(like: Any, array: np.ndarray, at: int) -> Any:
     return rebuilt(like, (array[start : start + LANES].copy() for start in starts))
 
 
-_PLAIN = _plain_size, _plain_put, _plain_take, _plain_take_lanes
-_COMPILED = _size, _put, _take, _take_lanes
+_PLAIN = _plain_size, _plain_put, _plain_put_like, _plain_take, _plain_take_lanes
+_COMPILED = _size, _put, _put_like, _take, _take_lanes
 # size(like): how many columns a tuple takes. put(array, at, values): store its numbers, or vectors, one to a column, from `at`
-# in the first one on. take(like, array, at), take_lanes(like, array, at): such a tuple of numbers, or of vectors.
-size, put, take, take_lanes = _PLAIN if numba.config.DISABLE_JIT else _COMPILED
+# in the first one on; put_like(like, array, at, values): the same of a tuple with as many numbers as another, else a TypeError.
+# take(like, array, at), take_lanes(like, array, at): such a tuple of numbers, or of vectors.
+size, put, put_like, take, take_lanes = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

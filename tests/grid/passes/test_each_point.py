@@ -31,8 +31,6 @@ class Kept(NamedTuple):
 class Drift(NamedTuple):
     """Points move with the nodes; volumes become dt; masses are summed, x the maximum."""
 
-    none: int = 0
-
 
 @point_function(gathered, Drift)
 def _velocity(task, about, lattice, nodes, p, known):
@@ -65,7 +63,7 @@ def drifting():
     body.arrays["mass"][:] = random.uniform(0.5, 2.0, body.n_points)
     sim.grid.nodes.velocity[:] = (1.0, 0.0, 0.0)
     faults = np.zeros(body.n_points)
-    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, moves=True)
+    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, places=True)
     points = body.points
     read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
     return body, faults, pass_points(Drift(), declared, body.mapped.content, read, kept)
@@ -74,7 +72,7 @@ def drifting():
 def test_points_move_and_are_summed(drifting):
     body, _, task = drifting
     before, slabs = body.arrays["position"].copy(), body.slabs
-    each_point(body.n_slabs, task, 0.01)
+    each_point(task, 0.01)
     # three roundings of places of some cells
     assert body.arrays["position"] == pytest.approx(before + np.array([0.01, 0.0, 0.0]), abs=4e-15)
     assert np.all(body.arrays["volume"] == 0.01)
@@ -93,7 +91,7 @@ def test_what_would_turn_over_keeps_what_it_had(drifting, others):
     faults[7] = INVERTED
     for point in others:
         body.arrays["position"][point, 0] = before["position"][point, 0] = COUNTS[0] - 0.001
-    each_point(body.n_slabs, task, 0.01)
+    each_point(task, 0.01)
     for name, array in before.items():
         assert np.all(body.arrays[name][7] == array[7])
         assert np.all(np.delete(body.arrays[name] != array, 7, axis=0).reshape(body.n_points - 1, -1)[:, 0])
@@ -104,7 +102,7 @@ def test_what_would_turn_over_keeps_what_it_had(drifting, others):
 @pytest.mark.parametrize(("step", "fault"), [(5.0, LOST), (np.inf, NOT_FINITE), (np.nan, NOT_FINITE)])
 def test_places_that_are_none_are_faults(drifting, step, fault):
     body, _, task = drifting
-    each_point(body.n_slabs, task, step)
+    each_point(task, step)
     codes = body.slabs.fault[np.diff(body.slabs.first) > 0, 0]
     assert np.all(codes == fault)
     if fault == LOST:
@@ -120,11 +118,11 @@ def test_the_order_of_an_index_is_as_good(drifting):
         stored[name][order] = array
     points = body.points._replace(**{name: stored[name] for name in body.points._fields})
     mapped = body.mapped.content._replace(points=points, index=ByIndex(order))
-    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, moves=True)
+    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,), largest=RATE, places=True)
     read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
-    each_point(body.n_slabs, task, 0.01)
+    each_point(task, 0.01)
     sums = body.slabs.sums.copy()
-    each_point(body.n_slabs, pass_points(Drift(), declared, mapped, read, kept), 0.01)
+    each_point(pass_points(Drift(), declared, mapped, read, kept), 0.01)
     assert np.array_equal(body.slabs.sums, sums)
     assert np.array_equal(stored["position"][order], body.arrays["position"])
 
@@ -135,11 +133,43 @@ def test_rules_move_points_one_by_one(drifting):
     by, before = np.zeros(body.n_points), body.arrays["position"].copy()
     by[3] = 9.0
     push = moving(body.mapped.content, Push(by))
-    move_points(body.n_slabs, push, 1.0)
+    move_points(push, 1.0)
     assert body.arrays["position"][3, 0] == before[3, 0] + 9.0
     assert np.all(np.delete(body.arrays["position"] == before, 3, axis=0))
     slab = np.searchsorted(body.slabs.first, 3, side="right") - 1
     assert tuple(body.slabs.fault[slab]) == (LOST, 3)
     body.slabs.fault[slab] = INVERTED, 0
-    move_points(body.n_slabs, moving(body.mapped.content, Stay()), 1.0)
+    move_points(moving(body.mapped.content, Stay()), 1.0)
     assert tuple(body.slabs.fault[slab]) == (INVERTED, 0)
+
+
+def test_what_does_not_fit_is_refused(drifting):
+    body, faults, _ = drifting
+    points, mapped = body.points, body.mapped.content
+    read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
+    with pytest.raises(ValueError, match="first that a pass reads is the position"):
+        pass_points(Drift(), Declaration(), mapped, (points.mass,), kept)
+    with pytest.raises(ValueError, match="new places keeps is the position"):
+        pass_points(Drift(), Declaration(places=True), mapped, read, (points.volume,))
+    with pytest.raises(ValueError, match=r"with 192 rows, not int64 of shape \(10,\)"):
+        pass_points(Drift(), Declaration(), mapped, read, (np.zeros(10, int),))
+
+
+def test_more_than_was_declared_is_an_error(drifting):
+    """And not a write beyond the columns."""
+    body, faults, _ = drifting
+    points = body.points
+    read, kept = Read(points.position, points.mass, faults), Kept(points.position, points.volume)
+    for declared in (Declaration(gathers=ZERO_VECTOR), Declaration(gathers=0.0, sums=(STORED,))):
+        with pytest.raises(Exception, match=r"numbers where \d were declared"):
+            each_point(pass_points(Drift(), declared, body.mapped.content, read, kept), 0.0)
+
+
+def test_faults_of_passes_that_give_no_new_places_are_reported(drifting):
+    body, faults, _ = drifting
+    faults[5] = NOT_FINITE
+    read, kept = Read(body.points.position, body.points.mass, faults), Kept(body.arrays["position"].copy(), body.points.volume)
+    declared = Declaration(gathers=ZERO_VECTOR, sums=(STORED,))
+    each_point(pass_points(Drift(), declared, body.mapped.content, read, kept), 0.0)
+    slab = np.searchsorted(body.slabs.first, 5, side="right") - 1
+    assert tuple(body.slabs.fault[slab]) == (NOT_FINITE, 5)

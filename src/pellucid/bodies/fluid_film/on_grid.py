@@ -143,7 +143,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     def update_positions(self, dt: float) -> None:
         """New positions; nodes spread evenly; energies and the bound on the step."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
-        move_points(self.n_slabs, self._by_nodes, dt)
+        move_points(self._by_nodes, dt)
         if dt > 0.0:
             x = np.empty_like(film["x"])
             x[order] = self.points.position[:, axes]

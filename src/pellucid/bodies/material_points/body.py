@@ -21,7 +21,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
-from pellucid.grid.passes.points_pass import PassAlone, moved_by
+from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import DISSIPATED, LOST, OK, POWER
 from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
@@ -151,13 +151,13 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients, volumes, stresses of what the grid strains; where `move`, new positions."""
         if self._strains:
-            each_point(self.n_slabs, self._strain if move else self._strain_alone(), dt)
+            each_point(self._strain if move else self._strain_alone(), dt)
         if move and self.is_led(by_slabs=True):
             self.prescribe_positions()
 
     def passes(self) -> dict[str, PassAlone]:
         """As for other bodies on the grid; straining."""
-        straining = PassAlone(lambda: each_point(self.n_slabs, self._strain, 0.0), moved_by(self._strain))
+        straining = PassAlone(lambda: each_point(self._strain, 0.0), traffic_of(self._strain))
         return {**super().passes(), "straining": straining}
 
     def _strain_alone(self) -> Bundle:

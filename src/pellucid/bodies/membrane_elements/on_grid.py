@@ -95,7 +95,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
     def update_positions(self, dt: float) -> None:
         """New positions, then strains and stresses of the elements."""
         before = self.points.position.copy()
-        move_points(self.n_slabs, self._by_nodes, dt)
+        move_points(self._by_nodes, dt)
         self.prescribe_positions()
         moved = self.points.position - before
         velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved

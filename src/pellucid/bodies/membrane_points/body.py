@@ -19,7 +19,7 @@ from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
-from pellucid.grid.passes.points_pass import PassAlone, moved_by
+from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -152,11 +152,11 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     def passes(self) -> dict[str, PassAlone]:
         """As for other bodies on the grid; velocity gradients."""
         gathered = self._gather_and_move
-        return {**super().passes(), "gradients": PassAlone(lambda: each_point(self.n_slabs, gathered, 0.0), moved_by(gathered))}
+        return {**super().passes(), "gradients": PassAlone(lambda: each_point(gathered, 0.0), traffic_of(gathered))}
 
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients; where `move`, new positions."""
-        each_point(self.n_slabs, self._gather_and_move if move else self._gather_alone, dt)
+        each_point(self._gather_and_move if move else self._gather_alone, dt)
         if move and self.is_led(by_slabs=True):
             self.prescribe_positions()
 

@@ -26,9 +26,9 @@ class Kept(NamedTuple):
 
 
 class GatherGradient(NamedTuple):
-    """Velocity gradients, and where `moving` is 1 and not 0 new places."""
+    """Velocity gradients, and new places if points move."""
 
-    moving: float
+    moving: float  # 1 if they move, else 0
 
 
 @point_function(gathered, GatherGradient)
@@ -44,6 +44,6 @@ def _move(task, lattice, dt, p, known, g):
 
 def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
     """The pass for the points of a membrane; gradient: shape (points, 9)."""
-    declared = Declaration(gathers=(IDENTITY, ZERO_VECTOR), moves=True)
+    declared = Declaration(gathers=(IDENTITY, ZERO_VECTOR), places=True)
     position = mapped.points.position
     return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

@@ -95,7 +95,7 @@ class GridCoupling:
 
     def check_positions(self) -> tuple[int, int] | None:
         """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
-        move_points(self.n_slabs, self._staying, 0.0)
+        move_points(self._staying, 0.0)
         found = np.flatnonzero(self.slabs.fault[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
 

@@ -161,7 +161,7 @@ class RigidBody:
             moved[led] = (centre_of(arrays["mass"][:, None], arrays["start"]) + leads.reached[:3])[led]
         arrays["angle"][...] = np.where(leads.led[3:], leads.reached[3:], arrays["angle"][0] + self._dt * turn)
         self._target[...] = moved + r
-        move_points(self._points.n_slabs, self._moving, 0.0)
+        move_points(self._moving, 0.0)
         if (surface := getattr(self.body, "contact_surface", None)) is not None:
             surface.turn(self._centre, rotation, moved, self._dt)
         turn = self._turn(r)

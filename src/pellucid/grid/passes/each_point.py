@@ -1,9 +1,9 @@
 """The loop over the points of a body that does a pass: the driver for processors.
 
-It alone knows slabs, blocks, columns, vectors and prefetching. A pass knows one point (`points_pass`). The place of a line can
-decide a quarter of the speed, which `pellucid bench` watches for each pass: gathering goes by vectors of points that share
-their nodes; the physics of a point by a loop that writes nothing but columns, so that it becomes vectors; each part asks for
-the memory of the next block.
+It alone knows slabs, blocks, columns, vectors and prefetching; a pass knows one point (`points_pass`). Three rules make it
+fast: gathering takes several points that share their nodes at a time; the loop over the physics of a point writes nothing but
+columns, so that it becomes vectors; and each part asks for the memory of the next block. Where a line breaks one, a pass takes
+a quarter longer: `pellucid bench` measures each, `benchmarks/pairs.py` beside another state of the source.
 """
 
 from typing import Any
@@ -22,12 +22,13 @@ from pellucid.grid.passes.blocks import (
     largest_of_column,
     run_end,
 )
-from pellucid.grid.passes.gifts import WEIGHTS, give
+from pellucid.grid.passes.gifts import WEIGHTS, scatter_block
 from pellucid.grid.passes.places import bounds_of, comes_first, fault_of_place, in_cells, outside, strays
 from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered, in_cell, looked_up
 from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
 from pellucid.jit import generic, kernel, point_function, pointwise
-from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.columns import BLOCK, WIDTH, put, put_like, size, take, take_lanes
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_by_colour, joint_for
 from pellucid.jit.vector import LANES, load, total
@@ -42,16 +43,16 @@ def _look_up(points, n, found, first_node, c):
     """What the pass finds of the n points of a block before it gathers, into columns after what was read."""
     functions, lattice = points.mapped.functions, points.mapped.lattice
     for q in range(n):
-        about, p = about_point(functions, found, first_node, q), take(points.like, c, q)
+        about, p = about_point(functions, found, first_node, q), take(points.read_like, c, q)
         known = looked_up(points.task, lattice, functions, about, p)
-        put(c, q + size(points.like) * WIDTH, known)
+        put_like(points.known_like, c, q + size(points.read_like) * WIDTH, known)
 
 
 @pointwise
 def _gather(points, start, n, found, first_node, c):
     """What the pass gathers, into columns after what was looked up; how many vectors of points that took."""
     functions, lattice, nodes, index = points.mapped.functions, points.mapped.lattice, points.mapped.nodes, points.mapped.index
-    like, known_like = points.like, points.known_like
+    like, known_like = points.read_like, points.known_like
     a = vectors = 0
     while a < n:
         end = run_end(first_node, a, n)
@@ -61,7 +62,7 @@ def _gather(points, start, n, found, first_node, c):
             about, p = about_lanes(functions, found, first_node, a), take_lanes(like, c, a)
             known = take_lanes(known_like, c, a + size(like) * WIDTH)
             gathers = gathered(points.task, about, lattice, nodes, p, known)
-            put(c, a + (size(like) + size(known_like)) * WIDTH, gathers)
+            put_like(points.gathered_like, c, a + (size(like) + size(known_like)) * WIDTH, gathers)
             a += LANES
         a = end
     return vectors
@@ -69,13 +70,14 @@ def _gather(points, start, n, found, first_node, c):
 
 @pointwise
 def _find(points, dt, n, c):
-    """What the pass finds at each point, in place of what was looked up and gathered: fewer columns stay nearer."""
-    like, known_like, gathered_like = points.like, points.known_like, points.gathered_like
+    """What the pass finds at each point, over the columns of what was looked up and gathered: these then stay in the cache."""
+    like, known_like, gathered_like = points.read_like, points.known_like, points.gathered_like
     GATHERED = size(like) + size(known_like)
     for q in range(n):
         p, known = take(like, c, q), take(known_like, c, q + size(like) * WIDTH)
         g = take(gathered_like, c, q + GATHERED * WIDTH)
-        put(c, q + size(like) * WIDTH, at_point(points.task, points.mapped.lattice, dt, p, known, g))
+        found = at_point(points.task, points.mapped.lattice, dt, p, known, g)
+        put_like(points.found_like, c, q + size(like) * WIDTH, found)
 
 
 @pointwise
@@ -108,19 +110,19 @@ def _add_nothing(to_cells, points, n, c):
 
 @point_function(add_to_cells, ToCells)
 def _add_numbers(to_cells, points, n, c):
-    like, GATHERED = points.like, size(points.like) + size(points.known_like)
+    like, GATHERED = points.read_like, size(points.read_like) + size(points.known_like)
     for q in range(n):
         p, g = take(like, c, q), take(points.gathered_like, c, q + GATHERED * WIDTH)
         to_cells.into[cell_at(points.mapped.lattice, p.position), to_cells.column] += in_cell(points.task, p, g)
 
 
 @kernel(inner=True)
-def _slab(s, points, dt, gives):
+def _slab(s, points, dt, which):
     mapped = points.mapped
     functions, lattice, index, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.slabs
     if slabs.first[s] == slabs.first[s + 1]:
         return
-    like, kept_like = points.like, points.found_like.kept
+    like, kept_like = points.read_like, points.found_like.kept
     columns, bounds = size(points.found_like.sums), bounds_of(slabs, s)
     KEPT, GATHERED = size(like), size(points.known_like) + size(points.gathered_like)
     SUMS = KEPT + size(kept_like)
@@ -139,7 +141,7 @@ def _slab(s, points, dt, gives):
         vectors += _gather(points, start, n, found, first_node, c)
         add_to_cells(points.to_cells, points, n, c)
         _find(points, dt, n, c)
-        if points.moves:
+        if points.places:
             _check_places(lattice, bounds, n, c, KEPT * WIDTH, FAULT * WIDTH)
             add_columns(c, BEYOND, n, sums, columns + 2, 1)
         add_columns(c, SUMS, n, sums, 0, columns)
@@ -158,7 +160,7 @@ def _slab(s, points, dt, gives):
                     at_fault = intp(place_of(index, start + q))  # type: ignore[assignment]
                 c[uintp(q + FAULT * WIDTH)] = 0.0 if fault == INVERTED else 1.0
         keep_where(FAULT, sound, index, kept_like, points.kept, start, n, c, KEPT * WIDTH)
-        give(points.gives, mapped, start, n, found, first_node, weights, gives)
+        scatter_block(points.gives, mapped, start, n, found, first_node, weights, which)
     slabs.sums[s, VECTORS] = vectors
     for k in range(columns):
         slabs.sums[s, points.sums[k]] = total(load(sums, k * LANES))
@@ -167,24 +169,33 @@ def _slab(s, points, dt, gives):
         for lane in range(LANES):
             top = max(top, sums[columns * LANES + lane])
         slabs.sums[s, points.largest] = top
-    if points.moves:
+    if points.places:
         slabs.left_slab[s] = 1 if total(load(sums, (columns + 2) * LANES)) > 0.0 else 0
+    if points.places or comes_first(first_fault, slabs.fault[s, 0]):  # new places begin a new report
         slabs.fault[s, 0] = first_fault
         slabs.fault[s, 1] = at_fault
+    if points.places:
         for k in range(columns):
             slabs.of_lost[s, points.sums[k]] = of_lost[k]
 
 
 @kernel()
-def each_point(n, points, dt):
-    """Do a pass, the bundle of a `PassPoints`, on the points of n slabs over a step dt [s]; it gives nothing to nodes or cells.
-
-    Fills the sums that it declares, VECTORS, and, where it moves points, faults, `left_slab` and `of_lost`.
-    """
+def _each_point(n, points, dt):
     joint_for(_slab, n, points, dt, 0)
 
 
 @kernel()
-def each_point_by_colour(n, points, dt, gives):
-    """The same of a pass that gives something; gives: whether to the nodes too."""
-    joint_by_colour(_slab, n, points.mapped.slabs.across, points, dt, gives)
+def _each_point_by_colour(n, points, dt, which):
+    joint_by_colour(_slab, n, points.mapped.slabs.across, points, dt, which)
+
+
+def each_point(points: Bundle, dt: float, which: int = 0) -> None:
+    """Do a pass (`pass_points`) on the points of a body, over a step dt [s].
+
+    which: of its gifts to the nodes, `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the sums that the pass declares,
+    and VECTORS; faults; and where it gives points new places `left_slab` and `of_lost`.
+    """
+    if which or points.adds_to_cells:
+        _each_point_by_colour(len(points.mapped.slabs.layers), points, dt, which)
+    else:
+        _each_point(len(points.mapped.slabs.layers), points, dt)

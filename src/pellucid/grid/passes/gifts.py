@@ -33,24 +33,22 @@ FIRST, SECOND = 1, 2
 class Nothing(NamedTuple):
     """Points give nothing to the nodes."""
 
-    none: int = 0
-
 
 class ByValue(NamedTuple):
     """A row times N."""
 
-    give: Any
+    rule: Any
     read: Any  # arrays of the points that `given` reads
-    like: Any  # an example of one point of them
+    read_like: Any  # an example of one point of them
     into: np.ndarray  # (4 nodes,) rows
 
 
 class BySlope(NamedTuple):
     """A row for each axis times the slope of N along it."""
 
-    give: Any
+    rule: Any
     read: Any
-    like: Any
+    read_like: Any
     into: np.ndarray
 
 
@@ -76,14 +74,14 @@ def example_of(arrays: Any) -> Any:
     return (0.0,) * arrays.shape[1] if arrays.ndim == 2 else 0.0
 
 
-def by_value(give: Any, read: Any, into: np.ndarray) -> ByValue:
+def by_value(rule: Any, read: Any, into: np.ndarray) -> ByValue:
     """A gift of what points have in the arrays `read`, a NamedTuple, to rows of nodes, shape (4 nodes,)."""
-    return ByValue(give, read, example_of(read), into)
+    return ByValue(rule, read, example_of(read), into)
 
 
-def by_slope(give: Any, read: Any, into: np.ndarray) -> BySlope:
+def by_slope(rule: Any, read: Any, into: np.ndarray) -> BySlope:
     """The same by slopes."""
-    return BySlope(give, read, example_of(read), into)
+    return BySlope(rule, read, example_of(read), into)
 
 
 def giving(mapped: MappedPoints, gives: Any) -> Bundle:
@@ -92,28 +90,28 @@ def giving(mapped: MappedPoints, gives: Any) -> Bundle:
 
 
 @generic
-def given(give: Any, lattice: Any, points: Any, p: Any) -> Any:
+def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
     """What point p gives, points: the arrays that the gift reads. By value a row of four, or four of them, at its place and by
     distance [m] along x, y, z; by slope three rows."""
 
 
 @generic
-def rows_at_nodes(give: Any, rows: Any, about: Any, cell: float) -> Any:
+def rows_at_nodes(rule: Any, rows: Any, about: Any, cell: float) -> Any:
     """Of what `given` gives by value, a row for each node of the point's stencil, or one for all."""
 
 
 @generic
-def rows_of_line(give: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
+def rows_of_line(rule: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
     """Of that, the share w that a line of nodes along z gets at these distances [m]."""
 
 
 @generic
-def row_of_node(give: Any, line: Any, dz: float) -> Any:
+def row_of_node(rule: Any, line: Any, dz: float) -> Any:
     """Of that of its line, the row for a node at the distance dz [m]."""
 
 
 @generic
-def give(gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any) -> Any:
+def scatter_block(gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any) -> Any:
     """Add to the nodes what the n points of a block give; w: scratch of WEIGHTS columns; which: FIRST, SECOND or their sum."""
 
 
@@ -127,41 +125,41 @@ def add_slopes(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found
     """Add a gift by slope."""
 
 
-@point_function(give, Nothing)
+@point_function(scatter_block, Nothing)
 def _give_nothing(gives, mapped, start, n, found, first_node, w, which):
     pass
 
 
-@point_function(give, ByValue)
+@point_function(scatter_block, ByValue)
 def _give_values(gives, mapped, start, n, found, first_node, w, which):
     if which & FIRST:
         add_values(mapped.functions, gives, mapped, start, n, found, first_node, w)
 
 
-@point_function(give, BySlope)
+@point_function(scatter_block, BySlope)
 def _give_slopes(gives, mapped, start, n, found, first_node, w, which):
     if which & FIRST:
         add_slopes(mapped.functions, gives, mapped, start, n, found, first_node, w)
 
 
-@point_function(give, Both)
+@point_function(scatter_block, Both)
 def _give_both(gives, mapped, start, n, found, first_node, w, which):
-    give(gives.first, mapped, start, n, found, first_node, w, which & FIRST)
-    give(gives.second, mapped, start, n, found, first_node, w, which >> 1)
+    scatter_block(gives.first, mapped, start, n, found, first_node, w, which & FIRST)
+    scatter_block(gives.second, mapped, start, n, found, first_node, w, which >> 1)
 
 
 @default_function(rows_at_nodes)
-def _one_for_all(give, rows, about, cell):
+def _one_for_all(rule, rows, about, cell):
     return rows
 
 
 @default_function(rows_of_line)
-def _share_of_line(give, rows, w, dx, dy):
+def _share_of_line(rule, rows, w, dx, dy):
     return w * rows
 
 
 @default_function(row_of_node)
-def _as_line(give, line, dz):
+def _as_line(rule, line, dz):
     return line
 
 
@@ -173,7 +171,7 @@ def _ends_run(first_node, q, n):
 
 @point_function(add_values, LinearFunctions)
 def _add_values_of_runs(functions, gift, mapped, start, n, found, first_node, w):
-    lattice, rule, into = mapped.lattice, gift.give, gift.into
+    lattice, rule, into = mapped.lattice, gift.rule, gift.into
     for q in range(n):
         at = about_point(functions, found, first_node, q)
         put(w, q, outer(at.wx, outer(at.wy, at.wz)))
@@ -186,7 +184,7 @@ def _add_values_of_runs(functions, gift, mapped, start, n, found, first_node, w)
         at_nodes = rows_at_nodes(rule, rows, about_point(functions, found, first_node, q), lattice.cell)
         sums = plus(sums, take(weights, w, q), at_nodes)
         if q % LANES == 0:  # and of the next block the places, which come first
-            expect(mapped.index, (ZERO_VECTOR, gift.like), (mapped.points.position, gift.read), start + q)
+            expect(mapped.index, (ZERO_VECTOR, gift.read_like), (mapped.points.position, gift.read), start + q)
         if _ends_run(first_node, q, n):
             for i in range(len(wx)):
                 for j in range(len(wy)):
@@ -207,11 +205,11 @@ def _add_slopes_of_runs(functions, gift, mapped, start, n, found, first_node, w)
     of_x, of_y, of_z = outer(wy, wz), outer(wx, wz), outer(wx, wy)
     x, y, z = no_sums(of_x), no_sums(of_y), no_sums(of_z)
     for q in range(n):
-        sx, sy, sz = given(gift.give, lattice, gift.read, place_of(mapped.index, start + q))
+        sx, sy, sz = given(gift.rule, lattice, gift.read, place_of(mapped.index, start + q))
         along_x, along_y, along_z = take((of_x, of_y, of_z), w, q + LINES * WIDTH)
         x, y, z = plus(x, along_x, sx), plus(y, along_y, sy), plus(z, along_z, sz)
         if q % LANES == 0:
-            expect(mapped.index, gift.like, gift.read, start + q)
+            expect(mapped.index, gift.read_like, gift.read, start + q)
         if _ends_run(first_node, q, n):
             for i in range(len(wx)):
                 for j in range(len(wy)):
@@ -224,7 +222,7 @@ def _add_slopes_of_runs(functions, gift, mapped, start, n, found, first_node, w)
 
 @point_function(add_values, CurvedFunctions)
 def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, w):
-    lattice, rule, into, h = mapped.lattice, gift.give, gift.into, mapped.lattice.cell
+    lattice, rule, into, h = mapped.lattice, gift.rule, gift.into, mapped.lattice.cell
     for q in range(n):
         about, rows = (
             about_point(functions, found, first_node, q),
@@ -244,7 +242,7 @@ def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, 
     lattice, into, h = mapped.lattice, gift.into, mapped.lattice.inverse_cell
     for q in range(n):
         about = about_point(functions, found, first_node, q)
-        sx, sy, sz = given(gift.give, lattice, gift.read, place_of(mapped.index, start + q))
+        sx, sy, sz = given(gift.rule, lattice, gift.read, place_of(mapped.index, start + q))
         sx, sy, sz = h * sx, h * sy, h * sz
         wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
         for a in range(len(wx)):
@@ -268,11 +266,14 @@ def _slab(s, points, which):
         n = min(BLOCK, slabs.first[s + 1] - start)
         fetch(index, ZERO_VECTOR, mapped.points.position, start, n, c, 0)
         find_functions(functions, lattice, n, c, 0, found, first_node)
-        give(points.gives, mapped, start, n, found, first_node, weights, which)
+        scatter_block(points.gives, mapped, start, n, found, first_node, weights, which)
 
 
 @kernel()
-def scatter(n, points, which):
-    """Add what the points of n slabs give to their nodes. points: the bundle of `GivingPoints`; which: FIRST and SECOND of two
-    gifts, or their sum."""
+def _scatter(n, points, which):
     joint_by_colour(_slab, n, points.mapped.slabs.across, points, which)
+
+
+def scatter(points: Bundle, which: int = FIRST) -> None:
+    """Add what the points of a body give (`giving`) to their nodes; which: FIRST and SECOND of two gifts, or their sum."""
+    _scatter(len(points.mapped.slabs.layers), points, which)

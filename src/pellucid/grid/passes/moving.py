@@ -21,8 +21,6 @@ class MovingPoints(NamedTuple):
 class Stay(NamedTuple):
     """Points stay: what moved them otherwise is checked."""
 
-    none: int = 0
-
 
 @generic
 def displacement(rule: Any, mapped: Any, p: Any, dt: float) -> Any:
@@ -50,15 +48,23 @@ def _slab(s, points, dt):
 
 
 @kernel()
-def move_points(n, points, dt):
-    """Move the points of n slabs over a step dt [s]; points: the bundle of a `MovingPoints`."""
+def _move(n, points, dt):
     parallel_for(_slab, n, points, dt)
 
 
 @kernel()
-def move_points_jointly(n, points, dt):
-    """The same in a joint region, slab by slab after the body's other loops."""
+def _move_jointly(n, points, dt):
     joint_for(_slab, n, points, dt)
+
+
+def move_points(points: Bundle, dt: float) -> None:
+    """Move the points of a body (`moving`) over a step dt [s]."""
+    _move(len(points.mapped.slabs.layers), points, dt)
+
+
+def move_points_jointly(points: Bundle, dt: float) -> None:
+    """The same in a joint region, slab by slab after the body's other loops."""
+    _move_jointly(len(points.mapped.slabs.layers), points, dt)
 
 
 def moving(mapped: MappedPoints, rule: Any) -> Bundle:

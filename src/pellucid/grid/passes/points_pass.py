@@ -18,14 +18,16 @@ class Found(NamedTuple):
 
     kept: Any  # what its points keep, as `Declaration.keeps`
     sums: Any  # what it adds to the sums, numbers in the order of `Declaration.sums`
-    largest: float  # what it adds to the maximum
-    fault: float  # a code of `pellucid.grid.points`; a point that is INVERTED keeps what it had
+    largest: float  # of these the largest counts, from 0 on
+    fault: float  # a code of `pellucid.grid.points`, OK if none; a point that is INVERTED keeps what it had
 
 
 @generic
 def looked_up(task: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
-    """What a pass finds for a point before it gathers, of numbers, with branches and tables: about the stencil of the point,
-    p what was read of it."""
+    """What a pass finds for a point before it gathers, such as from a table: numbers, and branches are allowed.
+
+    about: the stencil of the point; p: what was read of it.
+    """
 
 
 @generic
@@ -72,7 +74,7 @@ class Declaration(NamedTuple):
     looks_up: Any = ()  # example of what it looks up before
     sums: tuple[int, ...] = ()  # columns of `Slabs.sums` that it fills
     largest: int = NO_MAXIMUM  # column for a maximum over the points
-    moves: bool = False
+    places: bool = False  # whether it keeps new places, first in what it keeps: then they are checked
 
 
 class PassPoints(NamedTuple):
@@ -81,27 +83,40 @@ class PassPoints(NamedTuple):
     task: Any
     mapped: MappedPoints
     read: Any  # arrays of what it reads
-    like: Any  # an example of one point of it
+    read_like: Any  # an example of one point of it
     known_like: Any
     gathered_like: Any
     kept: Any  # arrays of what it keeps
     found_like: Any
     sums: np.ndarray  # columns
     largest: int
-    moves: int
+    places: int
     gives: Any  # what points give to the nodes when they are done, see `gifts`
     to_cells: Any  # `NotToCells` or `ToCells`
+    adds_to_cells: bool
 
 
 def pass_points(
     task: Any, declared: Declaration, mapped: MappedPoints, read: Any, kept: Any, gives: Any = None, to_cells: Any = None
 ) -> Bundle:
-    """A pass bound to the points of a body.
+    """A pass bound to the points of a body, as it is when its simulation is built.
 
-    read, kept: NamedTuples of arrays, shape (points,) or (points, numbers), the position first in `read`, and in `kept` where
-    the pass moves points; a NamedTuple of arrays, such as the state of a law, is one of them, and () one that is not there.
+    read, kept: tuples with an array for each member, shape (points,) or (points, numbers), of doubles. In `read` the position
+    of the points comes first, and in `kept` where the pass gives them new places. A member may be a NamedTuple of arrays, such
+    as the state of a law, or () where something is not there. Raises ValueError for arrays that do not fit.
     """
+    if read[0] is not mapped.points.position:
+        raise ValueError("the first that a pass reads is the position of the body's points")
+    if declared.places and kept[0] is not mapped.points.position:
+        raise ValueError("the first that a pass with new places keeps is the position of the body's points")
+    for array in arrays_in((*read, *kept)):
+        if array.dtype != np.float64 or not array.flags.c_contiguous or len(array) != len(mapped.points.position):
+            n = len(mapped.points.position)
+            raise ValueError(
+                f"a pass takes arrays of doubles in C order with {n} rows, not {array.dtype} of shape {array.shape}"
+            )
     found = Found(example_of(kept), (0.0,) * len(declared.sums), 0.0, 0.0)
+    cells = NotToCells() if to_cells is None else to_cells
     return Bundle(
         PassPoints(
             task,
@@ -114,9 +129,10 @@ def pass_points(
             found,
             np.array(declared.sums, np.int64),
             declared.largest,
-            int(declared.moves),
-            gives if gives is not None else Nothing(),
-            to_cells if to_cells is not None else NotToCells(),
+            int(declared.places),
+            Nothing() if gives is None else gives,
+            cells,
+            isinstance(cells, ToCells),
         )
     )
 
@@ -125,10 +141,10 @@ class PassAlone(NamedTuple):
     """A pass to be measured."""
 
     run: Callable[[], None]
-    moved: list[np.ndarray]  # the arrays of points that it reads and keeps
+    traffic: list[np.ndarray]  # the arrays of points that it reads and keeps
 
 
-def moved_by(points: Bundle) -> list[np.ndarray]:
+def traffic_of(points: Bundle) -> list[np.ndarray]:
     """The arrays of points that a pass reads and keeps."""
     return arrays_in(points.read) + arrays_in(points.kept)
 
@@ -140,8 +156,6 @@ def arrays_in(values: Any) -> list[np.ndarray]:
 
 class NotToCells(NamedTuple):
     """Points add nothing to their cells."""
-
-    none: int = 0
 
 
 class ToCells(NamedTuple):
