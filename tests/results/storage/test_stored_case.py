@@ -73,6 +73,6 @@ def test_results_are_read_without_the_script_and_resume_names_it(folder: Path) -
     message = told(2, "resume", "out")
     for name in ("push", "shear", "glide", "middle", "speed"):
         assert f'"{name}" was registered by {script}, which the case does not name under `extensions`' in message
-    assert 'import it in a script that calls `pellucid.running.launch.resume_case("out")`' in message
+    assert 'import it in a script that calls `pellucid.resume("out")`' in message
     extensions.load_file(script)
     assert resume_case("out", until=0.004, report=False).history["time"][-1] == pytest.approx(0.004)
