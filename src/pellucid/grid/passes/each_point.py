@@ -195,7 +195,7 @@ def each_point(points: Bundle, dt: float, which: int = 0) -> None:
     which: of its gifts to the nodes, `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the sums that the pass declares,
     and VECTORS; faults; and where it gives points new places `left_slab` and `of_lost`.
     """
-    if which or points.adds_to_cells:
+    if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body
         _each_point_by_colour(len(points.mapped.slabs.layers), points, dt, which)
     else:
         _each_point(len(points.mapped.slabs.layers), points, dt)

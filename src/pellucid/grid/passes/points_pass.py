@@ -93,7 +93,7 @@ class PassPoints(NamedTuple):
     places: int
     gives: Any  # what points give to the nodes when they are done, see `gifts`
     to_cells: Any  # `NotToCells` or `ToCells`
-    adds_to_cells: bool
+    by_colour: bool  # whether it can give something: then its loop goes by colour, whatever is given
 
 
 def pass_points(
@@ -116,7 +116,6 @@ def pass_points(
                 f"a pass takes arrays of doubles in C order with {n} rows, not {array.dtype} of shape {array.shape}"
             )
     found = Found(example_of(kept), (0.0,) * len(declared.sums), 0.0, 0.0)
-    cells = NotToCells() if to_cells is None else to_cells
     return Bundle(
         PassPoints(
             task,
@@ -131,8 +130,8 @@ def pass_points(
             declared.largest,
             int(declared.places),
             Nothing() if gives is None else gives,
-            cells,
-            isinstance(cells, ToCells),
+            NotToCells() if to_cells is None else to_cells,
+            gives is not None or to_cells is not None,
         )
     )
 
