@@ -11,9 +11,9 @@ from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
 from pellucid.grid.nodal_fields import with_fields
-from pellucid.grid.particle_to_grid import ParticleToGrid
+from pellucid.grid.particle_to_grid import ParticleToGrid, inertia_of
 from pellucid.grid.passes.each_point import each_point
-from pellucid.grid.passes.gifts import FIRST
+from pellucid.grid.passes.gifts import FIRST, giving, scatter
 from pellucid.grid.passes.moving import move_points, moving
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import (
@@ -115,7 +115,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             index=InOrder(),
         )
         self.mapped = Bundle(mapped)
-        self._to_grid = ParticleToGrid(mapped, self.arrays.get("affine"), self._cells)
+        self._to_grid = ParticleToGrid(mapped, self._affine, self._cells)
         self._by_nodes = moving(mapped, kernels.ByNodes(self._moving_velocity))
         self._velocity_passes: dict[bool, Bundle] = {}
 
@@ -128,7 +128,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         """The pass that gives the points their velocities: whether it keeps heat may change while conditions are made known."""
         if self.keeps_heat not in self._velocity_passes:
             heat = HeatArrays(self.kept_energy(), self._heat) if self.keeps_heat else None
-            where = self.transfer, self.mapped.content, self.arrays.get("affine"), heat, self._cells
+            where = self.transfer, self.mapped.content, self._affine, heat, self._cells
             self._velocity_passes[self.keeps_heat] = taking_velocities(*where)
         return self._velocity_passes[self.keeps_heat]
 
@@ -156,7 +156,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         """The work of the pressure on what volumes lack of the growth of full cells."""
         if self.keeps_heat and self._cells is not None:
             full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
-            self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `update_velocities`
+            self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `end_grid_to_particle`
 
     @property
     def on_grid(self) -> ContactBody:
@@ -225,7 +225,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         if kept < 1.0:
             rows = np.zeros_like(self._nodes.inertia)
             to_rows = self.mapped.content._replace(nodes=self._nodes._replace(inertia=rows))
-            ParticleToGrid(to_rows, self.arrays.get("affine")).scatter_momentum()
+            scatter(giving(to_rows, inertia_of(to_rows, 0.0, self._affine)))
             self.velocity_field.add_drag((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
             self.arrays["velocity"] *= kept
             if self._affine is not None:

@@ -1,6 +1,7 @@
 """A case: everything that a run needs, as data. The same classes are the case file and the Python interface."""
 
 from collections.abc import Iterator, Mapping
+from math import hypot
 from pathlib import Path as FilePath
 from typing import Any, Literal
 
@@ -169,6 +170,11 @@ class Case(Model):
     energy: EnergyCase = parameter("", "limits of the energy balance", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)
     quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
+
+    @property
+    def largest_gravity(self) -> float:
+        """Of the run [m/s²]."""
+        return hypot(*self.gravity) * (self.gravity_amplitude.largest if self.gravity_amplitude else 1.0)
 
     @model_validator(mode="before")
     @classmethod

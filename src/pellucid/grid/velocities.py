@@ -164,8 +164,8 @@ def _take(task, lattice, dt, p, known, g):
     (x, y, z), lumping, heat, affine, L = g  # as `Gathered` has them
     m, vv = p.mass, x * x + y * y + z * z
     worked, gained = work_at_point(task.work, task.transfer, dt, p, L, heat)
-    moved = 0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * heat
-    return Found(Kept((x, y, z), affine, worked), (moved, gained, affine_energy(task.transfer, m, affine)), 0.0, 0.0)
+    motion = 0.5 * m * vv, m * x, m * y, m * z, m * sqrt(vv), m * lumping, m * heat
+    return Found(Kept((x, y, z), affine, worked), (motion, gained, affine_energy(task.transfer, m, affine)), 0.0, 0.0)
 
 
 @point_function(in_cell, TakeVelocity)

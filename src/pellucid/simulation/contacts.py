@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations, product
-from math import hypot
 from typing import TYPE_CHECKING
 
 from pellucid.conditions.contact import Contact
@@ -25,11 +24,6 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 
-def largest_gravity(case: "Case") -> float:
-    """Of a run [m/s²]."""
-    return hypot(*case.gravity) * (case.gravity_amplitude.largest if case.gravity_amplitude else 1.0)
-
-
 def may_touch_by_surfaces(case: "Case") -> bool:
     """Whether surfaces may touch each other or walls."""
     return case.grid_or_none is not None and (len(case.wall) > 0 or (has_several_fields(case) and _fields_may(case)))
@@ -39,7 +33,7 @@ def contacts_of(
     case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout
 ) -> tuple[ContactPairs, SurfacePairs]:
     """All that touches: velocity fields on the nodes, and surfaces of bodies and walls."""
-    gravity, column = largest_gravity(case), layout.surface_contact
+    gravity, column = case.largest_gravity, layout.surface_contact
     touch = built.keys() if has_several_fields(case) else {body.name for wall in case.wall for body in wall.touching(case.body)}
     surfaces = {} if column is None else _surfaces_of(case, built, touch, column)
     pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant)

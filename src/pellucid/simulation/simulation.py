@@ -34,7 +34,7 @@ from pellucid.progress import Progress
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
-from pellucid.simulation.contacts import contacts_of, largest_gravity, may_touch_by_surfaces
+from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.schemes import SCHEMES
@@ -128,7 +128,7 @@ class Simulation:
         case = self.case
         if case.steady:
             return SteadyClock(case.steady, case.time, self.bodies, case.body)
-        pull = largest_gravity(case)
+        pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
         return Clock(case.time, longest, most)

@@ -171,12 +171,11 @@ def _slab(s, points, dt, which):
         slabs.sums[s, points.largest] = top
     if points.places:
         slabs.left_slab[s] = 1 if total(load(sums, (columns + 2) * LANES)) > 0.0 else 0
+        for k in range(columns):
+            slabs.of_lost[s, points.sums[k]] = of_lost[k]
     if points.places or comes_first(first_fault, slabs.fault[s, 0]):  # new places begin a new report
         slabs.fault[s, 0] = first_fault
         slabs.fault[s, 1] = at_fault
-    if points.places:
-        for k in range(columns):
-            slabs.of_lost[s, points.sums[k]] = of_lost[k]
 
 
 @kernel()

@@ -224,10 +224,8 @@ def _add_slopes_of_runs(functions, gift, mapped, start, n, found, first_node, w)
 def _add_values_of_points(functions, gift, mapped, start, n, found, first_node, w):
     lattice, rule, into, h = mapped.lattice, gift.rule, gift.into, mapped.lattice.cell
     for q in range(n):
-        about, rows = (
-            about_point(functions, found, first_node, q),
-            given(rule, lattice, gift.read, place_of(mapped.index, start + q)),
-        )
+        about = about_point(functions, found, first_node, q)
+        rows = given(rule, lattice, gift.read, place_of(mapped.index, start + q))
         wx, wy, wz, offset = about.wx, about.wy, about.wz, about.offset
         for a in range(len(wx)):
             for b in range(len(wy)):

@@ -16,7 +16,7 @@ NO_MAXIMUM = -1
 class Found(NamedTuple):
     """What a pass finds at a point."""
 
-    kept: Any  # what its points keep, as `Declaration.keeps`
+    kept: Any  # what its points keep, a value for each array of `kept`
     sums: Any  # what it adds to the sums, numbers in the order of `Declaration.sums`
     largest: float  # of these the largest counts, from 0 on
     fault: float  # a code of `pellucid.grid.points`, OK if none; a point that is INVERTED keeps what it had
@@ -57,11 +57,6 @@ def _nothing_known(task, lattice, functions, about, p):
 @default_function(gathered)
 def _nothing_gathered(task, about, lattice, nodes, p, known):
     return ()
-
-
-@default_function(in_cell)
-def _nothing_in_cell(task, p, g):
-    return 0.0
 
 
 class Declaration(NamedTuple):

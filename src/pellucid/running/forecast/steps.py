@@ -110,18 +110,12 @@ def _limits(case: "Case") -> Limits:
         return found
     for motion in case.motion:
         found[motion.body, motion.name] = motion_in_cells(cell, _top_speed(motion))
-    pull = _pull(case)
+    pull = case.largest_gravity
     if pull > 0.0:
         found["", ""] = fall_through_cells(time_to_fall(cell, pull))
     for name, limit in _contacts_of_hard_bodies(case, driven, cell, pull):
         found[name, "contact"] = tightest([limit, *([known] if (known := found.get((name, "contact"))) else [])])
     return found
-
-
-def _pull(case: "Case") -> float:
-    """The largest gravity [m/s²]."""
-    largest = case.gravity_amplitude.largest if case.gravity_amplitude is not None else 1.0
-    return sqrt(sum(g * g for g in case.gravity)) * largest
 
 
 def _top_speed(motion: Motion) -> float:
